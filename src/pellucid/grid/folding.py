@@ -21,7 +21,7 @@ class Walled(NamedTuple):
 
 
 class Folded(NamedTuple):
-    """Grid with at least one periodic axis."""
+    """Option for a grid with at least one periodic axis."""
 
     real: np.ndarray  # (nodes,) identical node within the period
     periods: tuple[float, float, float]  # period along each axis [cells], infinite along other axes

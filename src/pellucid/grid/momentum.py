@@ -60,19 +60,19 @@ def driven_fraction(external, I, d, m):
 
 @pointwise
 def driven_velocity(external, I, d):
-    """Return the mean velocity along d of the driven points that reach node I [m/s]."""
+    """Return the mean velocity along axis d of the driven points that reach node I [m/s]."""
     return external.driven_momentum[I, d] / external.driven_mass[I, d]
 
 
 @pointwise
 def is_driven(external, I, d):
-    """Return True if driven points prescribe the velocity of node I along d."""
+    """Return True if driven points prescribe the velocity of node I along axis d."""
     return len(external.driven_mass) > 0 and external.driven_mass[I, d] > 0.0
 
 
 @pointwise
 def apply_prescribed_velocity(external, I, d, m, v):
-    """Return the velocity v along d of node I of mass m [kg], corrected by driven points [m/s]."""
+    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by driven points that reach the node."""
     if is_driven(external, I, d) and m >= MASS_EPS:
         v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
     return v
@@ -121,8 +121,8 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
-    """Return the number of the support of node I along d at a wall that opens (0: none), and whether the wall acts as a plane
-    of symmetry for the body.
+    """Return the number of the support of node I along axis d at a wall that opens (0: none), and whether the wall acts as a
+    plane of symmetry for the body.
 
     m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A node that moves away from the wall is
     released. A node that arrives, or stays while forces pull it away, is stopped without a mirror image, which would pull it.
@@ -138,7 +138,7 @@ def meet_wall(field, I, d, m, v, gained):
 
 @pointwise
 def may_slide(field, I, d):
-    """Return True if neither a support nor driven points prescribe the velocity of node I along d."""
+    """Return True if neither a support nor driven points prescribe the velocity of node I along axis d."""
     return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
 
 

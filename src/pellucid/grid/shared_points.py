@@ -40,7 +40,7 @@ class WholePoints:
         return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return the function that applies a new division of rows among processes."""
+        """Return the function that applies a new division of the rows of slabs among processes."""
 
         def take_up() -> None:
             self._slabs.first[:] = self.first

@@ -69,7 +69,7 @@ def node_at(about, lattice, a, b, c):
 
 @pointwise
 def _gather_of(about, lattice, field, d):
-    """Return Σ N_I field_I for component d of a vector field."""
+    """Return Σ N_I field_I, interpolated to a point, for component d of a nodal vector field."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
@@ -85,14 +85,14 @@ def _gather_of(about, lattice, field, d):
 
 @pointwise
 def gather(about, lattice, field):
-    """Return Σ N_I field_I of a vector field, shape (nodes, 3), as a 3-tuple."""
+    """Interpolate a nodal vector field, shape (nodes, 3), to a point: return Σ N_I field_I, a 3-tuple."""
     x, y = _gather_of(about, lattice, field, 0), _gather_of(about, lattice, field, 1)
     return x, y, _gather_of(about, lattice, field, 2)
 
 
 @pointwise
 def gather_scalar(about, lattice, field):
-    """Return Σ N_I field_I of a scalar field, shape (nodes,)."""
+    """Interpolate a nodal scalar field, shape (nodes,), to a point: return Σ N_I field_I."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):

@@ -17,8 +17,10 @@ from pellucid.jit.vector import nothing
 
 @pointwise
 def lumping_heat(energy, change):
-    """Return the energy per unit mass of a point lost by lumping [J/kg], for the nodes' increment `change` with its
-    `energy`."""
+    """Return the energy per unit mass that a point loses by mass lumping [J/kg].
+
+    change, energy: velocity increment of the nodes, interpolated to the point, and half its mean square.
+    """
     return energy - 0.5 * (change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
 
 

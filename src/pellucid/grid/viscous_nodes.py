@@ -26,7 +26,7 @@ the rounding error of the operator on the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
-    """Nodes of a velocity field, the rows of the viscous solve, and the sums of chunks."""
+    """Nodes of a velocity field, the nodal vectors of the conjugate gradient method, and the sums of chunks."""
 
     field: Bundle  # of `AdvancedNodes`
     own: ViscousRows

@@ -36,8 +36,8 @@ class Ogden(NamedTuple):
 
 
 def check_terms(moduli: tuple[float, ...], exponents: tuple[float, ...]) -> None:
-    """Check the terms. Raises ValueError if the numbers of moduli and exponents differ, or if a term has no positive
-    stiffness."""
+    """Check the moduli and exponents of the terms. Raises ValueError if the numbers of moduli and exponents differ, or if a
+    term has no positive stiffness."""
     if moduli and len(moduli) != len(exponents):
         raise ValueError(f"shear_moduli has {len(moduli)} numbers but exponents {len(exponents)}: give one of each per term")
     for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):

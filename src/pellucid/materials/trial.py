@@ -84,7 +84,7 @@ DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, 
 
 
 class Call(NamedTuple):
-    """An operation and the arguments for its trial."""
+    """A function of a law, and the arguments with which it is tried."""
 
     operation: Operation
     arguments: tuple[Any, ...]
@@ -117,7 +117,8 @@ def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation,
 
 
 def try_material(material: "PointMaterial") -> None:
-    """Try the law of a material of points. Raises ValueError if a function is missing, fails or returns an invalid value."""
+    """Evaluate the functions of a material law of points once, at rest. Raises ValueError if a function is missing, fails or
+    returns an invalid value."""
     name = type(material).__name__
     if material.energy_kind not in ("internal", "strain"):
         raise ValueError(f'{name}.energy_kind = "{material.energy_kind}" must be "internal" or "strain"')
@@ -150,8 +151,8 @@ def try_material(material: "PointMaterial") -> None:
 
 
 def try_membrane(material: "SolidMembraneMaterial") -> None:
-    """Try the law of a membrane material with a shape at rest. Raises ValueError if a function is missing, fails or returns
-    an invalid value."""
+    """Evaluate the functions of a membrane law once, for a membrane with a shape at rest. Raises ValueError if a function is
+    missing, fails or returns an invalid value."""
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
         operations, law = material.operations(), material.law(1.0)

@@ -123,7 +123,7 @@ class FilmBalance(FilmForces):
         )
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
-        """Return the residual force at the nodes [N], shape (n, d)."""
+        """Return the residual of the balance of forces at the nodes [N], shape (n, d)."""
         felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 

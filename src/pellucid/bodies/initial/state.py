@@ -48,7 +48,7 @@ def initial_stress(
 
 
 def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:
-    """Add the fields of quantities other than the velocity to the arrays of a body's points, in place. Raises CaseError if
+    """Add initial fields of quantities other than the velocity to the arrays of a body's points, in place. Raises CaseError if
     a field fails."""
     for number, field in enumerate(fields):
         if field.quantity != "velocity":

@@ -20,13 +20,13 @@ from pellucid.model import Model, parameter
 
 
 class StiffnessControl(NamedTuple):
-    """Hourglass springs with the coefficient κ."""
+    """Hourglass control by springs with the coefficient κ (see the module)."""
 
     share: float
 
 
 class ViscousControl(NamedTuple):
-    """Hourglass dashpots with the coefficient κ."""
+    """Hourglass control by dashpots with the coefficient κ (see the module)."""
 
     share: float
 

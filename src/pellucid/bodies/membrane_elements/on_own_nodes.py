@@ -47,7 +47,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         super().complete()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Release supports with these numbers, and the clamps of their bending."""
+        """Release supports with these numbers, and the bending clamps at their nodes."""
         super().let_go(supports)
         if self._support_bending():
             self._find_forces()

@@ -110,7 +110,8 @@ class Bending:
 
 @pointwise
 def _unfolded(x, places, e):
-    """Return the edge of a hinge, the vectors from its start to the left and right corners, and their normals."""
+    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals of both
+    triangles."""
     a, b, c, d = places[e, 0], places[e, 1], places[e, 2], places[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
     left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])

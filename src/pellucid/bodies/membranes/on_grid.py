@@ -194,8 +194,8 @@ class BendsOnGrid(PointsOnGrid):
         raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Set which points are fixed by supports at rest, in whose regions they lie. rows: 1 + the number of the support, 0
-        for other points, shape (n,), in the order of the point numbers."""
+        """Set which points are fixed because they lie in the region of a support at rest. rows: 1 + the number of the support,
+        0 for other points, shape (n,), in the order of the point numbers."""
         self._held_rows = rows
 
     def complete(self) -> None:

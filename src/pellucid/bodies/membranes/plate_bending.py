@@ -49,7 +49,7 @@ class PlateBending:
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
     ) -> None:
         """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
-        rigidity: D [J]."""
+        rigidity: bending stiffness D of the plate [J]."""
         self.triangles, self._vertices, self._mass = triangles, vertices.copy(), mass
         first, second, third = (vertices[corner] for corner in triangles.T)
         normals = np.cross(second - first, third - first)
@@ -73,7 +73,7 @@ class PlateBending:
         self._bent = None
 
     def support(self, supports: BendingSupports) -> None:
-        """Apply clamps and symmetry of supports to the bending operators."""
+        """Change the bending operators for supports: clamps and planes of symmetry."""
         self.supports = supports
         properties = self.triangles, self._vertices, self.rigidity, self.poisson_ratio
         self._operators = operators = build_plate_operators(*properties, supports)

@@ -115,7 +115,7 @@ def build_plate_operators(
 ) -> PlateOperators:
     """Build the plate operators of triangles, shape (t, 3), from their shapes at the vertices [m], shape (n, 3).
 
-    rigidity: D [J].
+    rigidity: bending stiffness D of the plate [J].
     """
     mesh = _Mesh(triangles, vertices, supports)
     pairs, shifts = _find_shifts(mesh)

@@ -55,7 +55,7 @@ def _elastic(block, solid, stress, stored):
 
 
 def elastic_points(solid: Solid, n: int) -> AtPoints:
-    """Return the values of a hyperelastic solid at its n deformation gradients."""
+    """Return the stresses and energies of a hyperelastic solid at n points, from their deformation gradients."""
     found = AtPoints(np.zeros((n, 6)), np.zeros(n))
     _elastic(len(solid.sums), Bundle(solid), found.stress, found.stored)
     return found

@@ -176,7 +176,7 @@ class NodalMotion:
     # the step
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the nodes [N], shape (n, 3), over this step."""
+        """Add external forces that act on the nodes in this step [N], shape (n, 3)."""
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:

@@ -35,8 +35,8 @@ def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray |
 def _piercing(
     one: Triangulation, other: Triangulation, of_one: np.ndarray, of_other: np.ndarray, in_plane: bool
 ) -> np.ndarray | None:
-    """Return the first position where an edge of one surface intersects a triangle of the other that shares no vertex
-    number."""
+    """Return the first position where an edge of one surface intersects a triangle of the other; triangles that share a vertex
+    with the edge are ignored."""
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     start, end = one.vertices[edges[:, 0]], one.vertices[edges[:, 1]]
     corners, numbers = other.vertices[other.triangles], of_other[other.triangles]

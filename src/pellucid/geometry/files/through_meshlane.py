@@ -110,7 +110,7 @@ def _plain_medit(text: str) -> str:
 
 
 def _block(kind: str, nodes: np.ndarray) -> Block:
-    """Return a block of elements; the nodes are checked to be whole numbers for all corners. Raises ReadError."""
+    """Return a block of elements. Raises ReadError unless there is a whole number for each corner of each element."""
     import meshlane
 
     block = Block(kind, nodes)

@@ -25,7 +25,7 @@ class Geometry(Model):
 
     @abstractmethod
     def measure(self, active: ActiveAxes) -> float:
-        """Return the length, area or volume over the active axes [m, m², m³]."""
+        """Return the volume [m³]; with one thin axis the area [m²], with two the length [m]."""
 
     @property
     def is_convex(self) -> bool:

@@ -11,7 +11,7 @@ from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 
 
 class Hollow(Centred):
-    """The region between an inner and an outer radius."""
+    """Base of hollow shapes: the region between an inner and an outer radius."""
 
     centre_: Vector = parameter("m", "centre; for a pipe, the middle of its axis", alias="centre")
     outer_radius: float = parameter("m", "outer radius", gt=0)

@@ -7,7 +7,7 @@ from pellucid.model import Vector, parameter
 
 
 class Shifted(Geometry):
-    """A translated shape."""
+    """A shape translated by a vector."""
 
     shape: Geometry = parameter("", "shape that is translated")
     by: Vector = parameter("m", "translation")

@@ -66,7 +66,7 @@ class BySquare(NamedTuple):
 
 
 class Both(NamedTuple):
-    """Two contributions."""
+    """Two contributions of the same points."""
 
     first: Any
     second: Any

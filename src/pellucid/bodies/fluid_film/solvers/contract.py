@@ -69,7 +69,7 @@ def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
 
 
 class FilmSolver(Protocol):
-    """Computes the velocities of a film under linear constraints."""
+    """Computes the nodal velocities of a film under linear constraints."""
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """Return the nodal velocities and the constraint forces. Raises IncompatibleLoad if the loads do work on motions

@@ -24,12 +24,12 @@ class Operators(NamedTuple):
     bending: np.ndarray  # (e, q, m, d) its rate of change at the material point [1/m²]
 
     def dilatation(self) -> np.ndarray:
-        """Return the rows of the rate of areas, tr D [1/m], shape (e, q, m, d)."""
+        """Return the rows that map nodal velocities to the relative rate of areas tr D [1/m], shape (e, q, m, d)."""
         first = self.strain[:, :, 0]
         return first if self.strain.shape[2] == 1 else first + self.strain[:, :, 1]
 
     def volume_rate(self) -> np.ndarray:
-        """Return the rows of the rate of the enclosed volume, area times normal velocity [m²], shape (e, q, m, d)."""
+        """Return the rows that map nodal velocities to the rate of the enclosed volume [m²], shape (e, q, m, d)."""
         return np.asarray(self.area[..., None, None] * self.normal[:, :, None, :] * self.value)
 
     def volume(self) -> float:
