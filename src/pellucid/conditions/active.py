@@ -90,8 +90,8 @@ class ActiveConditions:
             yield from condition.enter(n_steps, time)
 
     def impulses(self) -> dict[str, np.ndarray]:
-        """Return the impulses over the step that nodes and bodies count without a name [N s], shape (3,), by name of the
-        probed force."""
+        """Return the impulses over the step that conditions apply and that nodes and bodies sum without names [N s],
+        shape (3,), by the name under which probes read them."""
         return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
 
     def step_limit(self) -> StepLimit:
@@ -103,19 +103,19 @@ class ActiveConditions:
         return [condition.warning() for condition in self._active]
 
     def at_stake(self) -> float:
-        """Return the energy stored at the start that could be released [J]."""
+        """Return the potential energy of the conditions at the start, which they could release during the run [J]."""
         return sum(condition.at_stake() for condition in self._active)
 
     def columns(self) -> dict[str, float]:
-        """Return the columns of the history, by name."""
+        """Return the values that conditions write to the history, by the name of the column."""
         return {name: value for condition in self._active for name, value in condition.columns().items()}
 
     def state_numbers(self) -> list[dict[str, Any]]:
-        """Return the states for a checkpoint."""
+        """Return the state of each condition for a checkpoint."""
         return [dict(condition.state_numbers()) for condition in self._active]
 
     def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
-        """Restore the states of a checkpoint."""
+        """Restore the states of the conditions from a checkpoint."""
         for condition, own in zip(self._active, numbers, strict=True):
             condition.restore(own)
 

@@ -117,7 +117,8 @@ def constrain_nodes(
     gone: Collection[int] = (),
     numbers: Sequence[int] = (),
 ) -> Supports:
-    """Mark the constrained directions of the grid nodes, and return the supports; their last row belongs to thin axes.
+    """Mark the constrained directions of the grid nodes; return the data of the supports, one row each, plus a last row for
+    axes along which the grid is one cell thick.
 
     For the precedence of supports see `find_owners`. elsewhere: indices of supports (each on at most one face) that
     constrain nodes of bodies and may contain no grid node; gone: indices of supports that have ended; numbers: indices of
@@ -143,8 +144,8 @@ def constrain_nodes(
 
 
 def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
-    """Return the data of supports that are walls with friction or opening walls, and the nodes that they hold; constrained:
-    marks of all nodes."""
+    """Return the data of the supports that are walls with friction or opening walls, and the nodes that these walls
+    hold; constrained: number of the support that constrains each node along each axis."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
     friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]
@@ -188,7 +189,8 @@ def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
 
 
 def nodes_of(support: "Support", grid: GridCase | None, of: Selectable) -> np.ndarray:
-    """Return a mask of the nodes that a support constrains, shape (n,); of: nodes of the grid or of a body."""
+    """Return a mask of the nodes that a support constrains, shape (n,); of: nodes of the grid or of a body, from which
+    the support selects."""
     region, face, position = support.region(), support.face(), of.position
     thin = grid.thin() if grid else NO_AXES
     if region is not None:

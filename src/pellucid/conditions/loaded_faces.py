@@ -19,10 +19,10 @@ class LoadedFaces:
     """Faces of a body in a region: triangles, or quadrilaterals split in two. They are selected at the start, or in each
     step by their centres.
 
-    A force t per unit reference area gives the nodal forces ∫ p_a t dA, with the mean of the shape functions p_a over each
-    face. A pressure p acts on the vector areas a_f of the deformed faces, computed from the current positions of the
-    corners: the force on node a is -p Σ_f a_f ∫_f p_a dA / A_f. The resultant is exact. The moment is exact for affine
-    deformations; otherwise its error depends on the mesh.
+    A traction t, i.e. a force per unit reference area, gives the nodal forces ∫ p_a t dA, with the mean of the shape
+    functions p_a over each face. A pressure p acts on the vector areas a_f of the deformed faces, computed from the current
+    positions of the corners: the force on node a is -p Σ_f a_f ∫_f p_a dA / A_f. The resultant is exact. The moment is
+    exact for affine deformations; otherwise its error depends on the mesh.
     """
 
     def __init__(
@@ -40,7 +40,8 @@ class LoadedFaces:
         """True if faces are selected in each step and the region contains none."""
 
     def shares(self) -> FaceShares:
-        """Return the weights that distribute loads on the faces to nodes; they are known when all conditions are."""
+        """Return the weights that distribute loads on the faces to nodes; they can be computed once all conditions have
+        been built."""
         if self._shares is None:
             body = self.body
             self._shares = body.face_shares(self.faces) if isinstance(body, HasMesh) else FaceShares.linear(self.faces)
@@ -64,7 +65,8 @@ class LoadedFaces:
         return self._stored(shares, -pressure * vector_areas(places, faces), failed_points(self.body))
 
     def _stored(self, shares: FaceShares, on_faces: np.ndarray, without: Sequence[int] | np.ndarray = ()) -> np.ndarray:
-        """Return nodal forces in storage order; without: numbers of points on which no force acts."""
+        """Return the nodal forces [N] of the forces on the faces, shape (n, 3), in storage order; without: numbers of
+        points that get no force."""
         forces = shares.at_nodes(on_faces, self.body.n_points)
         if len(without):
             forces[without] = 0.0

@@ -92,7 +92,7 @@ class NoSlipWall(ActiveCondition):
 
     @property
     def acts_anywhere(self) -> bool:
-        """True if there are nodes near the surface that the fluid may move."""
+        """True if there are nodes near the surface whose velocity the fluid may change."""
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
@@ -149,8 +149,8 @@ class NoSlipWall(ActiveCondition):
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
-        """Transfer part of the impulses of nodes that points represent only partially to their neighbours; return the
-        impulses."""
+        """Transfer part of the impulses on nodes that have little mass, because points fill their volume only partially,
+        to neighbouring nodes; return the new impulses."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -201,7 +201,7 @@ def _viscosity_of(member: AssembledBody) -> float:
 
 
 def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
-    """Return the surface of a region, with the nodes near it that the support in this row holds or that are free."""
+    """Return the surface of a region, with the nodes near it that are free or that the support with index `row` constrains."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
     x, y, z = grid.thin

@@ -40,7 +40,7 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Compute the oscillation rate of the membrane on its contents, which also limits the first step."""
+        """Compute the oscillation rate of the membrane mass on the compressible contents; it also limits the first step."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
@@ -111,8 +111,8 @@ class ActiveEnclosed(ActiveCondition):
             works["enclosed_heat"] += heat
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
-        """Remove the contents that flow out in a time dt [s], with the flux at its middle, at most until the outside
-        pressure is reached."""
+        """Remove the contents that flow out in a time dt [s], with the flux at the middle of this time, at most until
+        the outside pressure is reached."""
         if self._gauge < 0.0 and self._now.hole > 0.0:
             self._flow_back(dt, works)
         if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
@@ -163,14 +163,15 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge, through_holes
 
     def _count_power(self, growth: float) -> None:
-        """Add half the power of the pressure to the totals of the first body; the balance sums over all bodies.
+        """Add half the power of the pressure to the energy totals of the first body; the energy balance sums these over all
+        bodies.
 
-        growth: rate of the volume due to its membranes [m³/s].
+        growth: rate of change of the enclosed volume due to the motion of its membranes [m³/s].
         """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:
-        """Limit the time step by the oscillation of the membranes on the contents."""
+        """Limit the time step by the oscillation of the membranes on the compressible contents."""
         stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 

@@ -73,7 +73,7 @@ class Gas(Contents):
         self.mass, self.energy = mass, mass * self._heat_capacity * temperature
 
     def pressure(self, volume: float) -> float:
-        """Return p = (γ-1) E/V."""
+        """Return the pressure p = (γ-1) E/V [Pa], from the energy E and the volume V."""
         return (self.gamma - 1.0) * self.energy / volume
 
     @property
@@ -82,7 +82,7 @@ class Gas(Contents):
         return self.energy / (self.mass * self._heat_capacity) if self.mass > 0.0 else self._start
 
     def stiffness(self, volume: float) -> float:
-        """Return γp/V (adiabatic) or p/V (isothermal)."""
+        """Return the stiffness -dp/dV [Pa/m³]: γp/V for an adiabatic gas, p/V for an isothermal gas."""
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
@@ -109,7 +109,8 @@ class Gas(Contents):
         return self.energy * (1.0 - left**self.gamma)
 
     def _renew(self, gained: float) -> float:
-        """Add an energy gained with a change of mass [J]; return the heat that an isothermal gas absorbs [J]."""
+        """Add the energy gained with a change of mass [J]; return the heat that the gas absorbs if it is isothermal [J],
+        else 0."""
         new = self.energy + gained
         if self.isothermal:
             new = self.mass * self._heat_capacity * self._start
@@ -122,7 +123,8 @@ class Gas(Contents):
         return self.mass * (1.0 - (ratio if self.isothermal else ratio ** (1.0 / self.gamma)))
 
     def efflux(self, volume: float, outside: float) -> float:
-        """Return the nozzle flux ψ p/√(R T), choked below the critical pressure ratio."""
+        """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)], with the flow function ψ; choked below the
+        critical pressure ratio."""
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
@@ -163,7 +165,7 @@ class Liquid(Contents):
         return self.bulk_modulus * (self.mass / (self.density * volume) - 1.0)
 
     def stiffness(self, volume: float) -> float:
-        """Return K m/(ρ₀V²)."""
+        """Return the stiffness -dp/dV = K m/(ρ₀V²) [Pa/m³]."""
         return self.bulk_modulus * self.mass / (self.density * volume * volume)
 
     def _renew(self, volume: float) -> float:
@@ -171,7 +173,7 @@ class Liquid(Contents):
         return self.energy - before
 
     def expand(self, old: float, new: float) -> float:
-        """Update the energy; a liquid absorbs no heat."""
+        """Update the compression energy for the new volume; a liquid absorbs no heat."""
         self._renew(new)
         return 0.0
 
@@ -189,14 +191,15 @@ class Liquid(Contents):
         return self.density * volume * (self.pressure(volume) - outside) / self.bulk_modulus
 
     def efflux(self, volume: float, outside: float) -> float:
-        """Return √(2ρ Δp)."""
+        """Return the mass flux √(2ρ Δp) [kg/(s m²)], with the density ρ and the pressure difference Δp to the outside."""
         return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))
 
     def lack(self, volume: float, outside: float) -> float:
         return -self.excess(volume, outside)
 
     def influx(self, volume: float, outside: float) -> float:
-        """Return √(2ρ₀ Δp)."""
+        """Return the mass flux √(2ρ₀ Δp) [kg/(s m²)], with the density ρ₀ at zero pressure and the pressure difference
+        Δp to the outside."""
         return sqrt(2.0 * self.density * (outside - self.pressure(volume)))
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:

@@ -47,7 +47,7 @@ class Inflator(Model):
 
     @property
     def has_temperatures(self) -> bool:
-        """True if temperatures of the inflow are given."""
+        """True if the temperatures of the inflowing gas are given."""
         return len(self._rows[2]) > 0
 
     def given(self, start: float, end: float) -> tuple[float, float]:

@@ -11,14 +11,16 @@ from pellucid.parts.body_model import BodyModel
 
 
 class AtStart(NamedTuple):
-    """A membrane at the start: enclosed volume [m³], and acceleration of this volume per unit pressure, Σ A²/m [m⁴/kg]."""
+    """A membrane at the start: enclosed volume [m³], and its mobility: the acceleration of this volume per unit
+    pressure, Σ A²/m, with vector area A and mass m of each node [m⁴/kg]."""
 
     volume: float
     mobility: float
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """Return the initial volume and mobility of a membrane; None for other bodies or if no volume is enclosed."""
+    """Return the enclosed volume of a membrane at the start and its mobility; None for other bodies or if no volume is
+    enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

@@ -13,15 +13,15 @@ from pellucid.parts.annotations import Assembly
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 SHARE = 0.25
-"""Frequency of the volume on its spring, as a fraction of the highest frequency of the membrane, if the stiffness is not
-given."""
+"""Oscillation frequency of the enclosed volume on the spring that enforces the prescribed volume, as a fraction of the
+highest frequency of the membrane. Used if the stiffness is not given."""
 DAMPING = 1.0
-"""Damping ratio of this oscillation (1: critical damping)."""
+"""Damping ratio of the oscillation of the enclosed volume (1: critical damping)."""
 
 
 class GivenVolume(Model):
-    """Volume as a function of time: monotone cubic interpolation (PCHIP), constant before the first and after the last
-    time."""
+    """Prescribed volume as a function of time: monotone cubic interpolation (PCHIP), constant before the first and after
+    the last time."""
 
     times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
     volumes: tuple[float, ...] | None = parameter("m^3", "volume at each time", None)
@@ -62,8 +62,9 @@ class GivenVolume(Model):
         return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
     def spring(self, stiffness: float | None, start: float, rate: float, mobility: float) -> float:
-        """Return the spring constant κ [Pa/m³], from the stiffness (κ times the largest volume [Pa]) or, if it is None,
-        from the rate that limits the membrane's own steps [1/s]; start: initial volume [m³]."""
+        """Return the spring constant κ [Pa/m³] that enforces the volume. It follows from `stiffness`, i.e. κ times the
+        largest volume [Pa]; if that is None, from `rate`, the inverse of the membrane's own stable step [1/s]. start:
+        initial volume [m³]; mobility: acceleration of the volume per unit pressure [m⁴/kg]."""
         if stiffness is not None:
             return stiffness / (max(self.rows[1]) * (1.0 if self.ratios is None else start))
         return (SHARE * 2.0 * rate) ** 2 / mobility
@@ -78,7 +79,7 @@ class GivenVolume(Model):
 
 class ActiveVolume(ActiveCondition):
     """Pressure p = κ (V* - V) + c (V*' - V') that enforces the prescribed volume V* of a membrane in a run: a stiff spring
-    with a damper for its oscillation with the mass of the membrane.
+    κ, and a damper c for the oscillation of the volume V with the mass of the membrane; ' is the rate in time.
 
     The pressure is stored only for the history; the next step computes it from the position of the membrane.
     """
@@ -94,7 +95,7 @@ class ActiveVolume(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Choose the stiffness, if it is not given, and the damping; limit the first step."""
+        """Choose the stiffness of the spring, if it is not given, and the damping coefficient; limit the first step."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
@@ -150,14 +151,15 @@ class ActiveVolume(ActiveCondition):
 
 
 def bound_of_spring(spring: float, damper: float, mobility: float) -> float:
-    """Return the rate [1/s] that limits the step of a volume with a mobility [m⁴/kg] on a spring [Pa/m³] and a damper [Pa
-    s/m³]."""
+    """Return the inverse of the largest stable step [1/s] of an enclosed volume whose acceleration per unit pressure is
+    `mobility` [m⁴/kg], on a spring [Pa/m³] and a damper [Pa s/m³]."""
     damped = 0.5 * damper * mobility
     return 0.5 * (damped + hypot(damped, sqrt(spring * mobility)))
 
 
 def critical(spring: float, mobility: float) -> float:
-    """Return the damping coefficient [Pa s/m³] of a volume with a mobility [m⁴/kg] on a spring [Pa/m³]."""
+    """Return the damping coefficient [Pa s/m³] of an enclosed volume whose acceleration per unit pressure is `mobility`
+    [m⁴/kg], on a spring [Pa/m³], for the damping ratio `DAMPING`."""
     return 2.0 * DAMPING * sqrt(spring / mobility)
 
 

@@ -145,8 +145,8 @@ class Enclosed(Condition):
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:
-        """Return the name of the channel of the work of the gauge pressure on membranes, which is an exchange within the
-        balance."""
+        """Return the name of the channel of the work of the gauge pressure on membranes. This work is exchanged between
+        contents and membrane, so that it does not change the total energy."""
         return "enclosed_work"
 
     def channels(self) -> Sequence[Channel]:

@@ -84,18 +84,19 @@ class EnclosedVolume:
         return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:
-        """Return the acceleration of the volume per unit pressure, Σ A²/m [m⁴/kg], if nothing else has mass."""
+        """Return the acceleration of the volume per unit pressure, Σ A²/m [m⁴/kg], with vector area A and mass m of each
+        point, if the membranes carry no other mass."""
         masses = [np.asarray(body.field("mass")) for body in self.bodies]
         return sum(float(np.sum(np.sum(a * a, axis=1) / m)) for a, m in zip(now.areas, masses, strict=True))
 
     def growth(self, now: Enclosure) -> float:
-        """Return the rate of the volume due to the velocities of the points [m³/s]."""
+        """Return the rate of change of the enclosed volume due to the velocities of the points [m³/s]."""
         velocities = [np.asarray(body.field("velocity")) for body in self.bodies]
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 
     def swing(self, rate: float) -> bool:
-        """Limit the steps of the membranes by the oscillation of the volume, in addition to their own rates; return True if
-        `rate` exceeds the rates of all membranes.
+        """Limit the steps of the membranes by the oscillation of the enclosed volume, in addition to their own rates;
+        return True if `rate` exceeds the rates of all membranes.
 
         rate: half the angular frequency of the volume [1/s].
         """

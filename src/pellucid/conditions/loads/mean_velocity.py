@@ -18,8 +18,9 @@ from pellucid.parts.part import Parts
 class MeanVelocity(ChangesInTime, LoadModel):
     """A body force that controls the mean velocity U of bodies, total momentum over total mass, to a target U*.
 
-    The acceleration is a = 2 (U* - U)/τ + ∫ (U* - U)/τ² dt. The integral converges to the resistance of the walls, ρ a =
-    Δp/L, and U to U*. The effect of a new resistance on U decays within a few τ.
+    The acceleration is a = 2 (U* - U)/τ + ∫ (U* - U)/τ² dt, with the time constant τ. The integral converges to the
+    acceleration that balances the resistance of the walls, i.e. ρ a equals the pressure drop per length Δp/L, and U
+    converges to U*. The effect of a new resistance on U decays within a few τ.
     """
 
     kind: Literal["mean-velocity"] = "mean-velocity"

@@ -32,8 +32,8 @@ class RigidLoad(LoadModel):
 
 
 def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report nonzero components along and about axes along and about which bodies cannot move in plane or one-dimensional
-    problems; keys: keys of the two vectors."""
+    """Report nonzero force or torque components along or about axes for which bodies cannot move in plane or
+    one-dimensional problems; along, about: the components; keys: keys of these two vectors in the case."""
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

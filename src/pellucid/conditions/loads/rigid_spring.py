@@ -78,8 +78,8 @@ class RigidSpring(RigidLoad):
         ]
 
     def swing(self, mass: float, inertia: np.ndarray) -> float:
-        """Return the largest rate of oscillation on the spring, or of decay by the damper [1/s], of a body with this mass
-        [kg] and inertia about its rotation axes [kg m²], shape (k, k)."""
+        """Return the largest oscillation rate of a body on its springs, or decay rate due to its dampers [1/s]; mass: of
+        the body [kg]; inertia: about its rotation axes [kg m²], shape (k, k)."""
         sizes = np.linalg.eigvalsh(inertia) if len(inertia) else np.zeros(0)
         least = float(sizes[sizes > 1e-10 * sizes.max(initial=0.0)].min(initial=np.inf))
         along = _fastest(self.stiffness, self.damping, mass)

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from pellucid.conditions.open_faces.inflow import Inflow
 
 LAYERS = 8
-"""Number of layers of points, in addition to those that fill the grid, for which an opening reserves rows."""
+"""Number of layers of points for which an opening reserves array rows, in addition to the points that fill the grid."""
 LAYERS_OF_MEAN = 2
-"""Number of layers of cells over whose points the pressure is averaged."""
+"""Number of layers of cells behind the strip over whose points the pressure is averaged."""
 MARGIN = 0.25
 """Distance from the face at which a point enters under a given pressure, as a fraction of the point spacing; the flow may
 move back by this distance."""
 DENSER = 1.1
-"""Largest number of points of a body, relative to the number that fills the grid."""
+"""Largest total volume of a body relative to the volume of the grid, for which array rows are reserved."""
 
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
@@ -41,7 +41,7 @@ def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"
 
 
 def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
-    """Reserve as many rows as fill the grid at the initial density, and some layers."""
+    """Reserve array rows for the points that fill the grid at the initial density, and for further layers of points."""
     body = member.body
     volume = body.volumes()
     whole = inflows[0].grid_volume
@@ -51,8 +51,8 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
 
 
 class Entering(ActiveCondition):
-    """Inflow in a run. Its state between steps is the distance that a column with the mean velocity has entered, now and at
-    most [m]."""
+    """Inflow in a run. Its state between steps: the distance that fluid moving with the mean velocity has entered the
+    grid so far, and the largest value of this distance [m]."""
 
     def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:
         member = assembly.bodies[inflow.body]
@@ -96,7 +96,8 @@ class Entering(ActiveCondition):
         self._time = time
 
     def act_on_nodes(self, dt: float) -> None:
-        """Move the strip as one, or count the work of its prescribed motion. Raises RunStopped if the inflow reverses."""
+        """Give all nodes of the strip one common flow velocity, or count the work of its prescribed motion. Raises
+        RunStopped if the inflow reverses."""
         self._work, self._impulse = self.strip.act(dt)
         self._travel += dt * self.strip.speed
         if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
@@ -113,7 +114,7 @@ class Entering(ActiveCondition):
         self.strip.bound(self._totals, self.strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of an inflow that is faster than the body."""
+        """Return the step limit due to the inflow, if it moves faster than the waves and points of the body."""
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
@@ -142,7 +143,7 @@ class Entering(ActiveCondition):
         return [self._body.let_in(self._pressed(arrays), n_steps, time)]
 
     def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return the arrays of new points of a liquid, with the pressure at the inner end of the strip.
+        """Return the arrays of new points of a liquid, whose pressure is set to the pressure at the inner end of the strip.
 
         The pressure is the mean of the first layers behind the strip, plus half of the pressure drop from these to the next
         layers, for a flow with linear pressure. Points with any other pressure are compressed there within a cell, and
@@ -159,8 +160,8 @@ class Entering(ActiveCondition):
         return self._body.pressed(arrays, first + 0.5 * self._fall - self._given_pressure)
 
     def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
-        """Select the positions [m], shape (n, 3), in the first layers of cells behind the strip, and in the next layers;
-        returns their indices.
+        """Select points in the first layers of cells behind the strip, and in the next layers, from their positions [m],
+        shape (n, 3); return the indices of both.
 
         The average over LAYERS_OF_MEAN removes pressures that oscillate from cell to cell.
         """

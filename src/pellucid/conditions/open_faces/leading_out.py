@@ -56,7 +56,7 @@ class LeadingOut(ActiveCondition):
         self._strip.bound(self._totals, self._strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of an outflow that is faster than the body."""
+        """Return the step limit due to the outflow, if it moves faster than the waves and points of the body."""
         return self._strip.limit
 
     def work(self) -> StepWork:

@@ -14,8 +14,8 @@ from pellucid.conditions.open_faces.strip import Passage, Strip
 from pellucid.ranks.domain import domain
 
 HEAVY = 1e6
-"""Mass that prescribes the velocity of a node, in masses of a full cell: large enough that all material in the strip
-follows."""
+"""Mass by which a node is forced to the prescribed velocity, in masses of a full cell: large enough that all material in
+the strip follows."""
 
 
 class LedStrip(Strip):

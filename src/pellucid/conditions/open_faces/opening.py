@@ -10,12 +10,13 @@ from pellucid.grid.lattice import Grid
 
 LEAST_WEIGHT = 1e-12  # smallest weight of a node that points reach
 SAMPLES = tuple(k / 24 for k in range(25))
-"""Sample positions in a cell, as fractions. They include the ends of all shape functions, also of GIMP with 1 to 4 or 6
-points per cell."""
+"""Sample positions of a point in a cell, as fractions of the cell size. They include the ends of all shape functions,
+also of GIMP with 1 to 4 or 6 points per cell."""
 
 
 class NodesAcross(NamedTuple):
-    """Nodes of a layer that columns reach, with their weights."""
+    """Nodes of one layer parallel to a face to which the columns of points behind the opening contribute, with their
+    weights."""
 
     place: np.ndarray  # (m, 3) [m]; along the normal at the face
     stored: np.ndarray  # (m,) storage indices of the nodes, for the layer at the lower end of the grid
@@ -24,12 +25,12 @@ class NodesAcross(NamedTuple):
     weight: np.ndarray  # (e,)
 
     def at_columns(self, nodal: np.ndarray, n: int) -> np.ndarray:
-        """Interpolate nodal values, shape (m,), to the n columns."""
+        """Interpolate nodal values, shape (m,), to the n columns of points."""
         return np.bincount(self.column, self.weight * nodal[self.node], n)
 
 
 def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: OpenFace) -> NodesAcross:
-    """Return the nodes of a layer that the columns behind a face reach."""
+    """Return the nodes of one layer parallel to a face to which the columns of points behind the face contribute."""
     lattice, across = grid.lattice, [axis for axis in range(3) if axis != face.axis]
     numbers: dict[tuple[int, ...], int] = {}
     column, node, weight = list[int](), list[int](), list[float]()
@@ -49,14 +50,15 @@ def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: O
 
 
 def layers(grid: Grid, function: GridFunction, face: OpenFace) -> np.ndarray:
-    """Return the indices of the layers of nodes that points in the layer of cells at a face reach, (l,)."""
+    """Return the indices along the normal of the layers of nodes to which points in the cells at a face contribute,
+    shape (l,)."""
     reached = {i for depth in SAMPLES for i in _layers_at(depth, grid, function, face)}
     return np.array(sorted(reached), np.int64)
 
 
 def led_depth(grid: Grid, function: GridFunction, face: OpenFace) -> float:
-    """Return the distance from a face up to which points reach only these layers [m]: 1 to 2 cells, depending on the shape
-    functions."""
+    """Return the distance from a face up to which points contribute only to the node layers that `layers` returns [m]: 1
+    to 2 cells, depending on the shape functions."""
     led = set(layers(grid, function, face).tolist())
     deeper = [1.0 + depth for depth in SAMPLES if _layers_at(1.0 + depth, grid, function, face) <= led]
     return max(deeper) * grid.lattice.cell
@@ -68,7 +70,7 @@ def _layers_at(depth: float, grid: Grid, function: GridFunction, face: OpenFace)
 
 
 def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> list[tuple[int, float]]:
-    """Return the indices of the nodes along an axis that a position [m] reaches, with their weights."""
+    """Return the indices of the nodes along an axis to which a point at a position [m] contributes, with their weights."""
     n, lattice = grid.lattice.counts[axis], grid.lattice
     found = _weights(function, (place - lattice.lower[axis]) * lattice.inverse_cell, n)
     return [(i % n if grid.periodic[axis] else i, w) for i, w in found]

@@ -36,7 +36,7 @@ class PushedStrip(Strip):
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
-        """Return the mean velocity of this step [m/s]; later velocities are unknown."""
+        """Return the mean velocity of the current step [m/s] for any time, since later velocities are unknown."""
         return self.speed
 
     def begin(self, time: float, dt: float) -> None:
@@ -44,8 +44,8 @@ class PushedStrip(Strip):
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Set the common velocity of the nodes; return zeros, since nodes count the work and impulses. Called after the
-        momentum update."""
+        """Set the common velocity of the nodes; return zero work and impulse, since the nodes count them. Called after
+        the momentum update."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

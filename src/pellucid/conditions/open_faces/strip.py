@@ -31,7 +31,7 @@ class Passage(NamedTuple):
 
 
 class Strip:
-    """Strip of a flow through an opening, into or out of the grid: its nodes, and its velocity profile."""
+    """Layer of cells at an opening through which fluid flows into or out of the grid: its nodes, and the velocity profile."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
         actions, points = passage.member.actions, passage.member.body
@@ -66,7 +66,7 @@ class Strip:
         self._share, self.at_columns = (share / mean)[self._number], at_columns / mean
 
     def _profile(self) -> np.ndarray:
-        """Return the unnormalized profile at the nodes across."""
+        """Return the velocity profile at the nodes of the opening, not normalized."""
         place, axis = self._across.place, self._face.axis
         if self._flow.profile == "uniform":
             return np.ones(len(place))
@@ -94,13 +94,14 @@ class Strip:
         return walls
 
     def _is_symmetric(self, axis: int, level: float) -> bool:
-        """Return True if nodes at a level are constrained along this axis and free along the flow."""
+        """Return True if nodes at a position along the axis [m] are constrained along this axis and free along the flow."""
         at_level = np.abs(self._across.place[:, axis] - level) < 1e-6 * self._case.cell
         held = self._actions.field.grid.nodes.constrained[self._nodes[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
     def bound(self, totals: Totals, speed: float) -> None:
-        """Limit the step so that the strip moves at most one cell at this mean velocity [m/s]; totals: of the body."""
+        """Limit the step so that fluid in the strip moves at most one cell; speed: mean velocity through the opening
+        [m/s]; totals: totals of the body."""
         fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
         governs = fastest > totals.rate * cell
         what = f"the flow through the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
@@ -108,7 +109,7 @@ class Strip:
         self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 
     def _free(self) -> np.ndarray:
-        """Return a mask of the directions of the strip's nodes with mass and without supports, shape (n, 3)."""
+        """Return a mask of the directions in which the strip's nodes can move: they have mass and no support, shape (n, 3)."""
         nodes = self._actions.field.grid.nodes
         return np.asarray((nodes.mass[self._nodes] >= MASS_EPS)[:, None] & (nodes.constrained[self._nodes] == 0))
 
