@@ -103,7 +103,8 @@ class ActiveConditions:
         return [condition.warning() for condition in self._active]
 
     def at_stake(self) -> float:
-        """Return the potential energy of the conditions at the start, which they could release during the run [J]."""
+        """Return the energy that the conditions store at the start and could release [J]; it is part of the reference of
+        the energy error."""
         return sum(condition.at_stake() for condition in self._active)
 
     def columns(self) -> dict[str, float]:

@@ -67,7 +67,7 @@ def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares
 
 @pointwise
 def _take_share(shares, number):
-    """Return the fraction of a group's mass that a node carries, and reset it to zero."""
+    """Return the part of a group's mass that a node carries [kg], and reset it to zero."""
     share = total(load(shares, number * LANES))
     store(shares, number * LANES, splat(0.0))
     return share

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 NARROW = 1.5
-"""Width of a gap [cells] below which points on both sides contribute to the same nodes."""
+"""Width of a gap [cells] below which points on both sides of the gap contribute to the same nodes."""
 ASIDE = 0.75  # largest tangential offset of the two points of a pair, in cells
 OPPOSITE = -0.7  # largest cosine between the normals of two parts that face each other
 PARALLEL = -0.97  # largest cosine between the normals of both sides of a slit; excludes the tip of a notch

@@ -30,7 +30,7 @@ class ContactBody(Protocol):
 
     @property
     def contact_response(self) -> ContactResponse | None:
-        """Response to contact impulses; None if the nodal velocities change by impulse over nodal mass."""
+        """Response of the body to contact impulses; None if the nodal velocities change by impulse divided by nodal mass."""
 
     @property
     def n_points(self) -> int:
@@ -49,10 +49,10 @@ class ContactBody(Protocol):
         """Number of slabs into which the points are divided."""
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return (d, a, b): the distance d of the surface from the points [m] and two numbers that are used if d is
-        negative.
+        """Return (d, a, b): the distance d of the surface from the points [m], and two numbers a and b that define this
+        distance if d is negative.
 
-        If d is negative, the distance is half the edge length (a · volume)^b of a point's cube.
+        If d is negative, each point is a cube with the edge length (a · volume)^b, and the distance is half of it.
         """
 
 

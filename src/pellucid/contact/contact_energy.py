@@ -41,7 +41,7 @@ class ContactEnergy:
         self._at_first: float | None = None
 
     def begin_step(self, touching: Iterable[Held]) -> None:
-        """Sum stored, dissipated and pending energy of all contacts at the start of a step."""
+        """Sum the stored, dissipated and pending energy of all contacts (`touching`) at the start of a step."""
         self.held = 0.0
         for stored, taken, pending in touching:
             self.held += stored + pending

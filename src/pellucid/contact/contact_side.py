@@ -17,7 +17,8 @@ from pellucid.jit import kernel
 
 
 class GivenBefore:
-    """Damper and friction forces of the last step on contact points, with the feet on the other surface.
+    """Damper and friction forces of the last step on contact points, with the feet of these points, i.e. their projections,
+    on the other surface.
 
     Their power at the velocities at the end of that step is a part of the energy that they dissipated.
     """
@@ -45,7 +46,8 @@ class GivenBefore:
         return listed
 
     def pressed(self, overlap: Overlap) -> np.ndarray:
-        """Return the normal forces of the last step on the points of an overlap [N], shape (n,); 0 for points without one.
+        """Return the stored normal forces of the last step on the points of an overlap [N], shape (n,); 0 for points
+        without a stored force.
 
         The stored implicit normal forces have the opposite sign (see `OverlapLaw`).
         """
@@ -114,9 +116,10 @@ class ContactSide(ABC):
     pushed : ndarray
         Indices of the points that had forces in the last step, in ascending order.
     lead : ContactLead
-        Lead that removes the overlap in steady states; None on sides without a lead.
+        Leads: distances ahead of the surface at which contact acts, which remove the overlap in steady states; None
+        on sides without leads.
     lent : float
-        Energy divided by stiffness that the overlap gained in this step through changes of the leads [m³].
+        Energy that the overlap gained in this step through changes of the leads, divided by the contact stiffness [m³].
     """
 
     def __init__(self, one: ContactSurface, other: ContactSurface | None, start: StartOverlap | None, share: float) -> None:
@@ -142,7 +145,8 @@ class ContactSide(ABC):
         """Velocities of the points of the other surface, shape (q, 3), or of the wall, shape (3,) [m/s]."""
 
     def remove_overlap(self) -> None:
-        """Add a contact lead to this side, which removes the overlap in steady states."""
+        """Add a contact lead (see `pellucid.contact.steady_contact`) to this side, which removes the overlap in steady
+        states."""
         self.lead, self.share = ContactLead(self.one), 1.0
 
     def apply(self, overlap: Overlap, force: np.ndarray, forces: Mapping[int, np.ndarray]) -> None:

@@ -44,8 +44,8 @@ class ContactSurface(ABC):
     """Contact surface of a body: m points, with data at the start of a step.
 
     Arrays of shape (m, 3): `place`, positions [m]; `area`, outward area vectors [m²]; `velocity` [m/s]; `slip`,
-    displacement of each point from the position where it stuck to another surface [m]. `reach`: radius along the surface
-    that each point represents [m], shape (m,).
+    displacement of each point from the position where friction holds it on another surface [m]. `reach`: radius along the
+    surface that each point represents [m], shape (m,).
     """
 
     body = ""
@@ -55,7 +55,7 @@ class ContactSurface(ABC):
     half_width: float | np.ndarray = 0.0
     """Distance by which the body extends beyond its points, one value or one per point [m]."""
     mass_per_area: float
-    """Mass per area of the layer that moves with the surface without delay [kg/m²]."""
+    """Mass per area of the surface layer that moves with the surface without delay [kg/m²]."""
     rate: float
     """Largest oscillation rate: the inverse of the largest step of the body [1/s]."""
     is_plane = False
@@ -74,7 +74,7 @@ class ContactSurface(ABC):
     stands = False
     """True if the surface has not moved since the start of the previous step."""
     pushed_along: list[np.ndarray]
-    """Directions in which the overlaps of this step push a rigid body, unit vectors of shape (3,)."""
+    """Unit vectors along which the overlaps of this step push a rigid body, each of shape (3,)."""
     n_edge_points = 0
     """Number of points on sharp edges and corners of a body that does not deform; they are the last points.
 
@@ -95,7 +95,8 @@ class ContactSurface(ABC):
     stops_at_once = False
     """True if, in this step, every contact of a rigid body has one damper per point; these contacts are solved together."""
     pushed: np.ndarray
-    """Sum of the changes of force of these contacts on the body in this step, in the basis of `mobility_rows`, shape (6,)."""
+    """Sum of the changes of force on the body, in this step, by contacts with one damper per point; in the basis of
+    `mobility_rows`, shape (6,)."""
     drag: np.ndarray | None = None
     """Drag coefficients of a fluid surface [kg/s], shape (m,); None for other bodies.
 
@@ -119,7 +120,8 @@ class ContactSurface(ABC):
         return self.two_sided and not self.is_hard
 
     def corner_shares(self) -> sparse.csr_array | None:
-        """Return the weights of the corners in each point, shape (m, corners); None if each point is a corner."""
+        """Return the weights of the corners (mesh vertices) in the position of each point, shape (m, corners); None if
+        each point is a corner."""
         return None
 
     def begin(self) -> None:  # noqa: B027

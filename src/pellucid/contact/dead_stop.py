@@ -39,16 +39,18 @@ Arrays = Sequence[np.ndarray]
 DEAD = 8.0  # damping relative to critical damping
 DEAD_APART = 64.0  # damping relative to critical damping, for one damper per point
 BEARS = 0.2
-"""Relaxation factor per step of the supported force of a point towards the force of its depth.
+"""Fraction of the difference by which, in each step, the force supported at a point approaches the spring force for its
+depth.
 
-The remaining difference counts as stopping the approach. Otherwise springs would throw back a body that entered by the
-displacement of one step.
+The rest of the spring force counts as a force that stops the approach. Otherwise springs would throw back a body that
+entered by the displacement of one step.
 """
 MOST_ROUNDS, SETTLED = 20, 1e-3
-"""`MOST_ROUNDS`: largest number of iterations that limit tensile forces and friction. `SETTLED`: relative change of the
-forces that ends the iteration."""
+"""`MOST_ROUNDS`: largest number of iterations that exclude tensile forces and limit friction. `SETTLED`: relative change
+of the forces below which the iteration ends."""
 FACING, ASKEW = 0.97, 0.9
-"""Cosines of the angle between opposite normals: full weight above `FACING`, zero weight below `ASKEW`."""
+"""Cosines of the angle between a normal and the opposite of the other surface's normal: full weight above `FACING`, zero
+weight below `ASKEW`."""
 
 
 class Before(NamedTuple):
@@ -204,7 +206,8 @@ class DeadStop:
         return energy
 
     def _borne(self, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-        """Return the force that each point supported at the start of the last step [N], one array per overlap."""
+        """Return the force that each point of the overlaps supported at the start of the last step [N] (`Before.borne`),
+        one array per overlap."""
         old = [self.before.get(self._numbers[id(part.one)], NOTHING) for part in overlaps]
         return [_at_points(part, of.listed, of.borne)[part.listed] for part, of in zip(overlaps, old, strict=True)]
 
@@ -297,7 +300,7 @@ _speeds_by = partial(np.einsum, "ni,i->n")  # change of the speeds in a unit of 
 
 
 def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
-    """Return positions [m] and normals of the points of all overlaps, shape (n, 3) each."""
+    """Return the positions [m] and the normals of the points of all overlaps, shape (n, 3) each."""
     places = [part.one.place[part.listed] for part in overlaps]
     return np.concatenate(places), np.concatenate([part.normal for part in overlaps])
 
@@ -313,7 +316,7 @@ def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray
 
 
 def _at_points(part: "Overlap", listed: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values of listed points at all points of the surface, zero at others."""
+    """Return an array for all points of the surface that contains the values of the listed points, and zero at other points."""
     found = np.zeros((len(part.one.place), *values.shape[1:]))
     found[listed] = values
     return found

@@ -40,14 +40,16 @@ smaller than a quarter of a cell.
 Each membrane therefore stays on its side of the other one. Membranes this thin do not define a side themselves.
 """
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
-"""Weights of the gradients of both volumes in the candidate normals."""
+"""Weights of the volume gradients of the first and of the second body. Each weighted sum is a candidate for the contact
+normal."""
 SMOOTH = 0.7
 """Smallest ratio of the vector area of a membrane at a node to its undeformed area there for which the membrane normal is
 used."""
 SIGNS = 1.0, -1.0  # sign of the normal towards the outside of the first and of the second side
 MARGIN = 1e-6  # margin for rounding, in cells
 NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
-"""Columns of the moments of a body at a node, which form two vectors. For a membrane, `VOLUME` holds its undeformed area."""
+"""First columns of the moments of a body at a node (normal, volume, volume times position), and the number of columns,
+which form two vectors. For a membrane, `VOLUME` holds its undeformed area."""
 
 
 class SharedNodes(NamedTuple):
@@ -186,8 +188,8 @@ class ContactDetection:
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
-        """Return the foremost position of the first side along the normals, and of the second side against them [m], shape
-        (2, n)."""
+        """Return, for each node, the foremost position of the first side along the normal, and of the second side in the
+        opposite direction [m], shape (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side, sign in enumerate(SIGNS):
             for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):

@@ -13,7 +13,8 @@ from pellucid.jit import kernel
 
 
 class Feet(NamedTuple):
-    """Feet of n contact points: foot i has the entries first[i] to first[i + 1] of `point` and `share`."""
+    """Feet of n contact points, i.e. their projections on another surface, as weighted means of its points. Foot i has
+    the entries first[i] to first[i + 1] of `point` and `share`."""
 
     first: np.ndarray  # (n + 1,) start of the entries of each foot
     point: np.ndarray  # (k,) point numbers

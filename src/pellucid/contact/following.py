@@ -21,7 +21,8 @@ MARGIN = 0.25  # margin of the search, in reaches
 
 
 class Following:
-    """Contact candidates of one surface against another. width: distance of the surfaces below which they overlap [m]."""
+    """Contact candidates: points of one surface that are near another one. width: distance of the surfaces below which
+    they overlap [m]."""
 
     def __init__(self, other: ContactSurface, width: float) -> None:
         reach = float(other.reach.max())

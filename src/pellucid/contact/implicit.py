@@ -36,7 +36,7 @@ EXACTLY, TIMES = 1e-11, 10  # residual and factor of the iterations in steady st
 
 
 class Block(NamedTuple):
-    """Points of one surface that overlap with another surface or with a wall."""
+    """Points of one surface that overlap with another surface or with a wall, with the data of their normal forces."""
 
     overlap: Overlap
     stiffness: np.ndarray  # stiffness k of each point [N/m], (n,)
@@ -73,7 +73,7 @@ class NormalForces:
             factors += [sparse.csr_array(way * root[:, axis]) for axis, way in enumerate(ways) if way.nnz]
         n = sum(len(block.given) for block in blocks)
         self._factor = sparse.csr_array(sparse.hstack(factors)) if factors else sparse.csr_array((n, 1))
-        """C with Δt² G = C Cᵀ."""
+        """Matrix C: normal forces f on the points reduce their depths at the end of the step by C Cᵀ f [m]."""
 
     @staticmethod
     def _turns(surface: ContactSurface, block: Block) -> np.ndarray:
@@ -84,8 +84,8 @@ class NormalForces:
 
     @staticmethod
     def _rows(surface: ContactSurface, response: Response, block: Block, axis: int) -> sparse.csr_array:
-        """Return the weights of the nodes in the normal component along `axis` of the relative point velocities, shape (n,
-        nodes)."""
+        """Return, for each point of a block, the weights of the nodal velocities along `axis` in its velocity relative
+        to the other surface along the normal, shape (n, nodes)."""
         overlap, shares, n = block.overlap, response.shares, len(block.overlap.listed)
         rows = sparse.csr_array((n, shares.shape[1]))
         normal = overlap.normal[:, axis]
@@ -105,7 +105,8 @@ class NormalForces:
         return sparse.csr_array(rows)
 
     def _approach(self, block: Block) -> np.ndarray:
-        """Return the approach velocities of the points of a block without the forces of this system [m/s], shape (n,)."""
+        """Return the approach velocities of the points of a block [m/s], shape (n,), as they would be without the normal
+        forces of this system."""
         overlap = block.overlap
         along = self._velocity[id(overlap.one)][overlap.listed]
         if block.other is None or block.feet is None:
@@ -130,9 +131,9 @@ def solve_forces(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the normal forces on n points [N] and their depths at the end of the step [m], shape (n,) each.
 
-    factor: C with Δt² G = C Cᵀ. ahead: depths at the end of the step without forces [m], shape (n,). stiffness: k of each
-    point [N/m], shape (n,). force: initial guess [N], shape (n,). exactly: True to solve to rounding error, for steady
-    states.
+    factor: matrix C; forces f reduce the depths at the end of the step by C Cᵀ f. ahead: depths at the end of the step
+    without forces [m], shape (n,). stiffness: k of each point [N/m], shape (n,). force: initial guess [N], shape (n,).
+    exactly: True to solve to rounding error, for steady states.
     """
     residual, times = (EXACTLY, TIMES) if exactly else (RESIDUAL, 1)
     stiff, after = stiffness > 0.0, ahead
@@ -154,7 +155,8 @@ def solve_forces(
 def _solve_pressed(
     factor: sparse.csr_array, root: np.ndarray, wanted: np.ndarray, y: np.ndarray, tolerance: float, iterations: int
 ) -> np.ndarray:
-    """Return the solution y of (1 + √k C Cᵀ √k) y = √k d* by conjugate gradients.
+    """Return the solution y of (1 + √k C Cᵀ √k) y = √k d* by conjugate gradients. The normal forces are √k y, for
+    stiffnesses k, depths d* without forces, and the matrix C of `solve_forces`.
 
     root: √k, zero for excluded points. wanted: √k d*. y: initial guess. tolerance: relative residual. iterations: largest
     number of iterations.

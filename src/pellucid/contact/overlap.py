@@ -32,8 +32,8 @@ DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
 differences that contact springs and dampers use in addition to the waves of the body, see `_stiff`; `LEAST_ROOM` is its
 lower limit."""
 SHEET_STIFF, SHEET_DAMPING = 0.5, 1.0
-"""ω Δt and damping ratio for contact of a deforming membrane, whose nodes do not rebound. With a critical damper that uses
-the velocities of the previous step, a step is stable up to ω Δt = 0.83."""
+"""Product ω Δt of oscillation rate and time step, and damping ratio, for contact of a deforming membrane, whose nodes do
+not rebound. With a critical damper that uses the velocities of the previous step, a step is stable up to ω Δt = 0.83."""
 SINK, IMPACT = 3e-4, 0.2
 """Penetration of a rigid body into another body that does not deform [cells]: at rest on its whole side, and in an impact
 at the initial speed."""
@@ -41,17 +41,19 @@ RESOLVED = 0.3
 """Largest product of step size and oscillation rate of a rigid body on its contacts, for any `time.courant`. With a longer
 step the body penetrates too deep before a force acts, and is thrown back."""
 HARDENS = 0.05
-"""Depth [cells] from which contact between two bodies that do not deform hardens. Bodies reach it under more than their own
-weight: under bodies that lie on them, or under loads."""
+"""Depth scale [cells] of the hardening of contact between two bodies that do not deform: its stiffness grows with the
+square of depth / `HARDENS`. Bodies reach this depth only under more than their own weight: under bodies that lie on
+them, or under loads."""
 STIFFER = 4.0
-"""Largest ratio of friction stiffness to overlap stiffness between such bodies; friction then oscillates twice as fast."""
+"""Largest ratio of friction stiffness to overlap stiffness between bodies that do not deform; friction then oscillates
+twice as fast as the overlap."""
 OUT = 10
-"""Number of steps in which the surfaces must be further apart before the initial overlap is reduced."""
+"""Number of steps in which all depths must be smaller than the initial overlap before it is reduced."""
 ROUNDED = 1e-6  # relative tolerance of the friction limit for sliding points
 ROUNDED_START = 1e-9  # initial depth that counts as rounding, relative to a length of the mesh
 IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
-"""Ratio of the oscillation rate on implicit normal forces to the rate of the body, if the step is small enough;
-`IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
+"""Ratio of the oscillation rate of contact by implicit normal forces to the largest oscillation rate of the body, if the
+step is small enough; `IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
 STICKS = 1e12  # coefficient of friction for contact without sliding
 NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
@@ -175,7 +177,7 @@ class OverlapLaw:
         self.is_implicit = not self._hard and all(side.response is not None for side in soft)
         """True if normal forces are implicit in the step, see `pellucid.contact.implicit`."""
         self.lost = 0.0
-        """Energy dissipated by the implicit forces of the last step, without the part of their power at its end [J]."""
+        """Energy dissipated by the implicit forces of the last step, without the contribution of their power at its end [J]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
         by_edges = self._hard and stop_apart(*sides)
         areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
@@ -202,7 +204,8 @@ class OverlapLaw:
         self.is_steady = False
         """True if friction is computed from displacements since the last equilibrium."""
         self.lent = 0.0
-        """Energy that the overlaps gained in this step through changes of the leads [J]."""
+        """Energy that the overlaps gained in this step through changes of the contact leads [J], see
+        `pellucid.contact.steady_contact`."""
         self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray]] = []
         self._numbers = np.zeros(N_LAW)
         stiffness, stiffer = (self.stiffness, self._implicit), STIFFER if self.stop else 1.0
@@ -393,7 +396,7 @@ def stop_apart(*sides: ContactSurface) -> bool:
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
-    """Return the unit vector of the mean normal of overlaps, shape (3,); its sign has no meaning."""
+    """Return the unit vector of the mean normal of overlaps at surface `one`, shape (3,); its sign has no meaning."""
     way = np.zeros(3)
     for overlap in overlaps:
         sign = 1.0 if overlap.one is one else -1.0
@@ -415,7 +418,8 @@ def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def _held(carried: np.ndarray, spring: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return the spring displacements limited to the length most/spring at which friction yields [m], shape (n, 3)."""
+    """Return the spring displacements, scaled down to at most the length most/spring [m] at which the friction limit
+    `most` [N] is reached, shape (n, 3)."""
     size = np.linalg.norm(carried, axis=1)
     longest = np.where(spring > 0.0, most / np.where(spring > 0.0, spring, 1.0), 0.0)
     return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, TINY))[:, None])

@@ -138,7 +138,8 @@ class ContactPair:
         return total
 
     def stop_straining(self) -> None:
-        """Stop the approach of the strain velocities at the contact nodes; add the impulses to `second`."""
+        """Stop the approach of the strain velocities (nodal velocities that strain the points) at the contact nodes; add
+        the impulses to `second`."""
         if self.touches:
             impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
 
@@ -166,7 +167,7 @@ class ContactPair:
 
 
 class ContactWork(NamedTuple):
-    """Contact work of all pairs, and impulses [N s], shape (3,), by name."""
+    """Work of the contact impulses of all pairs, and impulses [N s], shape (3,), by the name of the contact."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]

@@ -173,7 +173,8 @@ def _gain(about, candidates, e, x, n):
 
 @kernel(inner=True)
 def _sum_moments(about, candidates, e, clear, s, weight):
-    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d.
+    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d, where the
+    points of the other surface have the weights w, the normals m and the vectors d to the candidate.
 
     Return the nearest point of the other surface, and the height of the candidate above the plane of this point [m]. The
     weights are stored in `weight`.
@@ -236,9 +237,11 @@ def find_beside(chunk, about, candidates, clear, results):
 
 @kernel(inline=True)
 def _find_slope(p, s, n, e, alone, dimension, found):
-    """Compute the correction c of the weights, with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w.
+    """Compute the linear correction c of the weights w of the points of the other surface, such that Σ w (1 + c·(d - e)) d
+    = 0 along the surface, with the vectors d from these points to point p.
 
-    e: mean of d. alone: square of a distance [m²]; if the points are closer together, the correction tends to zero.
+    s: moments of the weights. n: normal of the surface. e: weighted mean of d. alone: square of a distance [m²]; if the
+    points are closer together, the correction tends to zero.
     """
     found[p, LEVEL] = 1.0
     for a in range(3):
@@ -277,8 +280,8 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 @pointwise
 def _corrected(w, found, p, d):
-    """Return the corrected weight of a point; with corrected weights, whose sum is one, the mean position is the foot of
-    point p."""
+    """Return the corrected weight of a point of the other surface at a vector d from point p. The corrected weights have
+    the sum one, and the mean position with these weights is the foot of point p."""
     along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
     return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
 

@@ -18,7 +18,8 @@ from pellucid.contact.contact_surface import ContactSurface
 
 
 class ContactLead:
-    """Leads of the contact points of a deforming surface [m].
+    """Leads of the contact points of a deforming surface [m]: distances ahead of the surface at which contact acts, so that
+    no overlap remains in a steady state.
 
     surface: surface of the points; its `corner_shares` are the weights of the corners in the points.
     """
@@ -41,8 +42,8 @@ class ContactLead:
         return float(self._corners.max(initial=0.0))
 
     def applied(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the depths of the listed points including their leads [m], and the energy of a lead update divided by
-        stiffness [m³].
+        """Return the depths of the listed points including their leads [m], and the energy gained by an update of the
+        leads, divided by the contact stiffness [m³].
 
         The leads are updated if `is_due` is set; otherwise the energy is 0. depth, area: see `renew`.
         """

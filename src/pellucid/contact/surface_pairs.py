@@ -75,11 +75,11 @@ class SurfacePair(PointContact):
 
     @property
     def sight(self) -> float:
-        """Search distance of the contact [m]."""
+        """Distance within which the contact searches for points of the other surface [m]."""
         return min(float(side.other.reach.min()) for side in self.sides)
 
     def begin_steady(self) -> None:
-        """Select the one surface that searches with leads: of the deforming surfaces the smaller, or the finer of two
+        """Select the one surface whose points get contact leads: of the deforming surfaces the smaller, or the finer of two
         equally large ones.
 
         Leads on both surfaces would give more than one lead per overlap. Without overlap, points of the other surface would
@@ -223,11 +223,11 @@ class SurfacePairs:
 
     @property
     def lent(self) -> float:
-        """Energy that contact gained in this step through changes of the leads [J]."""
+        """Energy that contact gained in this step through changes of the contact leads [J]."""
         return sum(pair.law.lent for pair in self._pairs)
 
     def lead_change(self) -> tuple[float, float]:
-        """Return the largest change of a lead in the last update, and the largest lead [m]."""
+        """Return the largest change of a contact lead in the last update, and the largest lead [m]."""
         leads = self._leads()
         return max((lead.change for lead in leads), default=0.0), max((lead.largest for lead in leads), default=0.0)
 

@@ -25,9 +25,10 @@ class ContactLaw(Protocol):
     is_steady: bool
     """True if friction is computed from displacements since the last equilibrium."""
     lent: float
-    """Energy that the overlaps gained in this step through changes of the leads [J]."""
+    """Energy that the overlaps gained in this step through changes of the contact leads [J], see
+    `pellucid.contact.steady_contact`."""
     lost: float
-    """See `OverlapLaw`."""
+    """Energy dissipated by implicit forces [J], see `OverlapLaw.lost`."""
 
     @property
     def stop(self) -> DeadStop | None:
@@ -123,7 +124,8 @@ class Touch(ABC):
             start.reach_equilibrium()
 
     def leads(self) -> list[ContactLead]:
-        """Return the contact leads, which remove overlaps in steady states."""
+        """Return the contact leads, i.e. distances ahead of the surface at which contact acts, which remove overlaps in
+        steady states."""
         return []
 
     @property

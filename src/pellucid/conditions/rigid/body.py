@@ -100,7 +100,7 @@ class RigidBody:
         self._carry(rates_of(m, arm, arrays["velocity"], self._turns)[3:])
         member.body.constrain(self, self.nodes)
         self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)
-        """Largest rate of oscillation on springs, which the time step must resolve [1/s]."""
+        """Largest oscillation rate of the body on its springs, which the time step must resolve [1/s]."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Add forces [N] at positions [m], shape (m, 3) each, over the coming step."""
@@ -133,13 +133,14 @@ class RigidBody:
         return np.array([*centre_of(arrays["mass"][:, None], arrays["velocity"]), C[7], C[2], C[3]])
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the prescribed motion over the step."""
+        """Compute the prescribed motion over the step that begins at `time` [s]."""
         self.leads.begin(time, dt)
         self.leads.rates *= self.body.load_rate
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:
-        """Set the affine fields of the points to an angular velocity [rad/s], with the energy of their own rotation."""
+        """Set the affine velocity fields of the points to a rotation with an angular velocity [rad/s], and compute the
+        kinetic energy of the rotation of the points about themselves."""
         self.own_energy = 0.5 * self._own_inertia * float(turn @ turn)
         self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
 

@@ -15,7 +15,7 @@ class Leads:
     """Prescribed motions of one rigid body, by component: 0 to 2 are displacements along the axes, 3 to 5 rotations about
     them.
 
-    along, about: axes along and about which the body can move. led: mask of the prescribed components, shape (6,).
+    along, about: axes along and about which the body can move. `led`: mask of the prescribed components, shape (6,).
     """
 
     def __init__(self, motions: "Sequence[Motion]", along: Sequence[int], about: Sequence[int]) -> None:

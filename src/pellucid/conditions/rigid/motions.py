@@ -14,8 +14,8 @@ MOST_ROWS = 16  # points of a body that walls hold at once; three would do on ea
 
 
 class RigidMotions:
-    """Rigid motions V + ω × s at positions s relative to the centre of a body. The six components of a motion are V and ω
-    times a length of the body.
+    """Rigid motions V + ω × s at positions s relative to the centre of a body. The six components of a motion are V and the
+    angular velocity ω times a length of the body [m/s].
 
     thin: mask of the axes along which the body cannot move; turns: axes about which the body can rotate; leads: the
     prescribed components.
@@ -27,42 +27,45 @@ class RigidMotions:
         self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
         self.sizes = np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
-        """Components of a motion divided by velocities and angular velocities, shape (6,); equally, impulses and angular
-        impulses divided by components of the momentum."""
+        """Factors, shape (6,), by which velocities and angular velocities are multiplied to get the components of a
+        motion; forces, torques and their impulses are divided by them to get components of the momentum."""
         self.given = leads.rates * self.sizes
-        """The prescribed components; 0 for free components."""
+        """The prescribed components of the motion; 0 for free components."""
         self._led = leads.led
 
     def of_body(self, mass: float, inertia: np.ndarray) -> np.ndarray:
-        """Return the inertia matrix in components, (6, 6), of a body with a mass [kg] and an inertia tensor [kg m²], (3,
-        3); 0 for components that cannot change."""
+        """Return the inertia matrix, shape (6, 6), for the six components of a motion, of a body with a mass [kg] and an
+        inertia tensor [kg m²], shape (3, 3); 0 for components that cannot change."""
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = mass * np.eye(3)
         matrix[3:, 3:] = inertia / self.length**2
         return np.asarray(np.where(np.outer(self._may_move, self._may_move), matrix, 0.0))
 
     def natural(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Return the motion, (6,), for an inertia, (6, 6), and a momentum, (6,), without prescribed components."""
+        """Return the motion, shape (6,), for an inertia matrix, (6, 6), and a momentum, (6,), as if no component were
+        prescribed."""
         return _solved(inertia, momentum, np.flatnonzero(self._may_move))
 
     def prescribed(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Return the motion, (6,), with prescribed components: only the momentum of the free ones counts."""
+        """Return the motion, shape (6,), for an inertia matrix, (6, 6), and a momentum, (6,), in which prescribed
+        components have their given values and the momentum determines only the free components."""
         return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:
-        """Return the velocities at positions s relative to the centre for unit components, shape (n, 3, 6)."""
+        """Return the velocities that unit components of a motion cause at positions s relative to the centre [m], shape
+        (n, 3, 6)."""
         turning = np.cross(np.eye(3)[None], s[:, None, :]) / self.length  # (n, about, along)
         along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
     def momentum_of(self, strength: np.ndarray) -> np.ndarray:
-        """Return the rate of change of the momentum in components, (6,), due to a force at the centre [N] and a torque [N
-        m], shape (6,)."""
+        """Return the rate of change of the six components of the momentum due to a force at the centre [N] and a torque
+        [N m], shape (6,)."""
         return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:
-        """Return R with R Rᵀ = K⁻¹ for an inertia matrix K, shape (6, 6), without directions of negligible inertia compared
-        with a mass [kg].
+        """Return a matrix R with R Rᵀ = K⁻¹ for an inertia matrix K, shape (6, 6); directions in which the inertia is
+        negligible compared with a mass [kg] are omitted.
 
         R contains only free components, since impulses do not change prescribed ones.
         """
@@ -81,8 +84,8 @@ def _solved(inertia: np.ndarray, momentum: np.ndarray, chosen: np.ndarray) -> np
 
 
 def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
-    """Return the inertia matrix, (6, 6), of masses, shape (n, 3) [kg], at positions with these velocities for unit
-    components, shape (n, 3, 6)."""
+    """Return the inertia matrix, shape (6, 6), of masses `weight`, shape (n, 3) [kg]; motions: velocities of these
+    masses for unit components of a rigid motion, shape (n, 3, 6)."""
     return np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
 
 
@@ -97,8 +100,8 @@ class Wall(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A motion that does not pass walls, shape (6,); the impulses of the walls in components, shape (6,); and the impulse
-    of each wall along its axis [N s]."""
+    """Result of `RigidWalls.keep_inside`: the motion with which no point passes a wall, shape (6,); the components of
+    the total impulse of the walls, shape (6,); and the impulse of each wall along its axis [N s]."""
 
     motion: np.ndarray
     given: np.ndarray

@@ -260,9 +260,11 @@ class NoSlip:
         return SAMPLES[0] * self._cell, SAMPLES[1] * self._cell
 
     def continue_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return δ at the nodes [m/s], (n, 3), from the velocities relative to the body at `heights`, (n, 3) each.
+        """Return the tangential velocity δ of the fluid relative to the body at the nodes [m/s], shape (n, 3), continued
+        from the velocities relative to the body at the distances `heights` from the surface, shape (n, 3) each.
 
-        far_known: reliability of the velocity at the larger height, between 0 and 1, (n,); c is multiplied by it.
+        far_known: reliability of the velocity at the larger height, between 0 and 1, (n,); the quadratic term of the
+        profile is multiplied by it.
         """
         a, b = self.heights
         d = surface.distance[:, None]
@@ -274,8 +276,8 @@ class NoSlip:
         return surface.certainty[:, None] * (profile - along)
 
     def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the normal derivative of δ on the surface [1/s], (n, 3), see `continue_profile`; on concave surfaces
-        without the denominator, as for Poiseuille flow."""
+        """Return the normal derivative of the velocity δ of `continue_profile` on the surface [1/s], shape (n, 3); on
+        concave surfaces without the correction for curvature, as for Poiseuille flow."""
         a, b = self.heights
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
@@ -284,11 +286,12 @@ class NoSlip:
         return np.asarray(surface.certainty[:, None] * (slope - along))
 
     def _distance_to(self, share: np.ndarray) -> np.ndarray:
-        """Return the distances of plane faces from nodes with these filled fractions [cells]."""
+        """Return the distances from nodes, with these filled fractions, to plane faces of a body [cells]."""
         return np.interp(-np.clip(share, 0.0, 1.0), -self._filled, self._distances)
 
     def _slope_at(self, distance: np.ndarray) -> np.ndarray:
-        """Return the rate at which the filled fraction decreases at distances from a plane face [1/cell]."""
+        """Return the rate at which the filled fraction of a node decreases with its distance from a plane face, at these
+        distances [1/cell]."""
         above, below = (np.interp(distance + side, self._distances, self._filled) for side in (1.0, -1.0))
         return 0.5 * (below - above)
 

@@ -105,8 +105,8 @@ class RigidNodes:
         self._no_slip = no_slip
         self._clear = Clearing(STEP, grid.rows, self._sums)
         self.led_impulse = np.zeros(6)
-        """Impulses on the nodes in components that come neither from forces nor from walls: those of the prescribed
-        components come from motions."""
+        """Sum of the impulses on the nodes, in the six components of a rigid motion, without those of forces and walls.
+        In prescribed components, the prescribed motions exert it."""
 
     def hold(
         self,
@@ -117,7 +117,8 @@ class RigidNodes:
         before: np.ndarray,
         push: np.ndarray,
     ) -> np.ndarray:
-        """Set the rigid motion of the nodes; arm: positions of the body's points relative to its centre, shape (n, 3) [m].
+        """Set the rigid motion of the nodes for a step; arm: positions of the body's points relative to its centre, shape
+        (n, 3) [m].
 
         inertia: inertia matrix of the body in components, (6, 6), see `RigidMotions`; before: components of the motion at
         the start of the step; push: change of the momentum components by forces in the step, (6,). Returns the components
@@ -292,7 +293,8 @@ class RigidNodes:
         return np.where(self._field.grid.thin, 0.0, arms)
 
     def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
-        """Compute the inertia of the nodes and the correction E; E is zero where supports leave too little inertia."""
+        """Compute the inertia matrix of the nodes, and the correction E: the inertia of the body minus that of its inner
+        nodes. E is set to zero where supports leave too little inertia."""
         inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
         self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
         of_nodes, mass = inertia_at(self._kept * self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
@@ -329,8 +331,8 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _along(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the momentum of nodes for these velocities, shape (n, 3), weighted with φ_I; for outer nodes only along
-        the surface."""
+        """Return the momentum of nodes with these velocities, shape (n, 3), weighted with φ_I, the degree to which a
+        node follows the body; for outer nodes only the component along the surface."""
         free = self._weight > 0.0
         across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
         return np.asarray(self._weight * (velocity - across))
@@ -341,7 +343,7 @@ class RigidNodes:
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
-        """Return values at the nodes that the body reaches, from all processes."""
+        """Return nodal values of all processes at the nodes that the body reaches."""
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:

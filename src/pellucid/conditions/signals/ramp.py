@@ -8,7 +8,8 @@ from pellucid.smooth_step import smooth_step
 
 
 class Ramp(SignalModel):
-    """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
+    """A smooth ramp from 0 to the displacement d, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T, for the start time t₀
+    and the duration T."""
 
     kind: Literal["ramp"] = "ramp"
     distance: float = parameter("m", "final displacement d")

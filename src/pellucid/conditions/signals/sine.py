@@ -8,7 +8,7 @@ from pellucid.model import parameter
 
 
 class Sine(SignalModel):
-    """A sine, u = a (sin(2π t/T + φ) - sin φ)."""
+    """A sine with amplitude a, period T and phase φ that starts at 0: u = a (sin(2π t/T + φ) - sin φ)."""
 
     kind: Literal["sine"] = "sine"
     amplitude: float = parameter("m", "amplitude a")

@@ -7,7 +7,7 @@ from pellucid.model import parameter
 
 
 class Steady(SignalModel):
-    """A constant velocity, u = v t."""
+    """A motion at constant velocity v: displacement u = v t."""
 
     kind: Literal["steady"] = "steady"
     velocity: float = parameter("m/s", "velocity v")

@@ -49,7 +49,8 @@ class LikeDisplacement(TurnModel):
 
 
 class RampTurn(LikeDisplacement):
-    """A smooth ramp, θ = α s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
+    """A smooth ramp from 0 to the angle α, θ = α s³(10 - 15 s + 6 s²) with s = (t - t₀)/T, for the start time t₀ and the
+    duration T."""
 
     kind: Literal["ramp"] = "ramp"
     angle: float = parameter("", f"final angle α {SAID}")
@@ -61,7 +62,7 @@ class RampTurn(LikeDisplacement):
 
 
 class SineTurn(LikeDisplacement):
-    """A sine, θ = α (sin(2π t/T + φ) - sin φ)."""
+    """A sine with amplitude α, period T and phase φ that starts at 0: θ = α (sin(2π t/T + φ) - sin φ)."""
 
     kind: Literal["sine"] = "sine"
     angle: float = parameter("", f"amplitude α {SAID}")
@@ -73,7 +74,7 @@ class SineTurn(LikeDisplacement):
 
 
 class SteadyTurn(LikeDisplacement):
-    """A constant angular velocity, θ = ω t."""
+    """A rotation at constant angular velocity ω: angle θ = ω t."""
 
     kind: Literal["steady"] = "steady"
     angular_velocity: float = parameter("rad/s", 'angular velocity ω, in rad/s or a text such as "60 rpm"')

@@ -27,10 +27,10 @@ class TenseSurface(ActiveCondition):
     """Surface tension of a fluid in a run.
 
     Forces are the exact derivative of the energy with respect to positions and volumes of the points, f = -V (N ∇φ + φ ∇N)
-    with φ = ∂E/∂V, so that energy is conserved except for errors of the time step. Since the energy is summed over cells,
-    it changes slightly when the fluid moves relative to the grid. This would be a total force on the fluid, which a uniform
-    acceleration of all points removes, except along the normal of faces of the grid that the fluid has reached, which
-    support it.
+    with the volume V of a point, the shape function N of a node and the potential φ = ∂E/∂V of the surface energy E, so
+    that energy is conserved except for errors of the time step. Since the energy is summed over cells, it changes slightly
+    when the fluid moves relative to the grid. This would be a total force on the fluid, which a uniform acceleration of all
+    points removes, except along the normal of faces of the grid that the fluid has reached, which support it.
 
     The energy belongs to the state at the beginning of a step. A step is therefore recorded with its work; the remaining
     change of the energy is recorded in the next step.
@@ -63,7 +63,8 @@ class TenseSurface(ActiveCondition):
         return abs(self._found)
 
     def _find(self) -> None:
-        """Compute the surface energy of the current volumes, and its potential."""
+        """Compute the surface energy [J] for the current volumes at the nodes, and its derivative by these volumes, the
+        potential."""
         body, surface = self._body, self._surface
         surface.volume.fill(0.0)
         scatter_volumes(body.n_slabs, body.mapped, surface.volume)

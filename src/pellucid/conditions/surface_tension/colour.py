@@ -85,7 +85,7 @@ class _Beside(NamedTuple):
     per_share: np.ndarray
     """Reciprocal of the fraction of the smoothed volume around a node in front of the planes; 0 behind the planes."""
     cells: np.ndarray
-    """Fraction of each cell in front of the planes."""
+    """Fraction of the volume of each cell in front of the planes."""
     planes: list[_Wetted]
 
 
@@ -175,7 +175,7 @@ class SurfaceEnergy:
         return _Beside(per_share, self._open.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
-        """Set the mask of the axes along which the fluid has reached planes."""
+        """Record along which axes the fluid has reached planes (`at_wall`)."""
         for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
             if float(np.sum(area * colour)) > 0.0:
                 self.at_wall |= plane.wall.normal != 0.0
@@ -225,7 +225,7 @@ class SurfaceEnergy:
                 yield _along(axis, end), cosine, area
 
     def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:
-        """Return the energy of wet walls [J], and add its derivative by the colour to `slope`."""
+        """Return the surface energy of wet walls [J], and add its derivative by the nodal colour to `slope`."""
         energy = 0.0
         for nodes, cosine, area in wetted:
             energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
@@ -253,7 +253,7 @@ class SurfaceEnergy:
 
 
 def _widths(function: object, count: int) -> np.ndarray:
-    """Return ∫N of each node along an axis, in cells, shape (nodes,)."""
+    """Return the integral ∫N of the shape function of each node along an axis, in cells, shape (nodes,)."""
     of, widths = axis_integrals(function, count), np.zeros(count + 1)
     for column in range(of.value.shape[1]):
         np.add.at(widths, np.minimum(of.first + column, count), of.value[:, column])

@@ -7,7 +7,7 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_volumes(s, mapped, target):
-    """Add N times the volumes of the points of n slabs to the nodes, shape (nodes,) [m³]."""
+    """Add the volumes of the points of n slabs, times the shape functions N, to the nodes, shape (nodes,) [m³]."""
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -54,9 +54,10 @@ def gather_potential(s, mapped, potential, values, sums):
 
 @parallel_loop_by_colour(gives="target")
 def scatter_forces(s, mapped, values, acceleration, target):
-    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of n slabs to the nodal forces, shape (nodes, 3).
+    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of n slabs to the nodal forces, shape (nodes, 3); V: volume
+    and m: mass of a point, N: shape function of a node.
 
-    values: φ and ∇φ at the points, shape (points, 4); acceleration: a [m/s²], shape (3,).
+    values: potential φ and gradient ∇φ at the points, shape (points, 4); acceleration: a [m/s²], shape (3,).
     """
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):

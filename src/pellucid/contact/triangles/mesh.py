@@ -233,7 +233,7 @@ class TriangleMesh:
         """Return the response of n contacts to nodal forces in a step dt [s]: velocities and compliance.
 
         The result contains the contact velocities at the end of the step without contact forces [m/s], shape (n,), and a
-        factor C. Contact forces f change the contact displacements by C Cᵀ f. column, share: weights of the vertex velocity
+        matrix C. Contact forces f change the contact displacements by C Cᵀ f. column, share: weights of the vertex velocity
         components in the n contact velocities; the column of a component is 3 vertex + axis. If the motion is not known
         before contact, the vertices keep their velocities and have their own masses.
         """

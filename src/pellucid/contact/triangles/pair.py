@@ -37,7 +37,8 @@ OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are s
 
 
 class AskingSide(ContactSurface):
-    """Points of one surface that search for triangles of another or of the same surface; one contact point for each slot.
+    """Points of one surface that search for triangles of another or of the same surface; each slot of a point stores one
+    contact with a triangle.
 
     share: fraction of the contact stiffness.
     """
@@ -120,16 +121,16 @@ class AskingSide(ContactSurface):
         find_feet((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
 
     def _open(self, start: StartOverlap, way: float) -> None:
-        """Reduce the initial overlap by the distance that the surfaces have separated; way: current bound of their approach
-        [m]."""
+        """Reduce the initial overlap by the distance that the surfaces have separated; way: largest distance by which
+        they may have approached by now [m]."""
         before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
         apart = self.slots.clear[filled] - way  # gaps beyond the distance at which contact acts now
         start.reduce(before - np.where(apart > VIBRATES * before, apart, np.minimum(apart, 0.0)))
         self.slots.clear[...] -= before - start.depth
 
     def shares(self, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for each overlapping point, c vertices of a mesh, shape (n, c), and their weights per axis, shape (n, c,
-        3).
+        """Return, for each overlapping point, the c vertices of a mesh that affect its relative velocity, shape (n, c), and
+        their weights per axis, shape (n, c, 3).
 
         The weighted vertex velocities are the contribution of the mesh to the velocity relative to the closest point.
         """
@@ -234,7 +235,8 @@ class TrianglePair(Touch):
         return [side.start for side in self.sides if side.start is not None]
 
     def start_depth(self) -> float:
-        """Return the initial overlap [m]; for self-contact, the largest initial overlap of a slot."""
+        """Return the initial overlap of the surfaces [m]; for self-contact, the largest initial overlap of a slot, i.e.
+        of a point with a triangle."""
         return super().start_depth() if len(self.surfaces) == 2 else max(float(side.slots.born.max()) for side in self.sides)
 
     def follow(self, last: float) -> None:

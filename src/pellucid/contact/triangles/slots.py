@@ -55,7 +55,8 @@ class Points(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """State of s slots of each of m points, which a checkpoint stores."""
+    """State of s slots of each of m points, which a checkpoint stores. A slot stores the contact of a point with a
+    triangle of the other surface."""
 
     triangle: np.ndarray  # (m, s) triangle; -1 for an empty slot
     side: np.ndarray  # (m, s) side of the triangle: +1 or -1; 0 beyond a rim
@@ -70,7 +71,7 @@ class Slots(NamedTuple):
 
 
 def make_slots(m: int, s: int) -> Slots:
-    """Return s empty slots for each of m points."""
+    """Return s empty slots for each of m points, see `Slots`."""
     whole = [np.full((m, s), -1), np.zeros((m, s), np.int64), np.zeros((m, s), np.int64)]
     return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(4)))
 
@@ -107,13 +108,14 @@ def _looks_away(points, facets, sight, p, q):
 
 @pointwise
 def _holds(facets, sight, q, foot):
-    """Return True if a position on a neighbour of triangle q also lies on q."""
+    """Return True if a position (`foot`) on a neighbour of triangle q also lies on q."""
     return closest_on(facets, q, foot)[4] <= (HOLDS * sight.far) ** 2
 
 
 @kernel(inner=True)
 def _leads_to_excluded(points, facets, sight, p, q, foot):
-    """Return True if a position on triangle q also lies on a neighbour that is excluded for point p."""
+    """Return True if a position (`foot`) on triangle q also lies on a neighbouring triangle that is excluded from
+    contact with point p."""
     if points.first[p] == points.first[p + 1]:
         return False
     for r in range(facets.first[q], facets.first[q + 1]):
