@@ -21,9 +21,10 @@ COLLAPSED = 1e-6  # of the largest step so far
 class Clock:
     """Counter of steps and simulated time.
 
-    The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)). longest: a further limit of
-    the stable step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take
-    their own substeps [s].
+    The stable step of a body is h/(c + |v|) for the cell size h, the wave speed c, which artificial viscosity increases,
+    and the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. longest: a further limit of the
+    stable step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their
+    own substeps [s].
     """
 
     def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:
@@ -36,13 +37,13 @@ class Clock:
         self._fixed_from = (0, 0.0)
         """Number of steps and time [s] at which fixed steps got their present length."""
         self.weight = 1.0
-        """Weight of the impulses of the last step in the total reactions."""
+        """Factor on the impulses of the last step where they are added to the total reactions."""
         self.missed: str | None = None
-        """Reason why the run ends early, with a state that is stored; None otherwise."""
+        """Reason why the run must end before its goal is reached, although the state is valid and stored; None otherwise."""
 
     @property
     def is_last_try(self) -> bool:
-        """True if the run ends with the coming step unless this step reaches its goal."""
+        """True if the coming step is the last one that the run may take to reach its goal, such as a steady state."""
         return False
 
     def next_step(self, bodies: Sequence[Body]) -> float:
@@ -77,8 +78,8 @@ class Clock:
         return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
 
     def limit(self, bodies: Sequence[Body]) -> tuple[StepLimit, str]:
-        """Return the limit of the stable step in the present state and the name of the body; an empty name if no body
-        limits it."""
+        """Return the limit of the stable step in the present state, and the name of the limiting body; an empty name if
+        no body limits it."""
         body = max(bodies, key=lambda body: body.totals.rate)
         found = body.step_limit()
         if self.longest < found.step:
@@ -104,7 +105,8 @@ class Clock:
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Prepare the bodies for the coming step. Here nothing is set: the bodies move by their own inertia."""
+        """Set the damping and the rate of the loads of bodies for the coming step. This clock sets nothing: bodies move
+        by their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step."""
@@ -141,7 +143,7 @@ class Clock:
         return self.time
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts of the analysis for the summary."""
+        """Return facts about the time stepping for the summary, by name."""
         return {}
 
     def state_arrays(self) -> dict[str, np.ndarray]:

@@ -63,7 +63,7 @@ def contacts_of(
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:
-    """Return both ends of the cell along a thin axis, as planes of symmetry."""
+    """Return both ends of the single cell along the thin axis of a slice, as planes of symmetry."""
     axes = [axis for axis, thin in enumerate(case.thin) if thin]
     if len(axes) != 1:
         return []
@@ -72,16 +72,16 @@ def _ends_of_slice(case: "Case") -> list[Plane]:
 
 
 def _fields_may(case: "Case") -> bool:
-    """Return True if bodies of two velocity fields may be in contact by surfaces: at least one body of each has a contact
-    surface, is rigid or follows a prescribed motion."""
+    """Return True if bodies of two velocity fields may be in contact by their surfaces. This requires that at least one
+    body of each field has a contact surface, is rigid or follows a prescribed motion."""
     led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
     members = models_by_field(case).values()
     return sum(any(model.deforms_in_contact or model.name in led for model in models) for models in members) > 1
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
-    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of the work of
-    forces between surfaces."""
+    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of a row of
+    works for the work of forces between surfaces."""
     able = {name: body for name, (body, _) in built.items() if has_surface(body)}
     fields = [
         {model.name for model in members if model.name in able}
@@ -216,7 +216,8 @@ def _surface_pairs(
 
 
 def _refuse_out_of_sight(pair: SurfacePair) -> None:
-    """Raise CaseError for contact offsets beyond the distance up to which contact of the surfaces is detected."""
+    """Raise CaseError if the contact offsets of two surfaces exceed the distance up to which contact between these
+    surfaces is detected."""
     if pair.distance <= pair.sight:
         return
     thick = max(pair.surfaces, key=lambda surface: float(np.max(surface.half_width)))

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 SIZES = "mass", "volume"
 SMALL_MASS = 1e-4
-"""Limit of small nodal masses, relative to the lightest point, for transfers in which points keep their velocity and add
-the mean increment of their nodes."""
+"""Nodal mass, relative to the mass of the lightest point, below which the internal forces of a node do not strain
+points. For transfers in which points keep their velocity and add the mean increment of their nodes."""
 
 
 def small_masses(
@@ -35,19 +35,21 @@ def small_masses(
 
 
 def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
-    """Return the limit of small nodal masses for all velocity fields [kg]; bodies: the arrays of all bodies of a case."""
+    """Return the nodal mass [kg], for all velocity fields, below which the internal forces of a node do not strain
+    points; bodies: the arrays of all bodies of a case."""
     return SMALL_MASS * min(_lightest(arrays["mass"]) for arrays in bodies)
 
 
 def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
-    """Return the limit of small nodal masses for a velocity field with APIC and linear functions [kg]; bodies: the arrays
-    of its bodies.
+    """Return the nodal mass [kg], for a velocity field with APIC and linear functions, below which the internal forces of a
+    node do not strain points; bodies: the arrays of its bodies.
 
-    The affine fields of the points that reach such a node return its velocity increments to it, so that it oscillates like
-    a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the outermost points
-    reach beyond the last node by the fraction ξ of a cell. The node beyond has the mass n² ξ m and the stiffness (2n/3)² m
-    c²/h². Steps C h/c with the Courant number C are stable for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3)
-    m c²/h², and the limit of ξ is C²/6. The limit used is twice as large.
+    The affine fields of the points that contribute to such a node return its velocity increments to it, so that it
+    oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the
+    outermost points reach beyond the last node by the fraction ξ of a cell. The node beyond has the mass n² ξ m and the
+    stiffness (2n/3)² m c²/h², with the wave speed c and the cell size h. Steps C h/c with the Courant number C are stable
+    for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3) m c²/h², and the limit of ξ is C²/6. The limit used is
+    twice as large.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]
@@ -61,5 +63,5 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
 
 
 def _lightest(mass: np.ndarray) -> float:
-    """Return the smallest mass of points with mass [kg]; points that left in an earlier run have none."""
+    """Return the smallest mass of the points [kg], without points that left in an earlier run and have no mass."""
     return float(np.min(mass, where=mass > 0.0, initial=np.inf))

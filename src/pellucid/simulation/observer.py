@@ -9,7 +9,7 @@ class Observer(Protocol):
     """Object that reads a simulation during a run and never changes it."""
 
     def begin(self, simulation: Any) -> None:
-        """Called before the first step."""
+        """Record the initial state. Called before the first step."""
 
     def after_step(self, simulation: Any) -> None:
         """Called after each step."""

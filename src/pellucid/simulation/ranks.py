@@ -22,7 +22,7 @@ from pellucid.ranks.domain import domain
 INTERVAL = 50
 """Number of steps between two checks of the load balance."""
 THINNEST = 1e-9
-"""Smallest extent of a body along the axis of the slabs that is assumed, in cells."""
+"""Smallest extent of a body along the axis of the slabs that is used in the estimate of its points, in cells."""
 
 
 def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:

@@ -61,8 +61,8 @@ class SettlingClock(Clock):
         self._passed += dt
 
     def passes_peak(self, kinetic: float, moved: float, at_stake: float) -> bool:
-        """Return True if the kinetic energy [J] at the end of a step is below the previous value: the bodies are then
-        stopped.
+        """Return True if the kinetic energy [J] has passed a peak, i.e. is lower than after the previous step: the bodies
+        are then stopped.
 
         The bodies are settled after the kinetic energy has stayed small for at least the longest oscillation so far and the
         time that waves need to cross the bodies. Small means below the fraction `share` of `moved`, the largest energy so
@@ -150,7 +150,7 @@ def _while_settling(text: str) -> str:
 
 
 def _stop_what_moves(simulation: "Simulation", share: float) -> None:
-    """Warn and set velocities to zero if the bodies start with kinetic energy.
+    """Warn if the bodies start with kinetic energy, and set their velocities to zero.
 
     Velocities in a case with [settle] are errors, but bodies may have velocities from an earlier run. They settle at their
     positions of that run, and the energy of that motion must not affect the criterion for rest.
@@ -187,6 +187,6 @@ def _come_to_rest(
 
 
 def _crossing(model: BodyModel) -> float:
-    """Return the time of pressure waves from end to end of a body [s]."""
+    """Return the time that pressure waves need to cross a body from end to end [s]."""
     lower, upper = model.bounds()
     return float((upper - lower).max()) / model.waves_at_start()[0]

@@ -189,7 +189,7 @@ class Simulation:
         self._balanced_step = self.n_steps
 
     def begin_balance(self) -> None:
-        """Start the balances of mass, momentum and energy from the present state."""
+        """Start the balances of mass, momentum and energy with the present state as reference."""
         speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.conditions.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
@@ -439,7 +439,7 @@ class Simulation:
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
-        """Return the entries of the summary about the analysis."""
+        """Return the entries of the summary about the time stepping and the analysis."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}
@@ -468,7 +468,7 @@ class Simulation:
         return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return every number that affects the next step, for JSON."""
+        """Return every number that affects the next step, in a form that JSON can store."""
         return {
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),

@@ -39,7 +39,7 @@ class Stages:
         """Works of the step on the nodes, without contact."""
 
     def sort(self) -> None:
-        """Sort the points of bodies that need it."""
+        """Sort the points of bodies whose points must be sorted by grid nodes."""
         for body in self.grid_bodies:
             body.sort_if_needed()
 
@@ -85,7 +85,8 @@ class Stages:
         self.contact_pairs.apply_impulses()
 
     def sum_works(self, dt: float) -> None:
-        """Sum the works of the step on the nodes after the momentum update, and compute the growth of full cells."""
+        """Sum the works of the step on the nodes after the momentum update, and compute the volume growth of full cells
+        of fluid."""
         works = [field.works(dt) for field in self._fields]
         self.works = [work for work in works if work is not None]
         for pressure in self.cell_pressures:
@@ -118,7 +119,7 @@ class Stages:
             self.contact_pairs.apply_second_impulses(dt)
 
     def find_volume_corrections(self, dt: float) -> None:
-        """Compute the missing volume growth of points in full cells, and its work."""
+        """Compute the volume growth that points in full cells of fluid still lack, and its work."""
         for pressure in self.cell_pressures:
             pressure.find_shifts(dt)
 

@@ -12,7 +12,7 @@ from pellucid.simulation.assembly import Built
 
 
 class Standings(Mapping[str, Standing]):
-    """Initial positions of bodies by name, computed on request."""
+    """Initial positions of the points of bodies by the name of the body, computed on request."""
 
     def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
         """bodies: all bodies; going_on: names of the bodies that start in the state of an earlier run."""

@@ -73,7 +73,7 @@ class SteadyClock(Clock):
         self._start = [_places(body).copy() for body in bodies]
         self._step = 0  # of this load step
         self.loading = 1
-        """Number of steps over which the loads of this load step increase."""
+        """Number of steps over which the loads of the present load step increase."""
         self._equilibria = 0
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
@@ -139,7 +139,8 @@ class SteadyClock(Clock):
 
     @property
     def is_adjusting(self) -> bool:  # type: ignore[override]
-        """True from the first correction of overlaps to the equilibrium: each correction changes forces at once."""
+        """True from the first correction of overlaps until the equilibrium, since each correction changes the contact
+        forces at once."""
         return self._corrections > 0
 
     @property
@@ -155,9 +156,9 @@ class SteadyClock(Clock):
         return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Estimate the relative error of the displacements: the remaining change if the largest change per step decays by
-        κ, or more slowly if a slower decay is observed. A mode with a frequency far below the one for which κ is optimal is
-        hidden by the changes of the other modes."""
+        """Estimate the relative error of the displacements: the remaining change if the largest change per step decays
+        by the damping factor κ, or more slowly if a slower decay is observed. A mode whose frequency is far below the
+        one for which κ is optimal is hidden by the changes of the other modes."""
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
@@ -235,7 +236,7 @@ class SteadyClock(Clock):
         return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
 
     def _unbalanced(self) -> float:
-        """Return the norm of the residual forces relative to the norm of all forces."""
+        """Return the norm of the residual nodal forces relative to the norm of all nodal forces."""
         left, every = np.sqrt(np.square([body.unbalanced() for body in self._relaxed]).sum(axis=0))
         return float(left / every) if every > 0.0 else 0.0
 
@@ -264,14 +265,14 @@ def _places(body: Body) -> np.ndarray:
 
 
 def _cells_passed(body: Body, end: float) -> float:
-    """Return the largest number of cells that the motions of a body pass until the end of the loads [s]."""
+    """Return the largest number of cells that the motions of a body cross until the end of the loads [s]."""
     grid, speed = getattr(body, "grid", None), getattr(body.constraint, "top_speed", 0.0)
     return 0.0 if grid is None else speed * end * float(grid.lattice.inverse_cell)
 
 
 def _crossing(model: BodyModel) -> float:
-    """Return the time of shear waves from end to end of a body [s]. A body without shear waves, as some membranes, uses 0.2
-    times the speed of pressure waves."""
+    """Return the time that shear waves need to cross a body from end to end [s]. For a body without shear waves, as some
+    membranes, 0.2 times the speed of pressure waves is used."""
     lower, upper = model.bounds()
     pressure, shear = model.waves_at_start()
     return float((upper - lower).max()) / (shear or 0.2 * pressure)

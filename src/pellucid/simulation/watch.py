@@ -51,8 +51,8 @@ TURNING = {
 }
 """Remedies for a drift of the angular momentum, by transfer."""
 BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
-"""Conditions that act between bodies, and supports, whose impulses show if they act. All other conditions may exert
-external torques on bodies."""
+"""Conditions whose forces act between bodies, and supports, whose impulses show if they act. Any other condition may
+exert external torques on bodies, so that angular momentum is not conserved."""
 
 
 class Watch:
