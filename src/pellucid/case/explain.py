@@ -156,7 +156,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
 
 
 def _belongs(path: Path, data: Any, schema: Schema) -> str:
-    """Return the remedy for an unknown key that belongs to a neighbouring or enclosing table, or an empty text."""
+    """Return the remedy for an unknown key that would be valid in a neighbouring or enclosing table; an empty text if
+    there is no such table."""
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
@@ -217,6 +218,6 @@ def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:
 
 
 def _without_echoes(found: list[Finding]) -> list[Finding]:
-    """Drop the report of a missing key if a misspelt key in the same table already points to it."""
+    """Remove the report of a missing key if a report of a misspelt key in the same table already points to it."""
     meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith("did you mean `")}
     return [item for item in found if not (item.text.startswith("is missing") and item.path in meant)]

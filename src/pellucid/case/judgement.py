@@ -73,7 +73,7 @@ class Check(Part):
 
     @property
     def takes_time(self) -> bool:
-        """True if a time is compared."""
+        """True if the compared value is a time."""
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -21,7 +21,7 @@ Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several)]
 
 
 def _one_or_several_times(times: Any) -> Any:
-    """Return times as a tuple; a case may give a single time without brackets."""
+    """Return the given times [s] as a tuple; a case may give a single time without brackets."""
     return (times,) if isinstance(times, int | float) else times
 
 

@@ -13,7 +13,7 @@ from pellucid.parts.part import Parts, Section
 
 
 class Place(NamedTuple):
-    """Type of a key of a case, and the attribute of the case that holds it."""
+    """Type of a key of a case, and the name of the attribute of the case that holds its table or tables."""
 
     attribute: str
     base: type[Model]

@@ -52,7 +52,8 @@ class SteadyCase(Part):
     )
 
     def levels(self, end: float) -> list[float]:
-        """Return the load levels of the start and of each equilibrium, in units of load steps of equal length.
+        """Return the load levels of the start and of each equilibrium; one unit is one load step, and all load steps have
+        equal length.
 
         end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
         """

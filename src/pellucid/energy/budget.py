@@ -42,14 +42,14 @@ class Totals:
         self.parts: dict[str, float] = {}
 
     def give(self, left: Passed, affine: float) -> None:
-        """Subtract the momentum and energies of points that left; affine: the part of their kinetic energy in affine fields
-        [J]."""
+        """Subtract the momentum and energies of points that left the body; affine: the part of their kinetic energy that
+        belongs to affine fields [J]."""
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
 
     def take(self, entered: Passed, size: float) -> None:
-        """Add mass, momentum and energy of points that entered; size: their Σ m|v| [kg m/s]."""
+        """Add the mass, momentum and energy of points that entered the body; size: sum Σ m|v| over these points [kg m/s]."""
         self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
@@ -314,7 +314,7 @@ class EnergyBudget:
 
 
 class AngularMomentum(NamedTuple):
-    """Angular momentum about a point, and the sum of its magnitudes."""
+    """Angular momentum of bodies about a point, shape (3,), and the sum of the magnitudes Σ m |r| |v| over their points."""
 
     vector: np.ndarray  # (3,) Σ m r × v, with that of the points about themselves [N m s]
     size: float  # Σ m |r| |v| [N m s]

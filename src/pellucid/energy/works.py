@@ -44,7 +44,7 @@ OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Energy of points that left through a face of the grid. It is not work of a step: the balance adds it after the points
 left."""
 INFLOW_ENERGY = Channel("inflow_energy")
-"""Energy of points that entered through a face of the grid, added to the balance after they entered."""
+"""Energy of points that entered through a face of the grid. The balance adds it after the points entered."""
 INFLOW_WORK, OUTFLOW_WORK = Channel("inflow_work"), Channel("outflow_work")
 """Work of the prescribed flow at open faces, and work of the pressure there."""
 FIXED_COLUMNS: Mapping[Channel, int] = {
@@ -68,7 +68,8 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 
 def channel_of_load(name: str) -> Channel:
-    """Return the channel of external forces with this name."""
+    """Return the channel of external forces with this name; its sign is 1, unless the name belongs to an exchange within
+    the balance."""
     passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
     return passing.get(name, Channel(name))
 

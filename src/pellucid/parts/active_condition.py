@@ -45,12 +45,13 @@ class ActiveCondition:
         return ()
 
     def work(self) -> StepWork | None:
-        """Return the work and impulses of the condition over the step; None if nodes or bodies count them."""
+        """Return the work and impulses of the condition over the step; None if the nodes or bodies on which it acts
+        count them."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Return impulses over the step [N s], shape (3,), that nodes and bodies count without a name, by name of the
-        probed force."""
+        """Return the impulses of the condition over the step [N s], shape (3,), that nodes and bodies sum without a
+        name, by the name under which probes read them."""
         return {}
 
     def step_limit(self) -> StepLimit:
@@ -58,7 +59,8 @@ class ActiveCondition:
         return NO_LIMIT
 
     def at_stake(self) -> float:
-        """Return the energy stored at the start that the condition could release [J]."""
+        """Return the energy that the condition stores at the start and could release [J]; it is part of the reference of
+        the energy error."""
         return 0.0
 
     def warning(self) -> str | None:

@@ -60,12 +60,12 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def n_told(self) -> int:
-        """Number of points in results: all points, including those that left, unless others can enter in their place."""
+        """Number of points in results. It includes points that left the grid, unless new points can take their place."""
         return self.n_points
 
     @property
     def n_stress_points(self) -> int:
-        """Number of points at which stresses are computed, which determines the cost of the kernels."""
+        """Number of points at which stresses are computed; it determines the cost of the kernels."""
         return self.n_points
 
     @property

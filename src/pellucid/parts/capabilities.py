@@ -153,7 +153,7 @@ class Membrane(Protocol):
 
 @runtime_checkable
 class HasMesh(Protocol):
-    """A body with a mesh, whose faces distribute loads by shape functions."""
+    """A body with a mesh, whose faces distribute loads to nodes by shape functions."""
 
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
@@ -225,7 +225,8 @@ class GainsPoints(Protocol):
     """A body into which points can enter through faces of the grid."""
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Reserve rows for points that enter later. Until then these points have no mass and are at position `place` [m].
+        """Reserve array rows for points that enter later. Until then these points have no mass and are at position `place`
+        [m].
 
         After this call each process stores all points of the body.
         """
@@ -234,9 +235,9 @@ class GainsPoints(Protocol):
         """Return the initial arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,)."""
 
     def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points.
+        """Return stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of several sets of points of the body.
 
-        sets: returns the indices of the points of each set for positions [m], shape (n, 3).
+        sets: function that returns the indices of the points of each set for positions [m], shape (n, 3).
         """
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
@@ -251,7 +252,7 @@ class SpreadsPoints(Protocol):
     """A body whose points are distributed over processes that share a simulation (`pellucid.ranks`)."""
 
     def keep_whole(self) -> None:
-        """Store all points on each process, since they are accessed as a whole in the steps."""
+        """Store all points of the body on each process, since conditions access all of them in each step."""
 
 
 @runtime_checkable

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Swing(NamedTuple):
-    """Cause and description of an oscillation of bodies against the elastic force of a condition."""
+    """Oscillation of bodies against the elastic force of a condition: its cause, and its description for the user."""
 
     cause: Cause = "spring"
     reason: str = "it oscillates under this condition"
@@ -53,7 +53,8 @@ class Condition(Part):
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
-        """Return the condition as it acts in a case with these bodies and conditions, on a grid with these thin axes."""
+        """Return the condition as it acts in a case with these bodies and conditions; thin: axes along which the grid is
+        one cell thick."""
         return self
 
     @classmethod

@@ -24,7 +24,7 @@ class PointConstraint(Protocol):
 
 @runtime_checkable
 class RepeatedConstraint(PointConstraint, Protocol):
-    """A constraint that can act a second time in a step, after the second impulses of contact."""
+    """A constraint that can act a second time in a step, after contact has applied its second impulses."""
 
     def prescribe_velocities_again(self) -> None:
         """Update the velocities a second time; the `external.impulse` of the fields then contains only the second impulses."""

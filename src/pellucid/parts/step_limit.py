@@ -59,7 +59,7 @@ def bending_in_cells(cell: float, rigidity: float) -> StepLimit:
 
 
 def bending_in_mesh(rate: float) -> StepLimit:
-    """Return the limit by bending of a mesh; rate: half its largest eigenfrequency [1/s]."""
+    """Return the step limit due to bending waves in a mesh; rate: half its largest angular eigenfrequency [1/s]."""
     return StepLimit(1.0 / rate, "bending", f"shortest bending waves, frequency {rate / 3.141592653589793:.3g} Hz")
 
 
@@ -69,7 +69,7 @@ def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float 
 
 
 def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], spread: float = 0.0) -> StepLimit:
-    """Return the limit by waves in membrane elements or a meshless solid.
+    """Return the step limit due to waves in membrane elements or a meshless solid.
 
     rate: half the largest eigenfrequency [1/s]; wave: wave speed [m/s]; spread: a quarter of the largest decay rate by
     viscosity [1/s], with viscous forces of the previous step.
@@ -86,7 +86,8 @@ def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], 
 
 
 def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
-    """Return the limit by the oscillation of a rigid body on its contacts or springs at a rate [1/s]."""
+    """Return the limit of a step that must resolve the oscillation of a rigid body on its contacts or springs; rate:
+    oscillation rate [1/s]."""
     if rate <= 0.0:
         return NO_LIMIT
     what = "contacts" if cause == "contact" else "springs"
@@ -94,7 +95,8 @@ def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
 
 
 def springs_of_contact(rate: float) -> StepLimit:
-    """Return the limit by contact springs whose stiffness is the largest that the first step allows, at its rate [1/s]."""
+    """Return the limit of a step that must resolve the oscillation on contact springs, whose stiffness is the largest
+    that the first step allows; rate: oscillation rate [1/s]."""
     if rate <= 0.0:
         return NO_LIMIT
     return StepLimit(1.0 / rate, "contact", "contact springs with the largest stiffness that the first step allows")
@@ -112,12 +114,13 @@ def time_to_fall(cell: float, gravity: float) -> float:
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
-    """Return a step limit given by a rate [1/s], with the cause and reason of the tightest of several limits."""
+    """Return the step limit with the length 1/rate [s], for a rate [1/s], and with the cause and reason of the tightest
+    of several limits."""
     return tightest(limits)._replace(step=1.0 / rate) if rate > 0.0 else NO_LIMIT
 
 
 def signals_seen(cell: float, rate: float, diffusivity: float, speed: float, cause: Cause = "wave") -> StepLimit:
-    """Return a step limit given by the rate [1/s] at which signals cross cells [m], with its probable reason.
+    """Return the step limit for the rate [1/s] at which signals cross cells of a size [m], with its probable reason.
 
     The reason is the kinematic viscosity [m²/s] if it explains the rate, otherwise waves in a body moving at a speed [m/s].
     """

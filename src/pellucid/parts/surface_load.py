@@ -19,7 +19,7 @@ Traction = Callable[[SurfacePoints, float], np.ndarray]
 
 
 class ActingTraction(NamedTuple):
-    """A traction that acts on a body over a step."""
+    """A traction (force per unit area) that acts on a body over a step."""
 
     column: int  # of its work
     traction: Traction

@@ -21,7 +21,7 @@ EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
 
 
 class OfListed(NamedTuple):
-    """Values at the nodes of a list, in order; loops by colour add to them."""
+    """Values at the nodes of a list, in its order. Points add to them in parallel loops over slabs."""
 
     values: np.ndarray  # (n, ...), or flat
     node: np.ndarray  # (n,)
@@ -41,8 +41,8 @@ class Rows(NamedTuple):
 
 
 def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
-    """Return the first row of each process and the end, shape (processes + 1,): each has at least one row, if there are
-    enough, and about the same total cost, shape (rows,)."""
+    """Return the first row of slabs of each process, and the end, shape (processes + 1,). Each process has at least one
+    row, if there are enough, and about the same total cost; cost: of each row, shape (rows,)."""
     until, cuts, n = np.concatenate([[0.0], np.cumsum(cost)]), [0], len(cost)
     busy = min(processes, n)
     for process in range(1, busy):
@@ -109,7 +109,8 @@ class Domain:
     # loops by colour
 
     def by_parity(self, run: Callable[[], None], given: Sequence[Given]) -> None:
-        """Execute loops by colour that add to these nodal arrays, with the exchange of sums between processes."""
+        """Execute loops over slabs that add to these nodal arrays, first for even and then for odd rows of slabs, and
+        exchange the sums between processes."""
         if not self.is_cut:
             run()
             return
@@ -119,7 +120,8 @@ class Domain:
             self._hand_on(parity, given)
 
     def _hand_on(self, parity: int, given: Sequence[Given]) -> None:
-        """Exchange nodal sums with the neighbours across the cuts, for outer rows of this parity."""
+        """Send the nodal sums of outer rows of this parity (0 even, 1 odd) to the neighbouring processes across the
+        cuts, and receive theirs."""
         messages, taken = [], []
         for row, neighbour, own in ((self.first, -1, self.first), (self.end, 1, self.end - 1)):
             process = self.group.rank + neighbour
@@ -178,8 +180,8 @@ class Domain:
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
-        """Return begin and end of the data of this process's rows and their neighbours, which its points reach; of_row,
-        shape (rows + 1,): begin of the data of each row, and the end."""
+        """Return begin and end of the data of this process's rows and the neighbouring rows, which its points can reach;
+        of_row: begin of the data of each row, and the end, shape (rows + 1,)."""
         n = len(of_row) - 1
         rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
         return int(of_row[rows[0]]), int(of_row[rows[1]])

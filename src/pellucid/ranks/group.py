@@ -28,7 +28,7 @@ Value = TypeVar("Value")
 
 
 class Group:
-    """The group of processes; it contains only this process until `join` is called."""
+    """The group of processes that share a simulation; it contains only this process until `join` is called."""
 
     rank, size = 0, 1
     here = 1

@@ -24,7 +24,8 @@ MEASURE = {1: 2.0, 2: 2.0 * pi, 3: 4.0 * pi}  # of the unit sphere's surface; of
 
 @dataclass(frozen=True)
 class Similarity:
-    """The similarity solution: α, and profiles at ascending ξ = r/R from INNERMOST to 1, arrays of shape (n,)."""
+    """The self-similar solution of an explosion: the energy constant α, and profiles at ascending ξ = r/R (radius over
+    shock radius) from INNERMOST to 1, arrays of shape (n,)."""
 
     alpha: float
     xi: Array
@@ -43,7 +44,8 @@ def similarity(dimensions: int, gamma: float) -> Similarity:
     slowing = -0.5 * n  # R R̈/Ṙ² where R grows as t^(2/(n+2))
 
     def slope(x: float, state: Array) -> list[float]:
-        """Return the derivatives of U, ln G, ln P and the enclosed energy with respect to ln ξ."""
+        """Return the derivatives with respect to ln ξ of the dimensionless velocity U, the logarithms of density G and
+        pressure P, and the enclosed energy."""
         xi, U, G, P = np.exp(x), state[0], np.exp(state[1]), np.exp(state[2])
         w = U - xi
         # w ln G' + U' = -(n-1) U/ξ;  w U' + P/G ln P' = -slowing U;  ln P' - γ ln G' = -2 slowing/w

@@ -12,15 +12,16 @@ from pellucid.references import finite_elements
 
 
 class Indented(NamedTuple):
-    """Strain energies [J] and forces along the displacement [N], each by linear and by quadratic tetrahedra."""
+    """Strain energies [J], and forces along the displacement [N], of an indented body, each by linear and by quadratic
+    tetrahedra."""
 
     energy: tuple[float, float]
     force: tuple[float, float]
 
 
 def indented(body: Literal["cylinder", "heart"], nodes: int, share: float) -> Indented | None:
-    """Return the reference on the mesh with a number of nodes at a share of the full displacement; None if it was not
-    computed."""
+    """Return the reference for a body on the mesh with this number of nodes, at a share of the full displacement; None
+    if it was not computed."""
     table = finite_elements.read(f"indented_{body}")
     rows = np.flatnonzero((table["nodes"] == nodes) & np.isclose(table["share"], share))
     if not len(rows):

@@ -58,7 +58,8 @@ class SpinningDisc:
 
     @cached_property
     def breathing(self) -> tuple[Array, Array, Array]:
-        """Wave numbers k_n [rad/m], amplitudes c_n [m] and angular frequencies ω_n [rad/s] of the radial modes."""
+        """Return the wave numbers k_n [rad/m], amplitudes c_n [m] and angular frequencies ω_n [rad/s] of the radial
+        vibration modes."""
         lam, mu = self.lame
         modulus = lam + 2.0 * mu
 
@@ -76,7 +77,7 @@ class SpinningDisc:
         a, b = self._static
 
         def share(q: float) -> float:
-            """Return the projection of the static displacement on J₁(qr)."""
+            """Return the projection of the static displacement on the mode J₁(qr)."""
             overlap = quad(lambda r: r * (a * r - b * r**3) * float(j1(q * r)), 0.0, self.radius, limit=400)[0]
             return float(overlap / quad(lambda r: r * float(j1(q * r)) ** 2, 0.0, self.radius, limit=400)[0])
 

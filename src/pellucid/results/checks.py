@@ -39,7 +39,7 @@ def _unit(units: Mapping[str, str], column: str) -> str:
 
 
 def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
-    """Return the first time [s] at which a column reaches a value; nan if it never does."""
+    """Return the first time [s] at which a column of the history reaches the value of a `Passing`; nan if it never does."""
     return readings.first_time(passing.column, in_si(passing.reaches, _unit(units, passing.column)))
 
 

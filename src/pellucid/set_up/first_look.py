@@ -41,7 +41,7 @@ def look(case: Case) -> Iterator[str]:
 
 
 def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError if bodies start inside each other or behind walls. Parameters: see `warnings_of`."""
+    """Raise CaseError if bodies start inside each other or behind walls. For the parameters see `warnings_of`."""
     refuse_overlaps(case.body, standing, case.grid_or_none, going_on)
     refuse_behind_walls(case, going_on)
 

@@ -94,7 +94,7 @@ def _top(body: Floating, up: np.ndarray) -> float:
 
 
 def _stands(body: Floating, case: Case) -> bool:
-    """Return True if a body starts on a fixed face of the grid in the direction of gravity."""
+    """Return True if a body starts in contact with a face of the grid that is fixed, in the direction of gravity."""
     lower, upper = body.bounds()
     slack = ON_FLOOR * case.grid.cell
     for axis, pull in enumerate(case.gravity):

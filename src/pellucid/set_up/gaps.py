@@ -26,11 +26,11 @@ BISECTIONS = 6
 PARALLEL = 0.9  # cosine between the normals of the two sides of a gap, at least: it does not taper
 
 Covers = Callable[[np.ndarray], np.ndarray]
-"""Function of positions [m], shape (n, 3), that returns a mask of those behind a boundary, shape (n,)."""
+"""Function of positions [m], shape (n, 3), that returns a mask of the positions behind a boundary, shape (n,)."""
 
 
 class Border(NamedTuple):
-    """Impenetrable boundary."""
+    """Boundary that material cannot penetrate."""
 
     name: str
     covers: Covers

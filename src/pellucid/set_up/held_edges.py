@@ -93,7 +93,8 @@ def _warnings(body: str, holding: _Holding, of: Selectable, mirrored: np.ndarray
 
 
 def _find_row_width(position: np.ndarray, edges: np.ndarray, beside: np.ndarray) -> float:
-    """Return the largest distance of the third corners of triangles from their edges on the rim [m]."""
+    """Return the width of a row of elements at the rim: the largest distance of the third corners of triangles from
+    their edges on the rim [m]."""
     along, away = position[edges[:, 1]] - position[edges[:, 0]], position[beside] - position[edges[:, 0]]
     return float((np.linalg.norm(np.cross(along, away), axis=1) / np.linalg.norm(along, axis=1)).max())
 

@@ -18,7 +18,7 @@ FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, bel
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner of a box [m]."""
 Faces = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""See `BodyModel.faces_pressed`."""
+"""Centres, vector areas and edge lengths of the faces of a body, see `BodyModel.faces_pressed`."""
 
 
 def coarse_indenters(case: Case) -> Iterator[str]:
@@ -115,7 +115,8 @@ def _within(box: Box, grid: GridCase) -> Box:
 
 
 def _with_images(box: Box, planes: Sequence[Plane], near: float) -> Box:
-    """Return the bounding box of a box and its mirror images at planes of symmetry not further away than `near` [m]."""
+    """Return a box that encloses a given box and its mirror images at the planes of symmetry that are not further away
+    than `near` [m]."""
     lower, upper = box[0].copy(), box[1].copy()
     for axis, place in planes:
         if lower[axis] - near <= place <= upper[axis] + near:

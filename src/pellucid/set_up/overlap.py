@@ -22,7 +22,7 @@ DEPTH = 0.25  # largest depth of a point inside another body that is accepted, i
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
 
 Contains = Callable[[np.ndarray], np.ndarray]
-"""Function of positions [m], shape (n, 3), that returns a mask of those inside a body, shape (n,)."""
+"""Function of positions [m], shape (n, 3), that returns a mask of the positions inside a body, shape (n,)."""
 
 
 def refuse_overlaps(

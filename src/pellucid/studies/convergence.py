@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """A row of the study: value, error, and error ratio and order relative to the previous value."""
+    """A row of the study: value of the varied key, error of the metric, and the ratio of errors and the order of
+    convergence relative to the previous row."""
 
     value: Any
     error: float

@@ -10,8 +10,8 @@ from pellucid.studies.ranges import Range
 
 CONFIDENCE = 0.95
 UNDETERMINED = 0.5
-"""Half width of a confidence interval, as a fraction of the parameter's range, above which the parameter counts as
-undetermined."""
+"""Half width of a confidence interval, as a fraction of the parameter's range, above which the measurements are reported
+not to determine the parameter."""
 TAKES_PART = 0.3
 """Smallest component of a parameter in an undetermined direction for which the warning names the parameter."""
 AT_BOUND = 0.01
@@ -79,8 +79,8 @@ def estimated(
 
 
 def _undetermined(keys: list[str], halves: np.ndarray, directions: np.ndarray) -> list[str]:
-    """Return a warning for each parameter whose confidence interval is as wide as its range, with the parameters in its
-    direction."""
+    """Return a warning for each parameter whose confidence interval is as wide as its range; the warning names the
+    parameters that the data determine only in combination."""
     told = []
     for half, direction in zip(halves, directions, strict=True):
         if half > UNDETERMINED:

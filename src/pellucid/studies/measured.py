@@ -29,7 +29,7 @@ EXTRAPOLATED = 0.1
 
 
 class NotReached(UsageError):
-    """Error for measured values beyond the end of a run."""
+    """Error for measured values that lie beyond the end of a run."""
 
 
 class Curve(NamedTuple):
@@ -97,7 +97,8 @@ class Curve(NamedTuple):
         return np.asarray(np.interp(sign * wanted, passed, fine))
 
     def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
-        """Return abscissae and ordinates of a run in order of ascending abscissae, up to the first turning point."""
+        """Return abscissae and ordinates of a run in order of ascending abscissae, up to the first turning point of the
+        abscissa."""
         x, y = run.readings.curve(along or self.probe, self.against, whole=True)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():

@@ -39,7 +39,7 @@ class Outcome(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Paths of a member in the folder of its study."""
+    """Paths of the files of a member in the folder of its study."""
 
     run: Path
     case: Path

@@ -35,8 +35,8 @@ FEWEST_ROWS, MOST_ROWS = 200, 5000
 
 
 class Misfit:
-    """The weighted residuals as a function of the free parameters, given as shares of their ranges: arrays of shape
-    (parameters,) from 0 to 1."""
+    """Weighted differences between runs and measurements (residuals) as a function of the free parameters, which are
+    given as shares of their ranges: arrays of shape (parameters,) with values from 0 to 1."""
 
     def __init__(
         self, case: "Case", free: Mapping[str, Range], curves: Sequence[Curve], out: Path, pool: Pool, progress: Progress
@@ -45,7 +45,7 @@ class Misfit:
         self.members: dict[str, Member] = {}
         self.ended: dict[str, Outcome] = {}
         self.short: NotReached | None = None
-        """Error of a run that did not reach the measured values; None if all did."""
+        """Error of a run that ended before it reached all measured values; None if all runs reached them."""
         self._known: dict[tuple[float, ...], Member | None] = {}
         self._pool, self._progress = pool, progress
         last = max(float(curve.x.max()) for curve in curves)

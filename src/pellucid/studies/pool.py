@@ -80,7 +80,7 @@ class Pool:
 
     @property
     def at_once(self) -> int:
-        """Number of members that run in parallel on this machine."""
+        """Number of members (runs of the study) that this machine computes in parallel."""
         return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
 
     def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
@@ -154,8 +154,8 @@ def _cores() -> int:
 
 
 def _share(cost: float) -> int:
-    """Return the number of threads of a member with this share of the total cost: the same share of the cores, at least
-    one."""
+    """Return the number of threads of a member that has this share of the total cost: the same share of the cores, at
+    least one."""
     return max(1, int(_cores() * cost))
 
 

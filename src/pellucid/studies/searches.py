@@ -10,12 +10,13 @@ from pellucid.studies.misfit import STEP, Misfit
 from pellucid.studies.ranges import named
 
 FAILED_RUN = 1e3
-"""Residuals of a failed run relative to those at the start; they are large, so that the search turns back."""
+"""Size of the residuals that replace those of a failed run, relative to the residuals at the start; it is large, so that
+the search turns back."""
 RESOLVED = 0.1
 """Smallest step of the search relative to the step of finite differences; shorter steps cannot be resolved."""
 GAINED = 0.01
-"""Smallest decrease of the sum of squares in a search step, relative to the mean squared weighted residual; it corresponds
-to a seventh of a parameter's standard deviation."""
+"""Decrease of the sum of squares in a search step, relative to the mean squared weighted residual, below which the
+search ends; it corresponds to a seventh of a parameter's standard deviation."""
 
 
 def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarray:

@@ -20,7 +20,8 @@ def softness(run: Run) -> float:
 
 
 def shear_and_compression(run: Run) -> tuple[float, float]:
-    """Return the mean displacements of a block under its own weight by shear and compression, ρ g H²/3G and ρ g H²/3M [m]."""
+    """Return the mean displacements of a block under its own weight by shear and by compression, ρ g H²/3G and ρ g H²/3M
+    [m], with the height H, the shear modulus G and the longitudinal modulus M."""
     weight = DENSITY * HEIGHT**2 * softness(run) / (3.0 * YOUNG)
     return weight * ALONG * 2.6, weight * 9.81 * 0.52 / 0.7  # ν = 0.3
 

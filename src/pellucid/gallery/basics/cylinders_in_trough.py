@@ -16,7 +16,8 @@ METRICS = ("glides", "rolls", "glides_energy", "rolls_energy", "slip", "spin", "
 LENGTH, RADIUS, GRAVITY = 0.5, 0.2, 9.81  # difference of the radii [m], of the cylinders [m], [m/s²]
 START = np.arctan2(4.0, 3.0)
 INERTIA = {"glides": 1.0, "rolls": 1.5}
-"""Effective inertia divided by mass; a rolling cylinder also rotates, with a moment of inertia of m R²/2."""
+"""Effective inertia divided by mass of a gliding and a rolling cylinder; a rolling cylinder also rotates, with a moment
+of inertia of m R²/2."""
 
 
 def exact(run: Run, name: str) -> Array:
@@ -34,8 +35,8 @@ def angle(run: Run, name: str) -> Array:
 
 
 def energy_change(run: Run, name: str) -> Array:
-    """Return the change of kinetic and potential energy, divided by the energy released on the way down; a rolling
-    cylinder's kinetic energy includes its spin."""
+    """Return the change of kinetic and potential energy of a cylinder, divided by the energy released on the way down.
+    The kinetic energy of a rolling cylinder includes its spin."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
     return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))

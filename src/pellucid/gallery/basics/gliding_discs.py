@@ -55,8 +55,8 @@ def energy_of(run: Run, name: str, level: float) -> Array:
 
 
 def bead(run: Run, time: Array) -> Array:
-    """Return the exact positions of the centre [m], shape (n, 2): on a circle about the hill until it loses contact, then
-    in free flight."""
+    """Return the exact positions of the centre of the disc that slides over the hill [m], shape (n, 2): on a circle
+    until it loses contact, then in free flight."""
     first = np.array([column(run, "round_x")[0], column(run, "round_y")[0]]) - HILL
     speed = float(np.hypot(column(run, "round_vx")[0], column(run, "round_vy")[0]))
     start = [np.arctan2(first[0], first[1]), speed / CENTRES]

@@ -9,7 +9,7 @@ from pellucid.results.pictures.annotations import Run
 METRICS = ("way", "speed", "aside", "energy")
 
 SHARE = 5.0 / 7.0
-"""Acceleration divided by the gravity component along the slope; the moment of inertia is 2/5 m R²."""
+"""Acceleration of a rolling ball, divided by the gravity component along the slope; its moment of inertia is 2/5 m R²."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:

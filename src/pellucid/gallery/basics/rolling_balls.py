@@ -9,8 +9,8 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Run
 
 SHARES = {"solid_rolls": 5.0 / 7.0, "hollow_rolls": 3.0 / 5.0, "solid_glides": 1.0, "hollow_glides": 1.0}
-"""Acceleration divided by the gravity component along the slope: moments of inertia are 2/5 and 2/3 m R²; sliding balls do
-not rotate."""
+"""Acceleration of each ball, divided by the gravity component along the slope. The moments of inertia of the solid and
+the hollow ball are 2/5 and 2/3 m R²; sliding balls do not rotate."""
 ROLLS, GLIDES, ASIDE, ENERGY = 0.02, 0.005, 0.002, 0.005
 LAST = 0.1  # s at the end, over which the speed is taken: a ball of flat faces rolls on unevenly
 

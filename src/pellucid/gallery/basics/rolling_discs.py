@@ -7,8 +7,8 @@ from pellucid.results.pictures.annotations import Run
 METRICS = ("rigid", "elastic", "gliding", "gliding_speed", "energy")
 
 SHARES = {"rigid": 2.0 / 3.0, "elastic": 2.0 / 3.0, "gliding": 1.0}
-"""Acceleration divided by the gravity component along the slope; a rolling disc also rotates, with a moment of inertia of m
-R²/2."""
+"""Acceleration of each disc, divided by the gravity component along the slope; a rolling disc also rotates, with a
+moment of inertia of m R²/2."""
 RADIUS = 0.4
 
 

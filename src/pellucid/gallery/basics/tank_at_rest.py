@@ -61,7 +61,8 @@ def simple(run: Run, depth: Array) -> Array:
 
 
 def column(run: Run, depth: Array) -> Array:
-    """Return the hydrostatic pressure of Tait's liquid [Pa]. From dp = ρ g ds with the depth s, c² increases by (n-1) g s."""
+    """Return the hydrostatic pressure of a liquid with Tait's equation of state [Pa]. From dp = ρ g ds with the depth s,
+    the squared speed of sound c² increases by (n-1) g s."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent
     growth = 1.0 - (n - 1.0) * run.case.gravity[1] * depth / eos.sound_speed**2  # of c², from its value at the level

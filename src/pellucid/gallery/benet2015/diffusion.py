@@ -26,7 +26,7 @@ CAPTIONS = {
 METRICS = ("relative_error", "amount")
 
 THESIS = 6e-5
-"""Largest relative error in the thesis with 41 particles."""
+"""Largest relative error that the thesis reports for 41 particles."""
 
 
 def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
@@ -129,7 +129,8 @@ def _window_figure(run: Run) -> Figure:
 
 
 def _fastest_growth(x: Array, width: float, body: DiffusingFieldCase) -> float:
-    """Return the largest growth rate of the nodal equations [1/s]; it is 0 for a uniform concentration."""
+    """Return the largest growth rate of the nodal equations for an averaging window of this width [1/s]; it is 0 for a
+    uniform concentration."""
     content, outflow = (part.toarray() for part in windows_on_line(x, body.radial, width))
     rates = np.linalg.eigvals(np.linalg.solve(content, -body.material.diffusivity * outflow).astype(complex))
     return float(rates.real.max())

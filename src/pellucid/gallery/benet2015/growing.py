@@ -15,7 +15,7 @@ METRICS = ("radius", "density", "energy")
 
 
 def exact(run: Run, film: FluidFilmCase) -> Growing:
-    """Return the exact motion of a film of the case."""
+    """Return the exact motion of the growing film with this name."""
     material = lipid_of(film)
     load = next((load for load in pressures_of(run) if load.body == film.name), None)
     pressure, dead = (load.value, load.on == "initial-area") if load else (0.0, False)

@@ -13,8 +13,8 @@ CAPTIONS = {"flow": "Density and velocity along the meridian at the end, displac
 METRICS = ("waist", "energy", "mass")
 
 BANDS = {10.0: (0.41, 0.43), 0.01: (0.36, 0.37)}
-"""Range of the waist radius [m] at t = 0.35 for each stiffness a, from a separate low-order solution of the same problem,
-accurate to 5 %."""
+"""Range of the waist radius [m] at t = 0.35 for each stiffness a of the equation of state, from a separate low-order
+solution of the same problem, accurate to 5 %."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:

@@ -18,7 +18,7 @@ METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_node
 
 
 def at(run: Run, distance: float) -> tuple[float, float]:
-    """Return the strain energy [J] and the force along z on the top [N] when the distance of the plates has increased by
+    """Return the strain energy [J] and the force along z on the top [N] when the distance of the plates has grown by
     `distance` [m]."""
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
@@ -28,8 +28,8 @@ def at(run: Run, distance: float) -> tuple[float, float]:
 
 
 def of_mesh(run: Run, share: float, exponent: float) -> float:
-    """Return the tolerance of averaged maximum entropy on the mesh of a run: `share` at 5 500 nodes, scaled with a power of
-    the node spacing."""
+    """Return the tolerance of solutions with averaged maximum-entropy functions on the mesh of a run: `share` at 5 500
+    nodes, scaled with the power `exponent` of the node spacing."""
     nodes = run.summary["points"]
     return float(share * (5500.0 / nodes) ** (exponent / 3.0))
 

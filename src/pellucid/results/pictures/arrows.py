@@ -13,7 +13,7 @@ FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows w
 
 
 def spread(position: np.ndarray) -> np.ndarray:
-    """Return the indices of nodes that are about one arrow spacing apart, in ascending order."""
+    """Return the indices of nodes for arrows, about one arrow spacing apart, in ascending order."""
     low = position.min(axis=0)
     side = APART * float((position.max(axis=0) - low).max())
     return np.asarray(np.sort(np.unique(((position - low) / side).astype(np.int64), axis=0, return_index=True)[1]))

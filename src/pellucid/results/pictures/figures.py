@@ -127,7 +127,7 @@ def condition_columns(run: Run) -> list[str]:
 
 
 def _between_ends(values: np.ndarray) -> np.ndarray:
-    """Scale values linearly so that the minimum is 0 and the maximum is 1."""
+    """Scale values linearly so that the smallest is 0 and the largest is 1."""
     extent = np.ptp(values)
     return (values - np.min(values)) / extent if extent > 0.0 else np.zeros_like(values)
 
@@ -218,12 +218,12 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
 
 
 def _time(run: Run) -> str:
-    """Return the label of the time of a history."""
+    """Return the label of the time axis for a history."""
     return "load time" if run.stored.steady else "time"
 
 
 def _line(run: Run, number: int = 0) -> str:
-    """Return the line style of a curve of the history. Equilibria and single rows have markers."""
+    """Return the matplotlib format of curve `number` of the history. Equilibria and single rows have markers."""
     return LINES[number] + MARKERS[number] if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 

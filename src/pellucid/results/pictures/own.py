@@ -164,7 +164,7 @@ def _abscissa(asked: Panel, unit: str) -> str:
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
-    """Yield for abscissa and ordinate the SI unit, the displayed unit and the size of the displayed unit in SI."""
+    """Yield, for abscissa and ordinate, the SI unit, the displayed unit and the size of the displayed unit in SI units."""
     for column, shown in ((asked.x, asked.x_unit), (asked.y[0], asked.y_unit)):
         si = "" if run.units[column] == "1" else run.units[column]
         unit = shown or si

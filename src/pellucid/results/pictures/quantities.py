@@ -59,7 +59,7 @@ about zero."""
 
 
 class Limits(NamedTuple):
-    """Values at the ends of the colour bar, and the ends beyond which values occur."""
+    """Limits of the colour bar: the values at its ends, and at which of its ends values exceed it."""
 
     low: float
     high: float
@@ -127,7 +127,8 @@ def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: L
 
 
 def there(fields: Fields) -> np.ndarray:
-    """Return a mask of the points that are inside the grid and have finite positions, shape (n,)."""
+    """Return a mask of the points that are inside the grid and have finite positions, shape (n,); results contain NaN
+    for the others."""
     found = np.isfinite(fields["position"]).all(axis=1)
     return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
 

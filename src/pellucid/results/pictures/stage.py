@@ -20,7 +20,7 @@ class Stage(Protocol):
         """Ratio of height to width of a picture."""
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """Draw the frame nearest to a time [s] on axes of this width [inch]."""
+        """Draw the frame nearest to a time [s] on axes; width: width of the axes [inch]."""
 
     def bar(self, figure: Figure) -> None:
         """Draw the colour bar or the legend of the bodies."""

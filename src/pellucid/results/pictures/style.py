@@ -89,8 +89,8 @@ def panels(
 def colour_bar(
     figure: Figure, word: str, limits: tuple[float, float, Extend], palette: str, shrink: float = 0.7, aspect: float = 25
 ) -> None:
-    """Draw a colour bar next to all axes of a figure; limits: values at its ends, and the ends beyond which values
-    continue."""
+    """Draw a colour bar next to all axes of a figure; limits: the values at its ends, and the ends at which values
+    exceed it; word: its label."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 

@@ -136,7 +136,7 @@ def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) ->
 
 
 def _parts(places: Layout, index: int) -> list[tuple[int, int]]:
-    """Return offset and length in the file of the fields of a frame and of its time."""
+    """Return offset and length of the parts of the file that hold the fields of a frame and its time [bytes]."""
     fields = [place for place in places.fields.values() if index == 0 or not place.once]
     return [*((place.offset + index * place.size, place.size) for place in fields), (places.values + 8 * index, 8)]
 

@@ -58,8 +58,8 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
 
 
 def with_pictures(case: "Case", other: "Case") -> "Case":
-    """Return the case of a run with the pictures, films, plots and checks of another case. Raises `CaseError` if they do
-    not fit."""
+    """Return the case of a run with the pictures, films, plots and checks of another case. Raises `CaseError` if the run
+    does not have the bodies or columns that they need."""
     data, new = case.to_data(), other.to_data()
     return type(case).model_validate({**data, **{key: new.get(key, ()) for key in ("picture", "film", "plot", "check")}})
 

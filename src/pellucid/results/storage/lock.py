@@ -54,7 +54,7 @@ def is_mine(path: Path) -> bool:
 
 
 def _of(path: Path, key: str) -> object:
-    """Return an entry of a lock's signature; None if it cannot be read."""
+    """Return the entry `key` of the signature in a lock file; None if it cannot be read."""
     try:
         return _signature(path.read_bytes()[:MOST])[key]
     except (OSError, ValueError, KeyError, TypeError):

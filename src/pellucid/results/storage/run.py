@@ -64,9 +64,9 @@ class Run:
         return Readings(self.history, self.stored.means, self.stored.steady is not None)
 
     def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
-        """Return a column of the history against another one, at times at which both values hold.
+        """Return a column of the history against another one, both evaluated at the same times.
 
-        A reaction or torque is the mean since the previous row: it holds at the middle of that interval, and the other
+        A reaction or torque is the mean since the previous row: it belongs to the middle of that interval, and the other
         column is averaged to this time. Returns abscissae and ordinates, each of shape (n,).
         """
         return self.readings.curve(y, x)

@@ -122,7 +122,7 @@ def read_cells(path: Path) -> Cells:
 
 @contextmanager
 def counting(path: Path, count: int) -> Iterator[BinaryIO]:
-    """Yield the file for writing data in place; if the block succeeds, set the number of frames to `count` in one write."""
+    """Yield the file for writing frames in place; if the block succeeds, set the number of frames to `count` in one write."""
     with path.open("r+b", buffering=0) as raw:
         staged = StagedFile(raw)
         with h5py.File(staged, "r+", libver="earliest") as file:

@@ -59,7 +59,7 @@ class Pack:
         self._parts.append(self._deflate.compress(folded.view(np.uint8).reshape(-1, flat.itemsize).T.tobytes()))
 
     def forget(self) -> None:
-        """Forget the previous array of every key."""
+        """Discard the previous array of every key, so that the next array with the key is stored in full."""
         self._last.clear()
 
     def close(self) -> bytes:

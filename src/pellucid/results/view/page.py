@@ -15,7 +15,7 @@ from pellucid.results.view.scene import scene_of
 BUDGET = 12_000_000
 """Largest size of a page with a view [bytes]."""
 LEAST = 1_500_000
-"""Smallest budget for the view, even if the rest of the page leaves less [bytes]."""
+"""Smallest size that the view may have, even if the rest of the page leaves less [bytes]."""
 SPARE = 300_000
 """Bytes reserved for the texts and tables of the page, including the case."""
 COLOURS = 256

@@ -219,7 +219,7 @@ def _sides(actors: list[Actor]) -> np.ndarray:
 
 
 def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
-    """Return notes about the parts of the run that are not shown."""
+    """Return notes for the user about the parts of the run that the view does not show."""
     notes = []
     for actor in actors:
         if len(actor.start) < actor.total:

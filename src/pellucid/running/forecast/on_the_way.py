@@ -5,7 +5,7 @@ from time import monotonic
 from pellucid.progress import Pace, Progress, clock
 
 ENOUGH = 1.0
-"""Duration of the steps after which the run time is reported [s]."""
+"""Duration of the measured steps after which the run time is reported [s]."""
 RUNNING = "running"
 
 

@@ -21,13 +21,13 @@ from pellucid.jit import cache_folder
 FEWEST_STEPS, LEAST_SECONDS = 20, 0.2
 """Smallest number of steps and smallest duration [s] of a run whose time per step is stored."""
 KEPT = 12
-"""Number of runs with the same kernels that are stored; the latest are kept."""
+"""Number of runs with the same kernels whose times are stored; the latest are kept."""
 SAME = 1.02
 """Largest ratio of the sizes of two cases that count as equal. The median of the last three such runs is used."""
 
 
 class Pace(NamedTuple):
-    """Bounds of the time per step [s]; they are equal if it is known."""
+    """Lower and upper bound of the time per step [s]; they are equal if the time per step is known."""
 
     least: float
     most: float

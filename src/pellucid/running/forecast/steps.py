@@ -21,7 +21,7 @@ class Foretold(NamedTuple):
     number: float
     """Number of steps until the end; nan if unknown."""
     why: str
-    """The limit of the step, as a clause, or the reason why it is unknown."""
+    """Description of the step limit, as a clause, or the reason why the step is unknown."""
 
 
 UNKNOWN = float("nan")

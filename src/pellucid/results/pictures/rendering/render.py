@@ -110,7 +110,8 @@ def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
 
 
 def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
-    """Interpolate `size` rows linearly between rows that are `step` apart; the last row is repeated beyond the end."""
+    """Interpolate linearly between rows that are `step` apart, so that there are `size` rows; the last row is repeated
+    beyond the end."""
     place = np.minimum(np.arange(size) / step, len(rows) - 1.0)
     before = place.astype(int)
     share = (place - before).astype(rows.dtype)[:, None]
