@@ -39,7 +39,8 @@ class Commands(TyperGroup):
 
 
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
-    """Print the reason why the command ends, only once if all processes of a run end for the same reason; return the exit."""
+    """Print the reason why the command ends, only once if all processes of a run end for the same reason; return the
+    exit exception with this status."""
     processes.end(error)
     if processes.is_first:
         typer.echo(message, err=True)

@@ -42,7 +42,7 @@ def measure(
 
 
 def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
-    """Return the shares of the parts of a step; the rest is the choice of the time step and checks."""
+    """Return the share of each part in the time of a step; the rest of the time is the choice of the time step and checks."""
     shares = {part: seconds / total for part, seconds in timers.items()}
     return {**shares, "rest": 1.0 - sum(shares.values())}
 

@@ -66,7 +66,7 @@ def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, fl
 
 
 def built(mesh: SimplexMesh, averaged: bool) -> Tables:
-    """Build the tables with cell-based maximum entropy and corrected gradients."""
+    """Build the tables of a meshless solid on a mesh, with cell-based maximum-entropy functions and corrected gradients."""
     law = NeoHookeanMaterial(**SOLID).law()
     return make_tables(mesh, CellMaximumEntropyModel().evaluator(mesh), law, POINTS_PER_CELL, True, averaged)
 
@@ -88,8 +88,8 @@ def _size(value: Any) -> int:
 
 
 def _moved(solid: Solid) -> int:
-    """Return the smallest number of bytes that an update reads and writes: all tables once, or twice for averaged volume
-    ratios."""
+    """Return the smallest number of bytes that an update of the forces reads and writes: all tables once, or twice for
+    averaged volume ratios."""
     once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
     averages = _size(solid.corners) if len(solid.block_volume) else 0
     return (2 if averages else 1) * (once + averages) + solid.weights.nbytes

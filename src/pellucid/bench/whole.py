@@ -25,7 +25,8 @@ VARIANTS = [
     *({"body": "ideal-gas", "functions": functions, "transfer": "apic"} for functions in ("trilinear", "quadratic-bspline")),
     *({"body": body} for body in MEMBRANES),
 ]
-"""Variants that are measured in addition to the bodies with trilinear functions and FLIP."""
+"""Variants of bodies, functions and transfers that the benchmark measures in addition to the bodies with trilinear
+functions and FLIP."""
 PASSES = [
     *({"body": body, "functions": functions} for body in MATERIALS for functions in ("trilinear", "quadratic-bspline")),
     {"body": "ideal-gas", "transfer": "apic"},

@@ -45,7 +45,7 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
 
 
 def related(one: Path, other: Path) -> bool:
-    """Return True if one of the two paths is a prefix of the other."""
+    """Return True if one of two paths is the beginning of the other."""
     length = min(len(one), len(other))
     return one[:length] == other[:length]
 
@@ -66,7 +66,8 @@ def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list
 
 
 def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
-    """Return a problem that names the setting at or above its path, or all settings if there is no such setting."""
+    """Return a finding as a problem that names the setting at or above its path; if there is no such setting, it names
+    all settings."""
     item = problem(found, data)
     near = [key for key, path in paths.items() if related(path, found.path)] or list(settings)
     return Problem(item.text, item.key, item.value, item.remedy, None, " ".join(setting(key, settings[key]) for key in near))

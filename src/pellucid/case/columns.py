@@ -22,8 +22,7 @@ MOMENTUM, ENERGY = "kg m/s", "J"
 
 
 def unit_of(name: str, parts: Parts) -> str | None:
-    """Return the SI unit of a column of the history, "" for a dimensionless number; None if there is no column of this
-    name."""
+    """Return the SI unit of a column of the history, "" for a dimensionless number; None if the history has no such column."""
     probe = parts.named(Probe, name)
     if probe is not None:
         return probe.unit

@@ -14,7 +14,8 @@ from pellucid.users.users_code import file_of, is_own
 
 
 def digests(case: Case) -> dict[str, str]:
-    """Return the SHA-256 of every input file, by path. A run can be resumed only with unchanged input files.
+    """Return the SHA-256 digest of every input file of a case, by path. A run can be resumed only with unchanged input
+    files.
 
     The folder of an earlier run is not included, since its state is needed only at the start. Measured curves are not
     included either, since they do not affect the run.

@@ -25,7 +25,7 @@ class Table(NamedTuple):
 
     path: Path
     units: dict[str, str]
-    """Units as written in the file, "" if the file has none."""
+    """Unit of each column as written in the file, "" if the file has none."""
     values: dict[str, np.ndarray]
     """Columns by name, shape (n,) each."""
     lines: list[int]

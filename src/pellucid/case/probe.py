@@ -240,7 +240,7 @@ class Probe(Part):
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "Add this `name` to the condition.")
 
     def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
-        """Return problem and remedy for a torque whose condition is not a motion of a rigid body."""
+        """Return problem and remedy for a probe of a torque whose condition is not a motion of a rigid body."""
         text = f"`torque` requires a [[motion]] of a rigid body, but `{self.condition}` is not one"
         if names:
             return (

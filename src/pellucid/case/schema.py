@@ -41,7 +41,7 @@ class Schema:
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
-        """Return the kinds of tables that a field accepts and that have the key `key`."""
+        """Return the kinds of the tables that a field accepts, of those kinds that have the key `key`."""
         tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
         return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 

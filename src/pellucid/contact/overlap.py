@@ -204,8 +204,8 @@ class OverlapLaw:
         self.is_steady = False
         """True if friction is computed from displacements since the last equilibrium."""
         self.lent = 0.0
-        """Energy that the overlaps gained in this step through changes of the contact leads [J], see
-        `pellucid.contact.steady_contact`."""
+        """Energy that the overlaps gained in this step through changes of the contact leads, i.e. of the distances ahead
+        of surfaces at which contact acts [J]."""
         self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray]] = []
         self._numbers = np.zeros(N_LAW)
         stiffness, stiffer = (self.stiffness, self._implicit), STIFFER if self.stop else 1.0

@@ -10,9 +10,10 @@ STIFFNESS, IMPLICIT_STIFFNESS, DAMPING, SOFTNESS, FRICTION, STIFFER, STEADY, N_L
 of the stiffness with the square of the depth [1/m²], coefficient of friction, largest ratio of friction stiffness to
 overlap stiffness, and 1 if friction is computed from the last equilibrium."""
 STORED, RUBBED, PENDING, POWER, NOW, ENTERED, LOST, N_SUMS = 0, 1, 2, 3, 4, 5, 6, 7
-"""Indices of the sums over points: energy of the overlap [J], energy dissipated by friction in the last step [J], Δt/2 F·v
-[J], power of the dampers [W], power of dampers and friction at the current velocities [W], energy of points that entered
-within the last step [J], and energy dissipated by implicit forces in this step [J]."""
+"""Indices of the sums over points: energy of the overlap [J]; energy dissipated by friction in the last step [J]; half
+the step length times the power of forces F on points with velocities v, Δt/2 F·v [J]; power of the dampers [W]; power of
+dampers and friction at the current velocities [W]; energy of points that entered within the last step [J]; and energy
+dissipated by implicit forces in this step [J]."""
 TINY = 1e-300
 
 

@@ -217,13 +217,15 @@ class SurfacePairs:
             pair.begin_steady()
 
     def renew_leads(self) -> None:
-        """Request an update of the contact leads at the start of the next step, see `pellucid.contact.steady_contact`."""
+        """Request an update of the contact leads (distances ahead of surfaces at which contact acts) at the start of the
+        next step, see `pellucid.contact.steady_contact`."""
         for lead in self._leads():
             lead.is_due = True
 
     @property
     def lent(self) -> float:
-        """Energy that contact gained in this step through changes of the contact leads [J]."""
+        """Energy that contact gained in this step through changes of the contact leads, i.e. of the distances ahead of
+        surfaces at which contact acts [J]."""
         return sum(pair.law.lent for pair in self._pairs)
 
     def lead_change(self) -> tuple[float, float]:

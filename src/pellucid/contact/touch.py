@@ -25,8 +25,8 @@ class ContactLaw(Protocol):
     is_steady: bool
     """True if friction is computed from displacements since the last equilibrium."""
     lent: float
-    """Energy that the overlaps gained in this step through changes of the contact leads [J], see
-    `pellucid.contact.steady_contact`."""
+    """Energy that the overlaps gained in this step through changes of the contact leads, i.e. of the distances ahead of
+    surfaces at which contact acts [J]."""
     lost: float
     """Energy dissipated by implicit forces [J], see `OverlapLaw.lost`."""
 

@@ -97,7 +97,7 @@ class ReleasesSupports(Protocol):
     """A body that must be notified when supports release nodes of the body or of the grid during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Deactivate the supports with these numbers; all others are active."""
+        """Deactivate the supports with these numbers; all other supports of the body are active."""
 
 
 @runtime_checkable
@@ -157,7 +157,7 @@ class HasMesh(Protocol):
 
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
-        """The named node sets of its mesh, as node numbers."""
+        """Named node sets of the mesh of the body, as node numbers."""
 
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
         """Return the distribution of loads on triangles of its surface, shape (f, 3), to its nodes.
@@ -272,10 +272,11 @@ class KeepsHeat(Protocol):
     """A body whose points can store the kinetic energy lost by transfers and internal forces as heat."""
 
     def use_separate_force_buffer(self) -> None:
-        """Add internal forces to the separate buffer of its velocity field for bodies that keep heat."""
+        """Add the internal forces of the body to a separate buffer of its velocity field, which is for bodies that store
+        heat."""
 
     def return_heat(self, share: float) -> None:
-        """Release this fraction of the heat that the body stored in this step."""
+        """Release a fraction (`share`) of the heat that the body stored in this step."""
 
 
 # own steps

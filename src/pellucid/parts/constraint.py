@@ -62,13 +62,13 @@ class ConstrainedPoints:
 
     name: str
     constraint: PointConstraint | None = None
-    """The constraint that prescribes their motion, or None."""
+    """The constraint that prescribes the motion of the points, or None."""
     rigid: RigidConstraint | None = None
-    """The same constraint if it moves them as a rigid body, else None."""
+    """The constraint of the points if it moves them as a rigid body, else None."""
     _repeated: RepeatedConstraint | None = None
-    """The same constraint if it can act a second time in a step, else None."""
+    """The constraint of the points if it can act a second time in a step, else None."""
     contact_response: ContactResponse | None = None
-    """Their response to contact impulses, if it differs from that of the nodes of the grid."""
+    """Response of the points to contact impulses, if it differs from that of the nodes of the grid."""
 
     def constrain(self, constraint: PointConstraint, response: ContactResponse | None = None) -> None:
         """Set the constraint of the points, and their response to contact. Raises ValueError if they already have a

@@ -23,31 +23,33 @@ class TransferLoss(NamedTuple):
 
     total: float = 0.0
     lumping: float = 0.0
-    """Part due to the lumped mass matrix."""
+    """Part of the loss due to the lumped mass matrix."""
     kept: float = 0.0
-    """Part stored in the points as internal energy."""
+    """Part of the loss that points store as internal energy."""
 
 
 class GridBody(Body):
     """A body whose unknowns are on the grid."""
 
     transfer_loss = TransferLoss()
-    """Loss in this step."""
+    """Kinetic energy that transfers between points and grid lost in this step."""
     keeps_heat = False
-    """True if its points store the kinetic energy lost by transfers and internal forces: it then implements `KeepsHeat`."""
+    """True if points of the body store the kinetic energy lost by transfers and internal forces as heat: the body then
+    implements `KeepsHeat`."""
 
     @property
     def filling(self) -> "Filling | None":
-        """Self if it is a fluid with one pressure per full cell, else None; see `pellucid.grid.full_cells`."""
+        """The body itself if it is a fluid with one pressure per full cell, else None; see `pellucid.grid.full_cells`."""
         return None
 
     @property
     def viscous(self) -> "Viscous | None":
-        """Self if it is a fluid with implicit viscosity on the nodes, else None; see `pellucid.grid.implicit_viscosity`."""
+        """The body itself if it is a fluid with implicit viscosity on the nodes, else None; see
+        `pellucid.grid.implicit_viscosity`."""
         return None
 
     def fluid_volume(self) -> float:
-        """Return the volume of its points [m³] if it is a fluid, else 0."""
+        """Return the volume of the body's points [m³] if it is a fluid, else 0."""
         return 0.0
 
     @abstractmethod
@@ -86,7 +88,7 @@ class GridBody(Body):
 
     @abstractmethod
     def update_positions(self, dt: float) -> None:
-        """Update only the positions."""
+        """Update the positions of the points, without velocity gradients and stresses."""
 
     def work(self) -> StepWork | None:
         """Return the work that the body itself counts in this step, such as heat from its internal forces; None if there is

@@ -18,7 +18,7 @@ class Springs(NamedTuple):
     contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 
     def of_forces(self) -> tuple[np.ndarray, ...]:
-        """Return positions and internal forces, followed by the positions and forces of contact, if there is any."""
+        """Return arrays of positions and of internal forces; contact forces follow with their positions, if there are any."""
         return (self.position, self.force, *(self.contact or ()))
 
 

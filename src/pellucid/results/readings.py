@@ -98,5 +98,6 @@ class Readings:
 
 
 def mean_columns(probes: Collection[tuple[str, str]], is_steady: bool) -> tuple[str, ...]:
-    """Return the names of the columns that are means since the previous row. probes: names and quantities."""
+    """Return the names of the history columns whose values are means since the previous row. probes: names and
+    quantities of the probes."""
     return () if is_steady else tuple(name for name, quantity in probes if quantity in MEAN_QUANTITIES)

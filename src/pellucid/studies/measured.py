@@ -38,9 +38,9 @@ class Curve(NamedTuple):
     path: Path
     probe: str
     against: str
-    """Name of the abscissa: `time` or another probe."""
+    """Name of the abscissa of the curve: `time` or another probe."""
     x: np.ndarray
-    """Abscissae, shape (n,), as `y` and `deviation`."""
+    """Measured abscissae, shape (n,); `y` and `deviation` have the same shape."""
     y: np.ndarray
     deviation: np.ndarray
     """Standard deviations of the values; if none are stated, the spread of the values, so that all curves have equal
@@ -112,7 +112,7 @@ class Curve(NamedTuple):
         return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
 
     def _beyond(self, x: np.ndarray) -> float:
-        """Return the largest distance of measured abscissae outside the range of a run, 0 if all are inside."""
+        """Return the largest distance by which measured abscissae lie outside the range of a run; 0 if all lie inside."""
         return float(max(x[0] - self.x.min(), self.x.max() - x[-1], 0.0))
 
     def _reach(self, x: np.ndarray, run: Run) -> str:

@@ -175,7 +175,7 @@ class Misfit:
         return np.column_stack(columns)
 
     def _rounded(self, shares: np.ndarray) -> np.ndarray:
-        """Return the shares of the rounded parameter values, which are the values used in runs."""
+        """Return the parameters as shares of their ranges after rounding their values, since runs use rounded values."""
         pairs = zip(self.free.values(), shares, strict=True)
         return np.array([each.share(each.at(float(share))) for each, share in pairs])
 

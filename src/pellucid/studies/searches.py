@@ -13,7 +13,8 @@ FAILED_RUN = 1e3
 """Size of the residuals that replace those of a failed run, relative to the residuals at the start; it is large, so that
 the search turns back."""
 RESOLVED = 0.1
-"""Smallest step of the search relative to the step of finite differences; shorter steps cannot be resolved."""
+"""Smallest step of the search relative to the step of finite differences; differences between shorter steps cannot be
+resolved."""
 GAINED = 0.01
 """Decrease of the sum of squares in a search step, relative to the mean squared weighted residual, below which the
 search ends; it corresponds to a seventh of a parameter's standard deviation."""

@@ -25,8 +25,8 @@ def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
 
 
 def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
-    """Return a figure of the module; if it is a function, call it. Return None, with a warning, if the module cannot draw
-    this run."""
+    """Return a figure that the case's module provides, after calling it if it is a function. Return None, with a
+    warning, if the module cannot draw this run."""
     try:
         return figure() if callable(figure) else figure
     except OutputError:

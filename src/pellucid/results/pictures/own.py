@@ -159,7 +159,7 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
 
 
 def _abscissa(asked: Panel, unit: str) -> str:
-    """Return the label of the abscissa."""
+    """Return the label of the abscissa of a plot, with its unit."""
     return plain(asked.x_label) or with_unit(asked.x, unit)
 
 

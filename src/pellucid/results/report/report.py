@@ -165,7 +165,7 @@ def _conservation(run: Run) -> str:
 
 
 def _passed(summary: Mapping[str, Any]) -> str:
-    """Summarize mass and points that crossed the faces of the grid."""
+    """Return a text with the mass and the number of points that entered and left through the faces of the grid."""
     ways = {"inflow": "entered", "outflow": "left"}
     passed = [(summary[way], words) for way, words in ways.items() if way in summary]
     return ", ".join(f"{number(counts['mass'])} kg in {counts['points']} points {words}" for counts, words in passed)

@@ -127,5 +127,5 @@ def _name(item: Any, number: int) -> str:
 
 
 def told(value: Any) -> str:
-    """Return a value of a case as text for a message; "not set" for None."""
+    """Return a value of a case as text for a message; the text of None is "not set"."""
     return "not set" if value is None else shown(value)

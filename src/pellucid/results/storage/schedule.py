@@ -21,7 +21,8 @@ class Schedule:
 
     @property
     def next(self) -> int:
-        """Index of the next output time. If one step passes several output times, one output covers them all."""
+        """Index k of the next output time, k times `interval`. If one step passes several output times, one output
+        covers them all."""
         return math.floor(self.last_time / self.interval + CLOSE) + 1 if self.done else 0
 
     def due(self, time: float) -> bool:

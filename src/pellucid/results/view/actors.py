@@ -45,7 +45,7 @@ class Actor:
 
     @property
     def kind(self) -> str:
-        """Representation: "surface", "lines" or "points"."""
+        """Representation of the body in the view: "surface", "lines" or "points"."""
         return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
 
     def at(self, time: float) -> Fields:
@@ -98,7 +98,7 @@ class WallActor:
         return "lines" if len(self.cells.lines) else "surface"
 
     def places(self, time: float) -> np.ndarray:
-        """Return the corners at a time [s], shape (n, 3) [m]."""
+        """Return the corners of the wall's outline at a time [s], shape (n, 3) [m]."""
         return np.asarray(self.start + self._way(time))
 
     def _way(self, time: float) -> np.ndarray:
