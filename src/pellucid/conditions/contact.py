@@ -51,7 +51,7 @@ class Contact(Sliding):
         yield from super().problems(path, parts)
 
     def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body whose contact with itself cannot be computed."""
+        """Report a contact of a body with itself if it cannot be computed for this body."""
         body = parts.named(BodyModel, self.between[0])
         if body is None:
             return

@@ -24,7 +24,7 @@ class Rotations(Model):
     z: Turn | None = parameter("", "about z", None)
 
     def turns(self) -> dict[str, TurnModel]:
-        """Return the prescribed rotations by the name of their axis."""
+        """Return the prescribed rotations, by the name of their axis."""
         found = {axis: getattr(self, axis) for axis in AXES}
         return {axis: turn for axis, turn in found.items() if turn is not None}
 
@@ -59,7 +59,7 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
 
 
 def plane_way_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report displacements along axes along which the grid is one cell thick."""
+    """Report a motion with displacements along axes along which the grid is one cell thick."""
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

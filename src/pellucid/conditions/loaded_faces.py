@@ -37,7 +37,7 @@ class LoadedFaces:
         self._start = start.position.copy()
         self._shares: FaceShares | None = None
         self.is_left = False
-        """True if faces are selected in each step and the region contains none."""
+        """True if faces are selected in each step and, in this step, the region contains no face."""
 
     def shares(self) -> FaceShares:
         """Return the weights that distribute loads on the faces to nodes; they can be computed once all conditions have

@@ -102,7 +102,7 @@ class NoSlipWall(ActiveCondition):
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
 
     def _near_rigid(self) -> np.ndarray:
-        """Return a mask of the nodes near the surface that rigid bodies may reach, shape (n,)."""
+        """Return a mask of the nodes near the surface to which points of rigid bodies may contribute, shape (n,)."""
         grid, reached = self._field.grid, np.zeros(len(self._wall.node), bool)
         cell, thin = grid.lattice.cell, np.array(grid.thin)
         periods = np.array(grid.periods)
@@ -279,8 +279,8 @@ def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: 
 
 
 def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
-    """Return weights of the neighbours within a cell of each node along the axes, without the node itself, sparse matrix of
-    shape (n, n)."""
+    """Return the weights of the neighbours of each node, within one cell along the axes and without the node itself;
+    sparse matrix of shape (n, n)."""
     rows, columns, weights = [], [], []
     for steps in np.ndindex(*np.where(active, 3, 1)):
         by = np.where(active, np.array(steps) - 1, 0)
@@ -299,8 +299,8 @@ def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_ar
 def _find_shares(
     no_slip: NoSlip, contains: Inside, place: np.ndarray, cell: float, half: float, active: ActiveAxes
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fraction of the volume of a node at each position that a region fills, (n,), and its gradient, (n, 3)
-    [1/cell].
+    """Return, for a node at each position, the fraction of its volume that a region fills, shape (n,), and the gradient of
+    this fraction, shape (n, 3) [1/cell].
 
     half: half of the width of the shape functions in cells.
     """
@@ -325,8 +325,8 @@ def _find_shares(
 
 
 def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signed distances [m] of positions from the surface of a region along normals, and a mask of the positions
-    with a surface within the distance `most` [m]."""
+    """Return the signed distances of positions from the surface of a region along given normals [m], and a mask of the
+    positions that have a surface within the distance `most` [m]."""
     inside = contains(place)
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)

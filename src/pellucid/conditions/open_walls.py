@@ -20,8 +20,8 @@ NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
 
 @parallel_loop_by_colour(gives="walls.gap")
 def _measure_gaps(s, mapped, walls, face, radius, near):
-    """Compute for each node of a wall the smallest distance of the points that reach it, minus the extent of each point and
-    `near` [m].
+    """Compute for each node of an opening wall the smallest gap between the wall and the points that contribute to the
+    node. The extent of each point and the distance `near` [m] are subtracted.
 
     face: axis of the wall, direction into the grid, position [m].
     """

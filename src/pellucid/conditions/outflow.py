@@ -153,7 +153,7 @@ class Outflow(GivenFlow, Condition):
 
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
-    """Return why the points of a body cannot leave; None if they can."""
+    """Return the reason why the points of a body cannot leave through faces of the grid; None if they can."""
     if reason := body.why_no_outflow():
         return reason
     led = next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None)

@@ -53,7 +53,8 @@ class PrescribedPoints(ActiveCondition):
     """
 
     by_slabs = True
-    """True, since the points of a slab are updated independently of other points, in joint loops (`pellucid.jit.joint`)."""
+    """True, since the points of a slab are updated independently of other points, in loops that bodies share
+    (`pellucid.jit.joint`)."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]", assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout

@@ -92,7 +92,7 @@ class Pressure(ChangesInTime, Condition):
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
-        """Report problems of a region of a membrane."""
+        """Report problems of a pressure that acts on a region of a membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
@@ -179,7 +179,7 @@ class PressedMembrane(AtEachStep):
         self._body = body
 
     def warning(self) -> str | None:
-        """Warn of holes left by failed points."""
+        """Return a warning about holes that failed points of the membrane leave, or None."""
         return _holes(self._body)
 
 
@@ -211,7 +211,8 @@ class PressedFaces(ActiveCondition):
         self._misses = pressure != 0.0 and self._faces.is_left
 
     def warning(self) -> str | None:
-        """Warn of a pressure on a region that the body has left, and of holes."""
+        """Return a warning if no face of the body is in the region of the pressure now, or about holes that failed
+        points leave; None otherwise."""
         if not self._misses:
             return _holes(self._faces.body)
         where, name = ".".join(map(str, self._path)), self._faces.body.name

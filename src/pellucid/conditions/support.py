@@ -219,7 +219,8 @@ class Support(Condition):
         return region is not None and needs_mesh(region)
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a support that requires a body but does not name it."""
+        """Report a support whose region refers to the mesh of a body (named set, normal or boundary) if it names no body
+        and the case has no single body with its own nodes."""
         text, bodies = 'named sets, normals and "boundary" belong to a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
@@ -241,7 +242,8 @@ class Support(Condition):
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
 
     def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a support of all bodies that constrains no node, for cases without a grid whose nodes are all known."""
+        """Report a support, not restricted to one body, that constrains no node; only for cases without a grid in which
+        all nodes are known."""
         region = self.region()
         nodes = [selectable_of(body, parts) for body in parts.of(BodyModel)]
         known = [selectable for selectable in nodes if selectable is not None]
@@ -260,7 +262,7 @@ class Support(Condition):
                 yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the energy lost by points that take the velocity of the support, and of friction."""
+        """Return the channels of the energy lost when points take the velocity of the support, and of friction."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 

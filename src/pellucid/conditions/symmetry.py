@@ -8,7 +8,7 @@ from pellucid.grid.model import GridCase
 
 
 def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
-    """Return the faces of the grid that supports hold at rest along their normals, as planes of symmetry: surfaces are
+    """Return, as planes of symmetry, the faces of the grid that supports hold at rest along their normals; surfaces are
     continued beyond them as mirror images.
 
     Constraints along the face and the bodies of the supports do not matter.

@@ -63,7 +63,7 @@ class ActiveEnclosed(ActiveCondition):
 
     @property
     def _gauge(self) -> float:
-        """Gauge pressure: pressure minus outside pressure [Pa]."""
+        """Gauge pressure of the contents: their pressure minus the outside pressure [Pa]."""
         return self.contents.pressure(self._now.volume) - self._model.outside
 
     def begin(self, time: float, dt: float) -> None:
@@ -190,7 +190,7 @@ class ActiveEnclosed(ActiveCondition):
         return done
 
     def warning(self) -> str | None:
-        """Warn of holes left by failed points."""
+        """Return a warning about holes that failed points of the membrane leave, or None."""
         now, model = self._now, self._model
         if not now.failed[0]:
             return None

@@ -128,7 +128,7 @@ class ActiveVolume(ActiveCondition):
         return StepLimit(step, "spring", reason)
 
     def warning(self) -> str | None:
-        """Warn of holes through which no flow is computed."""
+        """Return a warning about holes in the membrane through which no flow is computed, or None."""
         if not (failed := self._now.failed[0]):
             return None
         return (

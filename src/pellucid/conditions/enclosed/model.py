@@ -26,8 +26,9 @@ CHANNELS = {
     "vent_energy": -1.0,
     "enclosed_heat": 1.0,
 }
-"""Channels of the energy balance with their signs: increase of the energy of gases and liquids since the start, their work
-against the outside pressure and on lids, energy of inflow, energy of outflow, heat of isothermal gases."""
+"""Channels of the energy balance with their signs: increase of the energy of enclosed gases and liquids since the start,
+their work against the outside pressure and on lids, energy of the inflow, energy of the outflow, and heat absorbed by
+isothermal gases."""
 
 
 class Amount(Model):
@@ -141,7 +142,7 @@ class Enclosed(Condition):
 
     @property
     def lets_out(self) -> bool:
-        """True if anything can flow out."""
+        """True if contents can flow out through vents or through the membrane."""
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:

@@ -17,14 +17,14 @@ from pellucid.parts.part import Parts
 
 
 class PointLoad(ChangesInTime, LoadModel):
-    """A force with fixed direction, distributed equally over the nodes or points of a region."""
+    """A force with fixed direction, distributed equally over the nodes or points of a body in a region."""
 
     kind: Literal["point-load"] = "point-load"
     where: Where = parameter("", "nodes or points of the body")
     force: Vector = parameter("N", "total force on them")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or has no such nodes."""
+        """Report a body that does not exist or has no nodes in the region of the load."""
         yield from super().problems(path, parts)
         yield from chosen_problems(self.where, self.body, path, parts)
 

@@ -18,14 +18,14 @@ from pellucid.parts.part import Parts
 
 
 class Traction(ChangesInTime, LoadModel):
-    """A dead load on faces of a body with its own nodes: its direction is fixed, and it acts per unit initial area."""
+    """A dead load on faces of a body with its own nodes: a force with fixed direction per unit initial area."""
 
     kind: Literal["traction"] = "traction"
     where: Where = parameter("", "faces of the body")
     traction: Vector = parameter("Pa", "force per unit initial area of the faces")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or has no such faces."""
+        """Report a body that does not exist or has no faces in the region of the load."""
         yield from super().problems(path, parts)
         yield from face_problems(self.where, (*path, "where"), self.body, parts)
 

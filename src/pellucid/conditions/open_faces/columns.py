@@ -59,7 +59,7 @@ class OpenFace(NamedTuple):
 
 
 class Columns(NamedTuple):
-    """Columns of points behind an opening."""
+    """Columns of points, normal to a face of the grid, behind an opening in the face."""
 
     place: np.ndarray  # (c, 3) positions of the first points of the columns [m]
     depth: np.ndarray  # (c,) distances of the first points from the face [m]
@@ -78,7 +78,7 @@ def _endless(grid: GridCase) -> np.ndarray:
 
 
 def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Reason | None:
-    """Return why a shape does not intersect a face, judged by its bounding box; None if it does."""
+    """Return the reason why a shape does not intersect a face, judged by its bounding box; None if it intersects the face."""
     rounding, ends = ROUNDING * grid.cell, zip(grid.lower, grid.extent_upper(), _endless(grid), strict=True)
     for axis, (low, high, (start, end, endless)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
         if axis == face.axis and not low - rounding <= face.level <= high + rounding:
@@ -110,6 +110,7 @@ def columns(
 
 
 def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase) -> tuple[Columns, Geometry]:
-    """Return the columns of an opening and its shape: the given shape, or the shape of the body's model."""
+    """Return the columns of points of an opening, and the shape of the opening: the given shape, or the shape of the
+    body's model."""
     shape = (through or model.shape).geometry()
     return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape

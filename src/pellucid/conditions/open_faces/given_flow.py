@@ -44,7 +44,7 @@ class GivenFlow(ChangesInTime):
         return False
 
     def sizes(self) -> list[str]:
-        """Return the keys that define the magnitude of the flow."""
+        """Return the names of the given keys that define the magnitude of the flow."""
         return [key for key in ("velocity", "flow_rate") if getattr(self, key) is not None]
 
     def largest_share(self) -> float:
@@ -87,7 +87,7 @@ class GivenFlow(ChangesInTime):
         return None if shape is None else why_no_profile(shape.geometry(), face.axis)
 
     def _why_shut(self, face: OpenFace, grid: GridCase, body: Any) -> Reason | None:
-        """Return why no point can cross the opening in a face; None if points can."""
+        """Return the reason why no point can cross the opening in a face; None if points can cross it."""
         if self.through is None:
             apart = None if body is None else why_apart(f"body {body.name}", body.shape.geometry(), face, grid)
             return apart and apart._replace(remedy=f"{apart.remedy}, or define an opening with `through`")
@@ -101,6 +101,6 @@ class GivenFlow(ChangesInTime):
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
-    """Return for each axis whether walls along it can bound an opening in a face."""
+    """Return, for each axis, True if walls across this axis can bound an opening in a face."""
     normal = "xyz".index(face[0])
     return [axis != normal and not (grid.thin()[axis] or grid.is_periodic()[axis]) for axis in range(3)]

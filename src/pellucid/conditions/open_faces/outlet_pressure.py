@@ -40,7 +40,8 @@ class FluidPoints(NamedTuple):
 
 
 class EndPressure(NamedTuple):
-    """Scatter rule that uses gradients of the shape functions: the value -V p along an axis, for points near a face."""
+    """Rule of a scatter that uses gradients of the shape functions: points near a face, with the volume V, contribute
+    the value -V p along the axis of the face, for the pressure p."""
 
     pressure: np.ndarray  # (1,) in this step [Pa]
     level: float  # position of the face, in cells
@@ -63,13 +64,13 @@ def _pressure_of_point(rule, lattice, points, p):
 
 
 class EndNodes(NamedTuple):
-    """Nodal fields of a fluid with a pressure on its end."""
+    """Nodal fields of a fluid on whose end, at a face of the grid, a pressure acts."""
 
     end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "of the pressure on the end")]
 
 
 class EndOfFluid:
-    """Points of a body at a face, with a pressure on the end of the body."""
+    """Points of a body at a face of the grid, where a pressure acts on the end of the body."""
 
     def __init__(self, member: AssembledBody, face: str, column: int) -> None:
         body = member.body
@@ -95,7 +96,7 @@ class EndOfFluid:
         self._field.load_row(self._row)[self._near, self.face.axis] += self._rows[self._near, self.face.axis]
 
     def _gift(self) -> Bundle:
-        """Return the scatter data, which is built once, when all conditions are known."""
+        """Return the data of the scatter; they are built once, when all conditions are known."""
         if self._gives is None:
             arrays, face, cell = self.body.arrays, self.face, self.body.grid.lattice.cell
             rule = EndPressure(self._pressure, face.level / cell, face.inward, face.axis, 2.0 * self._deep)

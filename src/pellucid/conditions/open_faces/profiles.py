@@ -14,13 +14,15 @@ Wall = tuple[float, float]
 
 
 def across_tube(tube: Cylinder, axis: int, places: np.ndarray) -> np.ndarray:
-    """Return the profile 1 - r²/R² at positions [m], shape (n, 3), of the flow in a tube along an axis; 0 outside the tube."""
+    """Return the velocity profile 1 - r²/R² of the flow in a tube with radius R along an axis, at positions [m], shape
+    (n, 3), with the distance r from the axis; 0 outside the tube."""
     offset = np.delete(places - np.array(tube.centre_), axis, axis=1)
     return np.maximum(1.0 - np.sum(offset * offset, axis=1) / tube.radius**2, 0.0)
 
 
 def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray:
-    """Return the profile of the flow between one or two pairs of walls at positions [m], shape (n, 3); 0 outside the walls.
+    """Return the velocity profile of the flow between one or two pairs of walls at positions [m], shape (n, 3); 0 outside
+    the walls.
 
     walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series, see
     White 2006, Viscous Fluid Flow, section 3-3.3.
@@ -42,7 +44,7 @@ def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray
 
 
 def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
-    """Return why the velocity profile across an opening is unknown; None if it is known."""
+    """Return the reason why the velocity profile across an opening is unknown; None if it is known."""
     if isinstance(geometry, Box) or is_tube(geometry, axis):
         return None
     text = "only slits, ducts and tubes along the normal have this profile, but the opening has another shape"

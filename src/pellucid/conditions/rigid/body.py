@@ -168,7 +168,7 @@ class RigidBody:
         self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
 
     def _widths(self) -> np.ndarray:
-        """Return the extents of points around their positions [m]."""
+        """Return the distances by which points, as cubes of their volume, extend beyond their positions [m]."""
         half, scale, exponent = self._points.half_width()
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 

@@ -59,7 +59,8 @@ class SurfaceFields(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """Contact of a fluid with the grid faces normal to an axis; FREE if its surface does not reach the face."""
+    """Cosines of the contact angles of a fluid at the two faces of the grid normal to an axis; FREE for a face that no
+    support constrains."""
 
     lower: float  # cosine of the angle
     upper: float
@@ -83,7 +84,8 @@ class _Beside(NamedTuple):
     """Effect of wall planes on the nodes in a box."""
 
     per_share: np.ndarray
-    """Reciprocal of the fraction of the smoothed volume around a node in front of the planes; 0 behind the planes."""
+    """Reciprocal of the fraction of the volume around a node, smoothed, that lies in front of the planes; 0 behind the
+    planes."""
     cells: np.ndarray
     """Fraction of the volume of each cell in front of the planes."""
     planes: list[_Wetted]
@@ -107,7 +109,7 @@ class SurfaceEnergy:
         self._order = sorted(range(3), key=lambda axis: -lattice.strides[axis])
         self._layers = [layers_of(*axis) for axis in zip(lattice.counts, grid.thin, grid.periodic, strict=True)]
         self.volume, self.potential = allocate(SurfaceFields, grid.n_nodes)
-        """Nodal volumes, the input, and their potential, which `find` computes."""
+        """Nodal volumes of the fluid, which the caller sets, and the potential, which `find` computes from them."""
         widths = [_widths(function, count) for function, count in zip(functions, lattice.counts, strict=True)]
         self._widths = [
             np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
@@ -118,7 +120,7 @@ class SurfaceEnergy:
         """Mask of the axes along which the fluid has reached a wall."""
 
     def _nodes(self, stored: np.ndarray) -> np.ndarray:
-        """Return a view of nodal values within the walls, indexed by the indices along the axes."""
+        """Return a view of nodal values between the walls of the grid, indexed by the node indices along the axes."""
         view = stored.reshape([self._layers[axis] for axis in self._order]).transpose(np.argsort(self._order))
         nx, ny, nz = (len(width) for width in self._widths)
         return view[:nx, :ny, :nz]
@@ -181,8 +183,8 @@ class SurfaceEnergy:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Return the energy of the surface [J] and its derivative by the nodal colour [J]; share: fraction of each cell in
-        front of planes."""
+        """Return the energy of the surface [J], computed from the gradient of the colour, and its derivative by the
+        nodal colour [J]; share: fraction of each cell in front of planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -270,7 +272,7 @@ def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _spread(values: np.ndarray, axis: int) -> np.ndarray:
-    """Distribute values between two nodes of an axis equally to both nodes."""
+    """Distribute values that lie between two neighbouring nodes of an axis equally to both nodes."""
     shape = list(values.shape)
     shape[axis] += 1
     out = np.zeros(shape)

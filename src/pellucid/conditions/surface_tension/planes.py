@@ -78,8 +78,8 @@ def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarr
 
 
 def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
-    """Return the fraction of each part of a plane or face that is in front of another plane, whose height changes by
-    `across` [m] over a part.
+    """Return, for each part of a plane or face, the fraction of the part that lies in front of another plane; the height
+    above this plane changes by `across` [m] over a part.
 
     on: fraction where the two coincide; near: distance below which they coincide [m].
     """
