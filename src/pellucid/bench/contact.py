@@ -17,8 +17,8 @@ WHICH = {"sheet": ("sheet",), "block": ("block",), "together": ("sheet", "block"
 
 
 def contact_case(points: int, which: tuple[str, ...]) -> Case:
-    """Build the case of a sheet with elements half a cell long and a block of about `points` points that covers it, or one
-    of the two."""
+    """Build a benchmark case of a sheet with elements half a cell long and a block of about `points` points that covers
+    it, or of only one of the two (`which`)."""
     cells = max(2, round((points / (POINTS_PER_CELL * DEEP)) ** 0.5))
     edge, low = cells * CELL, 0.5 * CELL
     along = 2 * cells + 1

@@ -29,7 +29,7 @@ class Table(NamedTuple):
     values: dict[str, np.ndarray]
     """Columns by name, shape (n,) each."""
     lines: list[int]
-    """Line number in the file for each row."""
+    """Line number in the file of each row of the table."""
 
     def column(self, name: str, unit: str) -> np.ndarray:
         """Return a column in an SI unit, "" for dimensionless numbers, shape (n,). Raises CurveError."""

@@ -129,7 +129,8 @@ class PrescribedPoints(ActiveCondition):
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities_again(self) -> None:
-        """Set the prescribed velocities again after the second contact impulses, and add the further impulses."""
+        """Set the prescribed velocities again after contact has applied its second impulses, and record the further
+        impulses."""
         taken = self._taken.copy()
         self.prescribe_velocities()
         self._taken += taken

@@ -59,7 +59,7 @@ class ContactEnergy:
         return dict(vars(self))
 
     def restore(self, numbers: Mapping[str, float | None]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         vars(self).update(numbers)
 
 

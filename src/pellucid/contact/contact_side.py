@@ -76,7 +76,7 @@ class GivenBefore:
         return [self._listed.tolist(), self._force.tolist(), feet, [part.tolist() for part in self._images]]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         listed, force, feet, (point, flip) = numbers
         self._listed, self._force = np.array(listed, np.int64), np.reshape(np.array(force, float), (-1, 3))
         self._feet = None

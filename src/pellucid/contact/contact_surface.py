@@ -245,7 +245,7 @@ class ContactSurface(ABC):
             self.restore(arrays)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 

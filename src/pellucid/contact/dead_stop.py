@@ -217,7 +217,7 @@ class DeadStop:
         return [self.damped, self.approach, kept]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         self.damped, self.approach, kept = numbers
         self.before = {}
         for number, (listed, *values) in kept.items():
@@ -282,7 +282,7 @@ class Dampers:
             free &= ~slides
 
     def _solve(self, free: np.ndarray) -> None:
-        """Solve for the forces with the given indices; the others keep their values."""
+        """Solve the equations for the forces with the given indices (`free`); the other forces keep their values."""
         z, c = self._rows[free], self._damper[free]
         self._force[free] = self._held[free]
         v = self._speeds_with_forces(free)
@@ -340,7 +340,7 @@ def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
 
 
 def _approach(part: "Overlap") -> np.ndarray:
-    """Return the approach velocity of both surfaces at each point [m/s], shape (n,)."""
+    """Return the velocity at which both surfaces approach each other at each point of an overlap [m/s], shape (n,)."""
     approach = -np.einsum("ij,ij->i", part.relative, part.normal)
     if part.one.faces is not None:
         return approach

@@ -136,7 +136,7 @@ class StartOverlap:
         return [self._begun, self.depth, self._recent]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         self._begun, self.depth, recent = numbers
         self._recent = list(recent)
 

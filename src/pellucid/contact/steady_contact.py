@@ -76,7 +76,7 @@ class ContactLead:
         return [self.is_due, self.change, at.tolist(), self._corners[at].tolist()]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         self.is_due, self.change, at, lead = numbers
         self._corners.fill(0.0)
         self._corners[np.array(at, np.int64)] = lead

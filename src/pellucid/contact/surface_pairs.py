@@ -308,7 +308,7 @@ class SurfacePairs:
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore the sides on which triangulated surfaces touch each other from the arrays of a checkpoint."""
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
 

@@ -58,7 +58,7 @@ class Totals:
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         vars(self).update({**data, "momentum": np.array(data["momentum"])})
 
 
@@ -281,7 +281,7 @@ class EnergyBudget:
         return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
     def restore(self, numbers: Mapping[str, object]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         arrays = {name: np.array(numbers[name]) for name in ARRAYS}
         vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
@@ -362,6 +362,6 @@ class AngularBalance:
         return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         self._about, self._initial = np.array(numbers["about"]), np.array(numbers["initial"])
         self._scale = float(numbers["scale"])

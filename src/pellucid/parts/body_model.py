@@ -27,8 +27,8 @@ class BodyModel(Part):
 
     unique_name: ClassVar[bool] = True
     scales_inertia: ClassVar[bool] = False
-    """True if the nodes can have an inertia other than their mass in a steady-state solution; such a body has a key
-    `scale_inertia`."""
+    """True if, in the search for a steady state, the nodes can have an inertia that differs from their mass; such a body
+    has a key `scale_inertia`."""
     moves: ClassVar[bool] = True
     """True if the body has inertia, on which forces act; otherwise it does not limit the time step."""
     place: ClassVar[str]
@@ -46,7 +46,7 @@ class BodyModel(Part):
     fields: ClassVar[Mapping[str, Field]] = {}
     """Fields of the body in addition to `pellucid.state.FIELDS`, by name."""
     pictured: ClassVar[tuple[str, str] | None] = None
-    """Name and label of the field that pictures show as its load; pressure or stress by default."""
+    """Name and label of the field that pictures show as the load of the body; None for the default, pressure or stress."""
 
     kind: str
     name: str = name_parameter("name of the body, used for its files and in probes")

@@ -65,7 +65,7 @@ class TakesGravity(Protocol):
     """A body with its own nodes, on which gravity acts. For points on the grid, gravity acts on the nodes of the grid."""
 
     def share_gravity(self, share: float) -> None:
-        """Set the fraction of gravity that acts over this step; the default is 1."""
+        """Set the fraction of gravity that acts on the body over this step; the default is 1."""
 
 
 # supports and prescribed motions of own nodes

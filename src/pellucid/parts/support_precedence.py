@@ -62,7 +62,7 @@ def in_order(supports: "Sequence[NodalSupport]", rows: Collection[int], axis: in
 
 
 def is_across(support: "NodalSupport", axis: int) -> bool:
-    """Return True if a support holds a face of the grid along its normal, this axis."""
+    """Return True if a support holds a face of the grid that is normal to `axis`."""
     return support.face is not None and support.face[0] == axis
 
 

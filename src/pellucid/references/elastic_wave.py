@@ -21,7 +21,8 @@ class StandingWave:
 
     @classmethod
     def of(cls, case: Case) -> "StandingWave":
-        """Build the wave with which the first body of a case starts. In a laterally constrained bar the modulus is λ + 2μ."""
+        """Build the standing wave from the initial velocity of the first body of a case. In a laterally constrained bar
+        the modulus is λ + 2μ."""
         body = case.body[0]
         wave = body.velocity_wave if isinstance(body, MaterialPointsCase) else None
         material: object = body.material

@@ -135,7 +135,7 @@ def _velocity_change(gas: GasState, pressure: float) -> tuple[float, float]:
 
 
 def _wave(gas: GasState, pressure: float) -> Wave:
-    """Return the wave from a *left* state to the star pressure."""
+    """Return the wave between a *left* state and the star region, which has this pressure [Pa]."""
     gamma, ratio = gas.gamma, pressure / gas.pressure
     if ratio > 1.0:
         g = (gamma - 1.0) / (gamma + 1.0)

@@ -14,7 +14,7 @@ QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "interna
 
 @dataclass(frozen=True)
 class Tube:
-    """A tube along x: its exact solution, position of the diaphragm [m], both ends [m] and cell size [m]."""
+    """A shock tube along x: its exact solution, position of the diaphragm [m], both ends [m] and cell size [m]."""
 
     solution: RiemannSolution
     diaphragm: float
@@ -101,7 +101,7 @@ class Profile:
         return float(np.sum((width * np.abs(found - wanted))[known]) / np.sum(width * np.abs(wanted)))
 
     def relative_variation(self, name: str) -> float:
-        """Return the total variation divided by the integral of the absolute value [1/m].
+        """Return the total variation of a quantity along the tube, divided by the integral of its absolute value [1/m].
 
         A profile displaced by d has a relative L1 error of at most d times this number, which converts a length into an
         error.

@@ -10,7 +10,8 @@ from typing import Literal, NamedTuple
 
 
 class Stretched(NamedTuple):
-    """Homogeneous state: lateral stretch, energy per initial volume [J/m³] and axial force per initial area [Pa]."""
+    """Homogeneous state of a stretched block: lateral stretch, energy per initial volume [J/m³] and axial force per
+    initial area [Pa]."""
 
     lateral: float
     energy: float
@@ -31,7 +32,8 @@ def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poiss
 
 
 def _coupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
-    """Return a value with the sign of the lateral stress, the energy, and the axial stress."""
+    """Return a value with the sign of the lateral stress, the energy, and the axial stress, for shear and bulk modulus,
+    lateral stretch a and axial stretch s."""
     lam, ln_J = bulk - 2.0 * mu / 3.0, log(a * a * s)
     energy = 0.5 * mu * (2.0 * a * a + s * s - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2
     return mu * (a * a - 1.0) + lam * ln_J, energy, (mu * (s * s - 1.0) + lam * ln_J) / s

@@ -317,8 +317,8 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 
 
 def seen(progress: Progress | bool | None) -> Progress:
-    """Return the progress object of a run: for several processes only the first reports. True: one for a terminal or
-    notebook."""
+    """Return the object to which a run reports its progress; in a run with several processes only the first one reports.
+    progress: True for one that fits the terminal or notebook."""
     if progress is True:
         progress = for_terminal()
     return progress if progress and domain.group.is_first else WarningsOnly()

@@ -22,7 +22,8 @@ Faces = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def coarse_indenters(case: Case) -> Iterator[str]:
-    """Yield a warning for each pair of a hard body and a solid of another velocity field that resolves it too coarsely."""
+    """Yield a warning for each pair of a hard body and a solid of another velocity field whose mesh or points are too
+    coarse for the shape of the hard body."""
     planes = symmetry_planes(case.support, case.grid)
     hard = hard_bodies(case)
     names = {body.name for body in hard}

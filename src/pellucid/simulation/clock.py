@@ -136,7 +136,7 @@ class Clock:
     """Remedy for an energy error, if it is not a smaller step; None otherwise."""
 
     is_adjusting = False
-    """True while the clock changes forces of contact at constant loads, so that the energy balance is not judged."""
+    """True while the clock changes contact forces at constant loads; the energy balance is not checked then."""
 
     def progress(self) -> float:
         """Return the progress of the run [s]."""
@@ -156,7 +156,7 @@ class Clock:
         return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint."""
+        """Restore the state from a checkpoint."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]
         steps, time = numbers["fixed_from"]

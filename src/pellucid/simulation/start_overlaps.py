@@ -56,7 +56,7 @@ class OverlappingStart(NamedTuple):
 def find_start_overlaps(
     pairs: SurfacePairs, case: "Case", going_on: Mapping[str, Mapping[str, np.ndarray]]
 ) -> list[OverlappingStart]:
-    """Return the overlaps at the start of a run that exceed rounding.
+    """Return the overlaps between surfaces at the start of a run that are larger than rounding errors.
 
     going_on: arrays of the bodies that start in the state of an earlier run, see `SurfacePairs.go_on`.
     """

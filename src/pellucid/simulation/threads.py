@@ -48,7 +48,7 @@ class ThreadChoice:
         self._began = self._clock()
 
     def after_step(self) -> None:
-        """Continue a trial, or start one if it is due. Called after each step."""
+        """Continue a trial of several numbers of threads, or start a trial if it is due. Called after each step."""
         if len(self._numbers) == 1:
             return
         now = self._clock()

@@ -210,7 +210,7 @@ class Watch:
 
 
 def _lie_near(bodies: Iterable[Body], places: np.ndarray, distance: float) -> np.ndarray:
-    """Return a mask of the positions [m], shape (k, 3), that lie within a distance [m] of any point of the bodies."""
+    """Return a mask of the positions [m], shape (k, 3), that lie within a distance [m] of at least one point of the bodies."""
     near = np.zeros(len(places), bool)
     for body in bodies:
         if len(places):

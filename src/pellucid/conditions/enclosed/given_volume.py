@@ -164,7 +164,8 @@ def critical(spring: float, mobility: float) -> float:
 
 
 def start_fault(given: GivenVolume, start: float) -> str | None:
-    """Describe a volume at time 0 that differs too much from the initial volume of the membrane [m³]."""
+    """Return a description of the fault if the prescribed volume at time 0 differs too much from the initial volume of
+    the membrane [m³], else None."""
     if given.ratios is not None:
         return None
     first, largest = given.at(0.0, start)[0], max(given.rows[1])

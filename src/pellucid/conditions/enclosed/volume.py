@@ -56,7 +56,7 @@ class EnclosedVolume:
         return [member.body for member in self.members]
 
     def now(self) -> Enclosure:
-        """Return the present volume, areas and holes."""
+        """Return the present enclosed volume, the vector areas on which pressure acts, and the holes."""
         volumes, areas, places = zip(*(self._of(number) for number in range(len(self.members))), strict=True)
         holes = [failed_points(body) for body in self.bodies]
         for area, failed in zip(areas, holes, strict=True):
@@ -75,7 +75,7 @@ class EnclosedVolume:
         return sign * self._lids[number].volume(places, areas), sign * areas, places
 
     def press(self, now: Enclosure, pressure: float) -> None:
-        """Apply a gauge pressure [Pa] to the membranes over this step."""
+        """Apply a gauge pressure [Pa] to the membranes over this step; now: present state of the enclosed volume."""
         for body, add, areas in zip(self.bodies, self._add, now.areas, strict=True):
             add((pressure * areas)[body.stored_array("id")])
 

@@ -31,8 +31,8 @@ class LoadModel(Condition):
     """Data model of a load."""
 
     channel: ClassVar[str] = "load_work"
-    """Column of `history.csv` with the work of the load, whose name ends in `_work`; loads with the same channel are
-    summed."""
+    """Column of `history.csv` that contains the work of the load; its name ends in `_work`. The work of loads with the
+    same channel is summed."""
 
     kind: str
     body: str = parameter("", "name of the body")

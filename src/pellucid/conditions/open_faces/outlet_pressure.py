@@ -105,7 +105,8 @@ class EndOfFluid:
         return self._gives
 
     def nearest(self) -> tuple[float, float]:
-        """Return the distance of the nearest point from the face, in cells, and its velocity into the grid [m/s]."""
+        """Return the distance of the body's nearest point from the face, in cells, and the velocity of this point into
+        the grid [m/s]."""
         there, axis = self.body.n_there, self.face.axis
         if there == 0:
             return np.inf, 0.0

@@ -105,7 +105,7 @@ class NoSlip:
         return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)
 
     def find_surface(self, window: Window, filled: np.ndarray, place: np.ndarray) -> Surface:
-        """Return the surface of a body near nodes.
+        """Return the surface of a body at nodes near it: distance, normal and further data, see `Surface`.
 
         Parameters
         ----------

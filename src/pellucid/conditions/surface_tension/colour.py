@@ -52,7 +52,7 @@ MARGIN = 3  # layers of nodes around those that points reach; smoothing and the 
 
 
 class SurfaceFields(NamedTuple):
-    """Nodal fields of a fluid with surface tension."""
+    """Nodal fields from which the energy of a fluid's surface is computed."""
 
     volume: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "volume of its points")]
     potential: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "J/m3", "derivative of the surface energy by this volume")]

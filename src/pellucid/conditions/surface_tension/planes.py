@@ -45,7 +45,7 @@ class OpenSpace(NamedTuple):
 
 
 def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[WettedPlane]) -> OpenSpace:
-    """Return the open space in front of planes, computed by sampling."""
+    """Return the space in front of planes that a fluid can fill, computed by sampling nodes and cells."""
     axes = [_Samples(grid, function, axis) for axis, function in enumerate(functions)]
     shape = tuple(axis.smooth.shape[1] for axis in axes)
     cells = tuple(axis.boxes.shape[1] for axis in axes)

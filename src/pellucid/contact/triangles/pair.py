@@ -245,8 +245,8 @@ class TrianglePair(Touch):
         self.before = sum(side.follow(last) for side in self.sides)
 
     def place_without_side(self) -> np.ndarray | None:
-        """Return an initial position where layers coincide, so that the side in contact is undefined [m], shape (3,); else
-        None.
+        """Return an initial position at which layers of a surface coincide, so that the side on which they touch is
+        undefined [m], shape (3,); None if there is no such position.
 
         Fills the slots.
         """

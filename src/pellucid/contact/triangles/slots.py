@@ -157,7 +157,7 @@ def _walk(points, facets, sight, p, x, t):
 
 @kernel(inner=True)
 def _search(points, facets, boxes, sight, p, x, hand, held, square):
-    """Return the triangle closest to a point within a distance, given by its square [m²]; -1 if there is none.
+    """Return the triangle closest to point p, if it lies within a distance given by its square [m²]; else -1.
 
     hand: side of the point's own surface on which to search, 1 or -1; 0 for both. held: triangle in the other slot of the
     point, or -1.
@@ -201,7 +201,8 @@ def _empty(slots, p, k):
 
 @pointwise
 def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
-    """Store a closest point in a slot; return the signed distance from its surface [m]."""
+    """Store the closest point of a triangle in slot k of point p; return the signed distance of point p from the surface
+    at this point [m]."""
     n = normal_at(facets, t, region)
     f = at_foot(facets.place, facets.triangle, t, u, v, w)
     away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])

@@ -92,7 +92,7 @@ def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the front position and the height against the experiment."""
+    """Draw the front position and the water height at the wall, with the values of the experiment."""
     column = Column.of(run.case)
     curves, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     times = run.history["time"]

@@ -43,7 +43,7 @@ def radius_of(film: FluidFilmCase) -> float:
 
 
 def pressures_of(run: Run) -> list[FilmPressure]:
-    """Return the pressure loads on films."""
+    """Return the pressure loads of a case that act on films."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
 
 

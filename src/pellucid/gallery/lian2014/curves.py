@@ -17,7 +17,7 @@ HOURGLASS = 0.01
 
 
 def tolerance_of(run: Run) -> float:
-    """Return the tolerance, proportional to the cell size."""
+    """Return the tolerance of the curves of a run, which is proportional to the cell size of its grid."""
     return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
 
 

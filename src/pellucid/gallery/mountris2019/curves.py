@@ -42,8 +42,8 @@ def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
 
 
 def work_done(run: Run) -> Metric:
-    """Return the metric of the strain energy against the work of the motion minus the heat of the damping; the difference
-    is of second order in the load steps."""
+    """Return the metric that compares the strain energy with the work of the motion minus the heat of the damping; their
+    difference is of second order in the load steps."""
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])

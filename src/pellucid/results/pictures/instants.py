@@ -11,7 +11,7 @@ def evenly(times: np.ndarray, most: int) -> np.ndarray:
 
 
 def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:
-    """Return the times of the frames nearest to the given times [s], without duplicates; times that the run did not reach
-    are omitted."""
+    """Return the times of the frames nearest to the given times [s], without duplicates; given times that the run did
+    not reach are omitted."""
     reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
     return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])

@@ -29,7 +29,8 @@ STEP = 0.8  # pixels between the dots that make a side
 
 
 def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> Figure:
-    """Draw two views of a mesh: a surface from both sides, a solid whole and cut open. The caller saves the figure.
+    """Draw two views of a mesh: a surface from both sides, a solid whole and cut open. The caller saves the returned
+    figure.
 
     metres: size of the mesh's length unit [m]. Elements are coloured by their quality. Edges with only one element are red.
     Elements of a surface that are seen from the side opposite to their normals are orange.

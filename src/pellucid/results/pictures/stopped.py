@@ -80,7 +80,7 @@ def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarra
 
 
 def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
-    """Return the pairs of axes of the views that show the positions of the points."""
+    """Return, for each view of the point that stopped the run, the pair of axes that span the picture."""
     wide = [axis for axis in range(3) if not thin[axis]]
     if len(wide) == 3:
         return [(0, 1), (0, 2), (1, 2)]

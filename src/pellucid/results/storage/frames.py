@@ -164,8 +164,7 @@ def _layout(path: Path) -> Layout:
 
 @contextmanager
 def _whole(path: Path) -> Iterator[None]:
-    """Raise OutputError for a file that cannot be read. Errors of the operating system have a number, errors of HDF5 have
-    none."""
+    """Raise OutputError, with the reason, for a file that cannot be read in the block."""
     try:
         yield
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError, OSError) as error:

@@ -50,7 +50,7 @@ class Run:
 
     @cached_property
     def stored(self) -> "StoredCase":
-        """The part of the case that results need. It can be read even if the kinds that the case names are unknown."""
+        """The part of the case that is needed to read results. It can be read even if kinds that the case names are unknown."""
         return self.folder.read_stored()
 
     @cached_property

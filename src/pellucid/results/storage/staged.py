@@ -47,7 +47,7 @@ class StagedFile:
         return data
 
     def write(self, data: memoryview) -> int:
-        """Keep a change in memory; return its length."""
+        """Keep a change of the file in memory; return the number of bytes."""
         self._changes.append((self._place, bytes(data)))
         self._place += len(data)
         self._size = max(self._size, self._place)

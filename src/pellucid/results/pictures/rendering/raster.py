@@ -15,7 +15,7 @@ SHIFT = 32
 INNER = 1e-9  # of a triangle: a pixel on an edge belongs to both neighbours
 
 Fragments = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
-"""Batches of x, y [pixels, whole numbers], depth [pixels] and number of the primitive."""
+"""Batches of fragments (pixels of primitives): x and y [pixels, whole numbers], depth [pixels] and number of the primitive."""
 
 
 class Canvas:
