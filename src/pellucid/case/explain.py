@@ -187,7 +187,7 @@ def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> F
 
 
 def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
-    """Return the remedy for a table in place of a list."""
+    """Return the remedy for a table that was given where a list of tables is required."""
     if "prefixItems" in field:
         return f"Write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with one number for each."
     if len(path) == 1 and schema.is_list_of_tables(field):

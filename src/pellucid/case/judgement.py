@@ -20,7 +20,8 @@ def in_si(value: Quantity, unit: str) -> float:
 
 
 class Passing(Model):
-    """Event at which a column first reaches a value, from either side. It allows checks against another quantity than time."""
+    """Event at which a column of the history first reaches a value, from either side. It allows checks at such an event
+    instead of at a given time."""
 
     column: str = parameter("", "name of a probe or of another column of the history")
     reaches: Quantity = parameter("", "value, in SI units or as text with a unit")

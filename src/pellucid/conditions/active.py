@@ -28,8 +28,8 @@ class BodiesAndConditions(Protocol):
 
 
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
-    """Return the columns of works for the channels of a case's conditions and for other channels; touching: see
-    `WorkLayout`."""
+    """Return the layout of a row of works: its columns for the channels of a case's conditions and for other channels;
+    touching: see `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]

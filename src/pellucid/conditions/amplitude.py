@@ -68,7 +68,7 @@ class ChangesInTime(Model):
             raise ValueError("`rise` and `amplitude` cannot be combined; remove one")
 
     def _change(self) -> tuple[float, Amplitude | None]:
-        """Return the rise [s] and the amplitude, without keys that the kind redefines."""
+        """Return the rise time [s] and the amplitude. Keys that the kind of load redefines are ignored."""
         own = self.declared_anew
         return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
 

@@ -73,7 +73,7 @@ class Outflow(GivenFlow, Condition):
         return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: with a prescribed flow there is no equilibrium."""
+        """Return the reason why no steady state can be computed with a prescribed flow: there is no equilibrium."""
         if not self.is_led:
             return None
         return Reason(

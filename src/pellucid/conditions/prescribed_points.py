@@ -136,7 +136,7 @@ class PrescribedPoints(ActiveCondition):
         self._taken += taken
 
     def prescribe_positions(self) -> None:
-        """Set the prescribed positions."""
+        """Set the positions of the points that the motions prescribe at the end of the step."""
         if self._leading is not None:
             move_points_jointly(self._leading, 0.0)
 

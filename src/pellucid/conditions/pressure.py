@@ -132,7 +132,8 @@ class Pressure(ChangesInTime, Condition):
         return bound_of_spring(spring, critical(spring, start.mobility), start.mobility)
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason if a volume is prescribed: the stiffness of its spring is not included in the relaxation."""
+        """Return the reason why no steady state can be computed with a prescribed volume: the relaxation does not
+        include the stiffness of its spring. None for a prescribed pressure."""
         if self.volume is None:
             return None
         return Reason(

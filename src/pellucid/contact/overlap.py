@@ -278,7 +278,8 @@ class OverlapLaw:
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, for other contacts of the same bodies."""
+        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of the same bodies can
+        include them."""
         if self.stop is not None:
             self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
 

@@ -200,7 +200,7 @@ class ContactPairs:
         return len(self._pairs)
 
     def fields(self) -> list[tuple[VelocityField, VelocityField]]:
-        """Return the two velocity fields of each pair."""
+        """Return the two velocity fields of each contact pair."""
         return [pair.fields for pair in self._pairs]
 
     def detect(self) -> None:

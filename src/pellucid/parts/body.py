@@ -106,7 +106,8 @@ class Body(ConstrainedPoints, ABC):
         them."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Return the angular momentum of the points about a position [m], shape (3,)."""
+        """Return the angular momentum of the points about a position [m], as a vector of shape (3,) [N m s] with the sum
+        of its magnitudes."""
         m, velocity = self.stored_field("mass")[:, None], self.stored_field("velocity")
         arm = self.stored_field("position") - about
         size = m[:, 0] * np.sqrt(np.sum(arm * arm, axis=1) * np.sum(velocity * velocity, axis=1))

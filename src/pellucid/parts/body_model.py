@@ -32,7 +32,7 @@ class BodyModel(Part):
     moves: ClassVar[bool] = True
     """True if the body has inertia, on which forces act; otherwise it does not limit the time step."""
     place: ClassVar[str]
-    """Key that defines the initial geometry of the body."""
+    """Name of the key that defines the initial geometry of the body."""
     start_only: ClassVar[tuple[str, ...]] = ("velocity", "initial")
     """Keys of the initial state, in addition to `place`; for a body that continues an earlier run, the state comes from
     that run."""
@@ -74,7 +74,7 @@ class BodyModel(Part):
 
     @abstractmethod
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and upper corner at the start [m], each of shape (3,)."""
+        """Return the lower and upper corner of the body's bounding box at the start [m], each of shape (3,)."""
 
     def standing(self, grid: GridCase) -> Standing:
         """Return the initial positions; without points if they are known only when the body is built. Raises CaseError if

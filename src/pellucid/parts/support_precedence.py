@@ -73,7 +73,8 @@ def _rank(support: "NodalSupport", axis: int) -> tuple[bool, float, float, tuple
 
 
 def _agree(region: "NodalSupport", face: "NodalSupport", axis: int, may_leave: bool) -> bool:
-    """Return True if a region moves its nodes at a face of the grid with the face, or away from it if that is allowed."""
+    """Return True if, at nodes of a face of the grid, a support of a region prescribes the same velocity along an axis
+    as the support of the face, or, if `may_leave`, a velocity away from the face."""
     away = region.velocity[axis] - face.velocity[axis]
     inward = -1.0 if face.face is not None and face.face[1] == 1 else 1.0
     return away == 0.0 or (may_leave and away * inward > 0.0)

@@ -109,7 +109,7 @@ class Clock:
         by their own inertia."""
 
     def advance(self, dt: float) -> None:
-        """Count a step."""
+        """Count a step of the length dt [s]."""
         self.n_steps += 1
         self.dt = dt
         fixed = self.case.step

@@ -52,7 +52,7 @@ class SettlingClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return zeros: the time of the loads is constant."""
+        """Return a time and an increment of 0 [s]: the time of the loads stays at 0 while bodies settle."""
         return 0.0, 0.0
 
     def advance(self, dt: float) -> None:

@@ -165,7 +165,7 @@ class Simulation:
         return Clock(case.time, longest, most)
 
     def record(self, dt: float) -> None:
-        """Add the step to the balance of energy and momentum."""
+        """Add a completed step dt [s] to the balance of energy and momentum."""
         heats = (body.work() for body in self.stages.grid_bodies)
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.stages.nodal_bodies)]
         last = self.case.time.scheme != "usf"

@@ -58,7 +58,7 @@ class Inflow(GivenFlow, Condition):
         return self.name
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: with an inflow there is no equilibrium."""
+        """Return the reason why no steady state can be computed: with an inflow there is no equilibrium."""
         return Reason("an [[inflow]] adds points, so there is no equilibrium", "remove [steady] or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -120,7 +120,7 @@ class Strip:
 
 
 def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np.ndarray, name: str | None) -> StepWork:
-    """Return the work and impulse of a strip as the work of a step.
+    """Return the work of the flow on a strip of cells and its impulse as a `StepWork` of the step.
 
     work: work of the flow on the strip [J]; impulse: shape (3,) [N s]; name: name of the flow, under which the impulse is
     recorded, or None.

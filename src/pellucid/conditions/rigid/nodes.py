@@ -166,7 +166,7 @@ class RigidNodes:
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
-        """Set the nodal velocities to the rigid velocity for the contact impulses so far."""
+        """Set the nodal velocities to the rigid velocity that results from the contact impulses so far."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 

@@ -263,7 +263,8 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the colour for a filled fraction, and its derivative."""
+    """Return the colour, whose gradient shows the surface of the fluid, for a filled fraction of a node, and its
+    derivative by the filled fraction."""
     off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
     t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
     size = 1.0 / (BENDS + FULL - 1.0)
@@ -294,7 +295,7 @@ def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarr
 
 
 def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Apply the adjoint of `_smooth`."""
+    """Return values after the adjoint (transposed) operation of `_smooth`."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]

@@ -85,7 +85,8 @@ class SurfaceTension(Condition):
         return self.rate(body.material.density, cell)
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: the stiffness of capillary waves is not included in the relaxation."""
+        """Return the reason why no steady state can be computed: the relaxation does not include the stiffness of
+        capillary waves."""
         return Reason(
             "[steady] cannot find the equilibrium of a fluid with surface tension",
             "remove [steady], and let the viscosity damp the motion",

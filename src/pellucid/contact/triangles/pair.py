@@ -266,11 +266,11 @@ class TrianglePair(Touch):
         return len(self._touching) > 0
 
     def way(self) -> np.ndarray:
-        """Return zeros: no rigid body is pushed."""
+        """Return a zero vector, since this contact pushes no rigid body."""
         return np.zeros(3)
 
     def overlaps(self) -> list[Overlap]:
-        """Return an empty list: slots have no lists of points."""
+        """Return an empty list, since slots store contacts without lists of overlapping points."""
         return []
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:

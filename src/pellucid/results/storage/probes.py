@@ -81,7 +81,8 @@ class ProbeReader:
     def count_from(
         self, impulses: Mapping[str, np.ndarray], time: float, turning: Mapping[str, np.ndarray] = NOTHING_TURNED
     ) -> None:
-        """Start the averages of reactions and torques at `time` [s], with the total impulses of `read` at this time."""
+        """Start the averages of reactions and torques at `time` [s]. impulses, turning: total impulses and angular
+        impulses up to this time, see `read`."""
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
