@@ -29,7 +29,7 @@ REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
 class Released(ActiveCondition):
-    """Supports that release the nodes of grids and bodies at a given time."""
+    """Supports that release their nodes, of grids and of bodies, at a given time."""
 
     def __init__(
         self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]

@@ -96,7 +96,7 @@ class NoSlipWall(ActiveCondition):
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
-        """Release the nodes near the surface, except near rigid bodies."""
+        """Release the nodes near the surface from the constraint by the support, except near rigid bodies."""
         wall, constrained = self._wall, self._field.grid.nodes.constrained
         self._acts[:] = ~self._near_rigid()
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)

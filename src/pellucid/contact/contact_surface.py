@@ -235,7 +235,7 @@ class ContactSurface(ABC):
         """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays for a checkpoint."""
+        """Return the arrays of the surface that a checkpoint stores."""
         return {"surface/slip": self.slip} | {f"surface/itself/{name}": array for name, array in self.of_itself.items()}
 
     def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:

@@ -187,7 +187,7 @@ class SurfacePairs:
         return kept
 
     def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
-        """Iterate the forces on flat sides if bodies have several such contacts, as in a stack."""
+        """Iterate the contact forces on flat sides of rigid bodies if bodies have several such contacts, as in a stack."""
         if not any(surface.pushed_along for surface in self.surfaces):
             return
         apart = [pair for pair in touching if pair.stops_apart]

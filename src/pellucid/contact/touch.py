@@ -142,11 +142,11 @@ class Touch(ABC):
         """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays that a checkpoint stores."""
+        """Return the arrays of the contact that a checkpoint stores."""
         return {}
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore the state of the contact from the arrays of a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 

@@ -264,7 +264,8 @@ class CarriesRotation(Protocol):
         """The transfer of velocities between nodes and points in this run."""
 
     def carry_rotation(self) -> None:
-        """Use affine velocity fields of the points, set by the constraint, and do not update their velocity from the nodes."""
+        """Use affine velocity fields of the points, which a constraint sets, in transfers to the nodes; do not update
+        velocities of points from the nodes."""
 
 
 @runtime_checkable

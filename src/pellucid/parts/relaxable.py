@@ -40,4 +40,5 @@ class Relaxable(Protocol):
         """Return the internal forces of the last step, and the positions at which they were computed."""
 
     def unbalanced(self) -> tuple[float, float]:
-        """Return two norms of the nodal forces [N] without constraint forces: along the free directions, and along all."""
+        """Return two norms of the nodal forces without constraint forces [N]: of their components along free directions,
+        which vanish in equilibrium, and of all components."""

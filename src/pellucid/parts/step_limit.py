@@ -17,7 +17,8 @@ class StepLimit(NamedTuple):
 
 
 EXPLAINS = 0.01
-"""Largest relative change of the density of a fluid at which viscosity still explains the step limit."""
+"""Largest relative difference between the step limit and the limit by viscosity, due to a change of the fluid's density,
+at which viscosity is still reported as the reason."""
 NO_LIMIT = StepLimit(inf, "none", "no stability limit")
 
 

@@ -78,7 +78,7 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
 
 
 def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[ImplicitViscosity]:
-    """Return the implicit viscosities of the velocity fields with such fluids."""
+    """Return the solvers of implicit viscosity, one for each velocity field that contains fluids with implicit viscosity."""
     solved = {field: [body.viscous for body in bodies if body.viscous is not None] for field, bodies in fields.items()}
     return [ImplicitViscosity(field, fluids) for field, fluids in solved.items() if fluids]
 

@@ -25,7 +25,7 @@ class OverlappingStart(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Message for the user."""
+        """Message about the overlap for the user."""
         depth = f"{self.depth:.4g} m"
         if len(self.between) == 1:
             return (

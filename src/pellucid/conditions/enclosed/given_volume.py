@@ -48,7 +48,7 @@ class GivenVolume(Model):
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times [s], and volumes [m³] or ratios to the initial volume."""
+        """Times [s], and the prescribed volumes [m³] or their ratios to the initial volume."""
         if self.path is not None:
             times, volumes = read_rows(self.path, "volume [m3]").T.tolist()
             return tuple(times), tuple(volumes)

@@ -107,7 +107,7 @@ class RigidBody:
         self._pushed.append((place.copy(), force))
 
     def state(self) -> RigidState:
-        """Return the centre, angular velocity, and the response of the body to forces."""
+        """Return the centre of mass, the angular velocity, and the velocities that forces and torques cause."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
         turn = self.rates()[3:]

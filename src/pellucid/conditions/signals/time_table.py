@@ -108,5 +108,5 @@ class OverTime(Model):
         return between_rows(self.rows())
 
     def top_speed(self) -> float:
-        """Return an upper bound of the rate of the quantity."""
+        """Return an upper bound of the rate of change of the quantity."""
         return steepest(self.rows())

@@ -263,8 +263,8 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the colour, whose gradient shows the surface of the fluid, for a filled fraction of a node, and its
-    derivative by the filled fraction."""
+    """Return the colour, which is 1 within the fluid and 0 outside, for a filled fraction of a node, and its derivative
+    by the filled fraction."""
     off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
     t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
     size = 1.0 / (BENDS + FULL - 1.0)

@@ -126,8 +126,8 @@ def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis:
 
 
 def _spread_linearly(values: np.ndarray, place: Sequence[np.ndarray | float], axes: Sequence["_Samples"]) -> np.ndarray:
-    """Return values at positions distributed linearly to the nodes, shape (x, y, z), and summed in the order of the
-    positions."""
+    """Return the sums at the nodes, shape (x, y, z), of values at positions that are distributed linearly to the nodes
+    around them."""
     shape = tuple(axis.n_nodes for axis in axes)
     ends = []
     for at, axis in zip(place, axes, strict=True):
