@@ -45,7 +45,7 @@ def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = M
 
 
 def grid(lower: list[float], upper: list[float], functions: str = "trilinear") -> dict[str, Any]:
-    """Return the table of a grid between two corners [m]."""
+    """Return the `[grid]` table of a case for a grid between two corners [m]."""
     return {"lower": lower, "upper": upper, "cell": CELL, "functions": functions}
 
 

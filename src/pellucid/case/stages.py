@@ -188,7 +188,7 @@ class StartCase(Part):
     body: tuple[str, ...] | None = parameter("", "names of the bodies (default: all bodies of both runs)", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a missing run or body."""
+        """Report an earlier run that does not exist, and bodies that are not in the case."""
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
             other = "it is a file" if folder.exists() else "it does not exist"

@@ -8,7 +8,7 @@ from typing import Any
 from pellucid.findings import Path
 
 DEEPEST = 32
-"""Largest depth of nested tables and lists."""
+"""Largest accepted depth of nested tables and lists in a TOML text."""
 
 
 def parsed(text: str) -> dict[str, Any]:

@@ -29,7 +29,7 @@ class Rotations(Model):
         return {axis: turn for axis, turn in found.items() if turn is not None}
 
     def axes(self) -> set[str]:
-        """Return the names of the axes with prescribed rotations."""
+        """Return the names of the axes about which rotations are prescribed."""
         return set(self.turns())
 
 

@@ -155,7 +155,7 @@ class ContactSurface(ABC):
         _find_directions(self.area, normal, size)
 
     def side(self) -> float:
-        """Return the projected area of the largest side along the coordinate axes [m²]."""
+        """Return the area of the body's projection along the coordinate axis for which it is largest [m²]."""
         return float(max(np.maximum(sign * self.area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
 
     def bearing_area(self) -> float:
@@ -208,7 +208,7 @@ class ContactSurface(ABC):
         return 0.0
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return one mobility row z per force, shape (m, 6).
+        """Return one row z of the mobility matrix per force, shape (m, 6).
 
         z_i·z_j is the change of the velocity along force i that force j causes per unit time [N²/kg]. place: points of
         application [m], shape (m, 3). force: forces [N], shape (m, 3).

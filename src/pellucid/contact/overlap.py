@@ -101,7 +101,7 @@ class StartOverlap:
         self._by_equilibria = False
 
     def skip(self) -> None:
-        """Treat no overlap as initial: the surfaces were already in contact in an earlier run."""
+        """Treat no overlap as an initial one, since the surfaces were already in contact in an earlier run."""
         self._begun = True
 
     def reduce(self, depth: np.ndarray) -> np.ndarray:

@@ -263,7 +263,7 @@ class ContactPairs:
         return [pair.impulses.copy() for pair in self._pairs]
 
     def sum_work(self) -> None:
-        """Sum the works and impulses of this step, when the mean velocities of the nodes are known."""
+        """Sum the works and impulses of all contact pairs in this step, when the mean velocities of the nodes are known."""
         if not self._pairs:
             return
         total = sum((pair.sum_works(self._row) for pair in self._pairs), np.zeros(self._row))

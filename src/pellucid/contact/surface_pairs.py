@@ -266,7 +266,8 @@ class SurfacePairs:
                 yield (one, other, pair.step) if one.is_sheet else (other, one, pair.step)
 
     def find_start_overlaps(self) -> list[tuple[Touch, float]]:
-        """Return the contacts that overlap at the start, each with the depth that exerts no pressure [m]."""
+        """Return the contacts whose surfaces overlap at the start, each with the initial overlap, which exerts no
+        pressure [m]."""
         starting = [pair for pair in self._pairs if not all(surface.is_hard for surface in pair.surfaces)]
         described = dict[int, Described]()
         for surface in {id(surface): surface for pair in starting for surface in pair.surfaces}.values():

@@ -39,7 +39,8 @@ class ContactLaw(Protocol):
         `OverlapLaw.forces`."""
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, for other contacts of the same bodies.
+        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of the same bodies can
+        include them.
 
         overlaps: overlaps of this contact. dt, last: length of this and of the previous step [s].
         """

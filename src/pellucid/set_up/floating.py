@@ -46,7 +46,7 @@ def floating_bodies(case: Case) -> Iterator[str]:
 
 
 def _displaces(body: Floating) -> bool:
-    """Return True if the body displaces liquid: a solid, or a closed membrane."""
+    """Return True if a body displaces liquid, i.e. if it is a solid or a closed membrane."""
     return not body.material.flows if isinstance(body, SeededBody) else body.surface.closed
 
 

@@ -46,7 +46,7 @@ class Fit:
     case: "Case"
     """The case with the estimated parameters."""
     members: Any
-    """A pandas table of all runs."""
+    """A pandas table of all runs of the fit."""
 
 
 def fit(

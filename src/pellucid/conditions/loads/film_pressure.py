@@ -45,7 +45,7 @@ class FilmPressure(ChangesInTime, LoadModel):
     band: Band | None = parameter("", "band around a position on an axis in which it acts", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not a fluid film, and a direction without length."""
+        """Report a body that is not a fluid film, and a direction that is a zero vector."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:

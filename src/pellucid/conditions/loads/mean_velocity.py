@@ -72,7 +72,8 @@ class MeanVelocity(ChangesInTime, LoadModel):
 
 
 class Controller(ActiveCondition):
-    """The controller in a run. Its state between steps is the integral [m/s²]."""
+    """The controller of the mean velocity in a run. Its state between steps is the integral of the control law, ∫ (U* -
+    U)/τ² dt [m/s²]."""
 
     def __init__(self, load: MeanVelocity, assembly: Assembly) -> None:
         self._load, self._integral = load, 0.0

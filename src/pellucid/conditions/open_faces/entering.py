@@ -33,7 +33,7 @@ DENSER = 1.1
 
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
-    """Build the active inflows and reserve rows for their points in the bodies."""
+    """Build the active inflows, and reserve array rows in the bodies for the points that enter."""
     found = [Entering(inflow, assembly, f"inflow.{inflow.name or number}") for number, inflow in enumerate(inflows)]
     for name in dict.fromkeys(inflow.body for inflow in inflows):
         _make_room(assembly.bodies[name], [one for one in found if one.body_name == name])
@@ -118,7 +118,8 @@ class Entering(ActiveCondition):
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
-        """Return the distance of the first points of the columns from the face [m], shape (c,), without sideways motion."""
+        """Return the distances from the face that the first points of the columns have reached [m], shape (c,), if they
+        moved along the normal only."""
         return np.asarray(self._travel * self.strip.at_columns + self.opening.depth)
 
     def _layers(self) -> np.ndarray:

@@ -73,7 +73,8 @@ class SurfaceTension(Condition):
         return sqrt(4.0 * pi * self.tension / (density * cell**3))
 
     def load_channel(self) -> str:
-        """Return the channel of the work of surface tension, which is an exchange within the balance."""
+        """Return the channel of the work of surface tension. This work is exchanged with the surface energy, so that it
+        does not change the total energy."""
         return SURFACE_TENSION_WORK.name
 
     def columns(self) -> Mapping[str, str]:

@@ -28,7 +28,7 @@ METRICS = ("force", "gap", "energy", "momentum")
 
 
 class Pressed(NamedTuple):
-    """The layer, the radius of the ball, and the initial height of its centre."""
+    """Reference of the ball on the tissue: the elastic layer, the radius of the ball, and the initial height of its centre."""
 
     layer: Layer
     radius: float  # of the ball, with half of the thickness of its membrane [m]

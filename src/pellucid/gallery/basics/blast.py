@@ -107,7 +107,7 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the radius against time, and the density against the radius."""
+    """Draw the shock radius against time, and the density against the radius."""
     blast = Blast.of(run.case)
     figure, (fronts_axes, profile) = new_panels(1, 2, width=10.0, height=3.6)
     times, found = fronts(run, blast)

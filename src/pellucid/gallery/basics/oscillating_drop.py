@@ -55,7 +55,7 @@ def _exact(run: Run) -> tuple[float, float, float, float]:
 
 
 def _stretch(run: Run) -> tuple[Array, Array]:
-    """Return the times [s], and the elongation of the drop along z divided by its radius."""
+    """Return the times of the frames [s], and the elongation of the drop along z at these times, divided by its radius."""
     name = run.case.body[0].name
     times, radius = np.asarray(run.times(name), float), _exact(run)[2]
     found = []

@@ -55,7 +55,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _mean_pull(run: Run) -> tuple[Array, Array]:
-    """Return the times [s] and the mean of σxx + σyy over the points [Pa]."""
+    """Return the times of the history [s], and the mean of σxx + σyy over the points at these times [Pa]."""
     history = run.history
     return np.asarray(history["time"]), np.asarray(history["stress_xx"]) + np.asarray(history["stress_yy"])
 

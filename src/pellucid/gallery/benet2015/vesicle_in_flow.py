@@ -21,7 +21,7 @@ METRICS = ("deformation", "volume", "film_mass")
 
 
 class Drop(NamedTuple):
-    """Parameters of the drop problem."""
+    """Parameters of the drop in a shear flow between two plates."""
 
     radius: float  # [m]
     capillary: float

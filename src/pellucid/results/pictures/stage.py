@@ -52,7 +52,7 @@ def film_of(stage: Stage, times: Sequence[float]) -> Animation:
 
 
 def _arrangement(ratio: float, panels: int) -> tuple[int, float]:
-    """Return the number of rows with which panels are largest, and the width of a panel [inch]."""
+    """Return the number of rows of panels for which the panels are largest, and the width of a panel [inch]."""
     best = (1, 0.0)
     for down in range(1, panels + 1):
         across = -(-panels // down)

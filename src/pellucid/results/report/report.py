@@ -199,7 +199,7 @@ def _start_overlap_rows(run: Run) -> list[list[str]]:
 
 
 def _viscosity_rows(run: Run) -> list[list[str]]:
-    """Return table rows with the iterations of the implicit viscosity of each velocity field."""
+    """Return table rows with the number of iterations of the implicit viscosity in each velocity field."""
     solved = run.summary.get("implicit_viscosity", {}) if run.folder.ended else {}
     words = "{rounds_mean:.1f} iterations per step on average, at most {rounds_largest}"
     return [[f"implicit viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]
