@@ -164,7 +164,8 @@ def _layout(path: Path) -> Layout:
 
 @contextmanager
 def _whole(path: Path) -> Iterator[None]:
-    """Raise OutputError, with the reason, for a file that cannot be read in the block."""
+    """Raise OutputError, with the reason, for a file that cannot be read in the block. Errors of the operating system
+    have a number, errors of HDF5 have none."""
     try:
         yield
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError, OSError) as error:
