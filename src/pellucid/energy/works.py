@@ -68,8 +68,8 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 
 def channel_of_load(name: str) -> Channel:
-    """Return the channel of external forces with this name; its sign is 1, unless the name belongs to an exchange within
-    the balance."""
+    """Return the work channel (a column of the energy balance) for external forces with this name. Its sign is 1, except
+    for the exchanges with enclosed fluid and surface energy, which are not external work."""
     passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
     return passing.get(name, Channel(name))
 

@@ -82,7 +82,7 @@ class Clearing:
             _clear(chunks.n, self._rows, self._width, chunks)
 
     def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
-        """Return the chunks of nodes with the given edges, and pairs (view, initial value) for the fields that are not
-        stored in rows."""
+        """Return what is cleared for a range of nodes: the chunks between the node numbers `edges`, and for each array outside
+        the row storage a view of the range with its initial value."""
         others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
         return ChunkedNodes(ALL, edges), others

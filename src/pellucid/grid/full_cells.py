@@ -286,7 +286,7 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """Interface of a body whose cells use the mean pressure."""
+    """Protocol of a body for `CellPressure`: its points get the mean pressure of their cell."""
 
     functions: GridFunctions
     n_slabs: int

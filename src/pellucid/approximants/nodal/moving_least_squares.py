@@ -67,7 +67,8 @@ class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
 
 @pointwise
 def _weigh(fn, x, active, scratch, length):
-    """Compute quartic weights and their gradients, in units of a support; return True if a face reduces a weight to zero."""
+    """Compute the quartic weights of the active nodes at x, and their gradients times `length`. Return True if a weight is
+    zero because x lies on a face of prescribed displacement."""
     offset, distances, taken = scratch.offset, fn.distances, False
     for i in range(len(active)):
         a = active[i]

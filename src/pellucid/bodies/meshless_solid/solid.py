@@ -33,8 +33,9 @@ class Blocks(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """Node lists of the packs, and data of each entry: the position of its node in the block, times the number of lanes,
-    and values at the points of the pack, component by component."""
+    """Shape functions or gradients at the points. Points are processed in packs (SIMD lanes), and packs in blocks. A pack
+    has one entry for each of its nodes: the node's index in the block times the number of lanes, and the values at the
+    points of the pack, component by component."""
 
     first: np.ndarray  # (packs + 1,)
     place: np.ndarray

@@ -82,7 +82,8 @@ def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | Non
 
 
 def step_warning(name: str, found: Slowest, centres: np.ndarray) -> str:
-    """Return the warning about body `name`; centres: positions of all its elements [m], shape (m, 3)."""
+    """Return the warning that few elements reduce the stable time step of body `name`. centres: of all elements [m], shape
+    (m, 3)."""
     first = int(found.elements[0])
     place = ", ".join(f"{value:.4g}" for value in centres[first])
     count = len(found.elements)

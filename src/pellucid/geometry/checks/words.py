@@ -15,5 +15,5 @@ def counted(n: int, one: str, many: str) -> str:
 
 
 def in_file(position: np.ndarray) -> str:
-    """Return the position of something in a file as text."""
+    """Return spatial coordinates read from a geometry file as text for messages, in the unit of the file."""
     return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

@@ -45,10 +45,11 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 
 
 class SkinResponse:
-    """Response of a body at grid nodes in contact.
+    """Velocity changes of a meshless body due to contact impulses at grid nodes.
 
-    surface: transfers of the surface points; mass: masses of the surface points [kg], shape (m,); values: S_ka, shape (m,
-    n); inertia: of the nodes of the body [kg], shape (n,); prescribed: 0 for free components, shape (n, 3).
+    surface: coupling of the surface points to the grid; mass: masses of the surface points [kg], shape (m,); values: shape
+    functions S_ka of the n nodes at the surface points, shape (m, n); inertia: masses of the nodes [kg], shape (n,);
+    prescribed: 0 for free components, shape (n, 3).
     """
 
     def __init__(
