@@ -126,7 +126,7 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.1, 0] }, rotate = { angle = 17 } }",
         "rotate",
-        ["body.block.shape", "before rotation", "no extent there"],
+        ["body.block.shape", "before rotation", "no extent along this axis"],
     ),
     "a turned box that leaves the grid": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -343,7 +343,7 @@ MISTAKES = {
         ["body.drop.material.eos", "must be a table"],
     ),
     "one bracket for a probe": ("[[probe]]", "[probe]", "[probe]", ["must be a list", "Write the header `[[probe]]`"]),
-    "cells without number": ("cell = 0.05", "cell = 1e-320", "[grid]", ["inf cells", "along x", "use a larger cell"]),
+    "cells without number": ("cell = 0.05", "cell = 1e-320", "[grid]", ["inf cells", "along x", "use a larger grid.cell"]),
     "frames without number": (
         "[quick]",
         "[output]\nframes = 1e-9\n\n[quick]",
@@ -428,7 +428,7 @@ MISTAKES |= {
             "that leans out of the plane",
             "point = [0, 0.05, 0]\nnormal = [0, 1, 0.5]",
             "normal =",
-            ["wall.0.normal", "component 0.5 along z", "one cell thick", "set its z to 0"],
+            ["wall.0.normal", "component 0.5 along z", "one cell thick", "set its z component to 0"],
         ),
         (
             "that moves out of the plane",

@@ -82,7 +82,7 @@ MISTAKES = {
     "in and out": (
         LAST,
         f'{LAST}[[outflow]]\nwhere = "x-lower"\n',
-        ["outflow.0.where", "inflow number 1 enters through the face x-lower", "nothing can leave there"],
+        ["outflow.0.where", "inflow number 1 enters through the face x-lower", "nothing can leave through it"],
     ),
     "an opening elsewhere": (
         LAST,

@@ -235,7 +235,7 @@ def test_a_warning_where_faces_are_longer_than_the_cells():
     text = coarse.bodies[0].skin.contact_warning(everywhere)
     assert "body tissue touches another, its outer face" in text
     assert "is 2.83 m long, 2.8 cells of 1 m" in text
-    assert "refine its mesh there" in text
+    assert "refine the mesh near it" in text
     assert coarse.bodies[0].skin.contact_warning(np.zeros(0, np.int64)) is None
     with pytest.warns(UserWarning, match="step 100, .*where body tissue touches another"):
         advance(coarse, 100)

@@ -244,5 +244,5 @@ def test_a_body_that_is_led_has_no_use_for_it():
 
 
 def test_a_solid_has_no_use_for_it():
-    with pytest.raises(ValueError, match=r"body\.0\.cell_pressure.*not only a pressure"):
+    with pytest.raises(ValueError, match=r"body\.0\.cell_pressure.*has shear stresses"):
         case(box((0, 0, 0), (1, 1, 0), SOLID, cell_pressure=True), counts=(4, 4, 1))

@@ -111,5 +111,5 @@ def test_forces_that_nothing_asked_for_are_refused():
     tables = case(box((0, 0, 0), (4, 4, 4)))
     field = VelocityField("common", Grid(tables.grid))
     field.set_actions(constrain_nodes(field.grid, ()), NodalActions(field, 1).external(), PULL, SMALL, flip=1.0)
-    with pytest.raises(ValueError, match="no condition asked for external forces in the velocity field common"):
+    with pytest.raises(ValueError, match="no condition has requested external forces in the velocity field common"):
         field.load_row(0)

@@ -182,7 +182,7 @@ def test_a_damaged_file_is_compiled_anew_and_told_once(run_again, tmp_path, dama
         file.write_bytes(damage(file.read_bytes()))
     assert run_again() == (36.0, False)
     assert len(files) > 1
-    assert run_again.said.count("its bytes do not match its digest): it is compiled anew") == 1
+    assert run_again.said.count("its bytes do not match its digest): it is compiled again") == 1
     assert run_again() == (36.0, True)
     assert not run_again.said
 
@@ -191,14 +191,14 @@ def test_without_a_place_to_write_kernels_are_compiled_and_that_is_told_once(run
     (tmp_path / "cache").write_text("a file where the folder would be")
     for _ in range(2):
         assert run() == (36.0, False)
-        assert run.said.count("compiled kernels cannot be kept in") == 1
+        assert run.said.count("compiled kernels cannot be stored in") == 1
 
 
 def test_on_a_full_disk_kernels_are_compiled_and_nothing_half_written_stays(run, tmp_path):
     full = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
     full += "resource.setrlimit(resource.RLIMIT_FSIZE, (600, 600))\nfrom law import Hexagon\n"  # bytes, of a file
     assert run(full + RUN) == (36.0, False)
-    assert run.said.count("compiled kernels cannot be kept in") == 1
+    assert run.said.count("compiled kernels cannot be stored in") == 1
     assert "File too large" in run.said
     assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file() and "counts" not in path.parts]
 
@@ -207,7 +207,7 @@ def test_without_a_home_the_folder_must_be_named(monkeypatch):
     for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pellucid.jit.folder.Path.home", lambda: (_ for _ in ()).throw(RuntimeError))
-    with pytest.raises(UsageError, match="no home folder for compiled kernels: name a folder"):
+    with pytest.raises(UsageError, match="no home folder for compiled kernels: set the environment"):
         cache_folder()
 
 

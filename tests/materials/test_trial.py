@@ -124,9 +124,9 @@ def test_a_law_is_tried_at_rest_when_the_case_is_read(before: str, after: str, w
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ("Soft(NamedTuple)", "Soft", "line 11: TypeError: Soft is no NamedTuple: kernels take parameters as one"),
+        ("Soft(NamedTuple)", "Soft", "line 11: TypeError: Soft is not a NamedTuple: kernels require the parameters"),
         ("state, density):", "state):", "`stored_energy`, _stored_energy(law, state, density)"),
-        ("(update, Soft)", "(sqrt, Soft)", "line 33: TypeError: sqrt is no operation that a law can register a function for"),
+        ("(update, Soft)", "(sqrt, Soft)", "line 33: TypeError: sqrt is not an operation for which a law can register a function"),
         ("    def law(self):\n        return Soft(self.young_modulus)\n", "", "SoftMaterial does not define `law`"),
         ("@point_state()", '@point_state(strain_energy=("J/lb", "energy"))', 'UnitError: "J/lb" is not an SI unit'),
     ],
@@ -252,4 +252,4 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
     assert "`stretch_slopes` of the law Quadratic" in message
     assert "it must be a tuple of 2 numbers" in message
     message = law_told(folder, "law.K * (a + b - 2.0), law.G", "law.K * (a + b - 1.9), law.G", law, quadratic, body)
-    assert "has a stress at rest; its energy must be least there" in message
+    assert "has a stress at rest; its energy must be smallest at rest" in message

@@ -63,11 +63,11 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
         )
         for row in rows
     ]
-    return _table("complete time step, and shares of its parts", ("body",), headings, cells)
+    return _table("run time of a complete time step, and fractions of its parts", ("body",), headings, cells)
 
 
 def _variants(rows: list[dict[str, Any]]) -> Table:
-    title = "complete time step with other functions and transfers, and of a membrane sheet"
+    title = "run time of a complete time step with other shape functions and transfers, and of a membrane sheet"
     cells = [
         (*(row[key] for key in WHAT), f"{row['points']:,}", _rate(row), f"{1e9 / row['point_steps_per_second']:.0f}")
         for row in rows
@@ -99,11 +99,11 @@ def _threads(rows: list[dict[str, Any]]) -> Table:
         )
         for row in rows
     ]
-    return _table("ideal gas with different numbers of threads", (), headings, cells)
+    return _table("speed-up of an ideal gas with different numbers of threads", (), headings, cells)
 
 
 def _contact(row: dict[str, Any]) -> Table:
-    title = "time step of a block in contact with a sheet of elements, compared with each body alone"
+    title = "run time of a time step of a block in contact with a sheet of elements, compared with each body alone"
     headings = ("elements", "points", "sheet, ms", "block, ms", "together, ms", "ratio")
     ms = [f"{1e3 * row['seconds_per_step'][what]:.2f}" for what in ("sheet", "block", "together")]
     return _table(title, (), headings, [(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")])
@@ -129,7 +129,7 @@ def _solid(row: dict[str, Any]) -> Table:
 
 def _films(rows: list[dict[str, Any]]) -> Table:
     parts = _names(rows, "parts")
-    title = "time step of a film in space with bending, and shares of its parts"
+    title = "run time of a time step of a film in space with bending, and fractions of its parts"
     headings = ("nodes", "ms/step", "processor ms/step", "steps/factor", "KiB/node", "built in, s", *parts)
     cells = [
         (
@@ -152,5 +152,5 @@ def _peers(rows: list[dict[str, Any]]) -> Table:
         faster = f"{row['ratio']:.1f} times" if "ratio" in row else ""
         found = ("", "not run", row["missing"]) if "missing" in row else (str(row["threads"]), _rate(row), faster)
         cells.append((row["peer"], row["law"], *found))
-    headings = ("threads", "M point-steps/s", "speed of pellucid relative to it")
+    headings = ("threads", "M point-steps/s", "speed of pellucid relative to this program")
     return _table("the same time step in other programs (benchmarks/peers)", ("peer", "law"), headings, cells)

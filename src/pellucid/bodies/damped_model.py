@@ -14,7 +14,12 @@ from pellucid.parts.part import Parts
 class DampedModel(BodyModel):
     """A body with an optional drag proportional to velocity; `damping_heat` is the energy that the drag dissipates."""
 
-    damping: float = parameter("1/s", "rate of a mass-proportional drag; steady states choose their own", 0.0, ge=0)
+    damping: float = parameter(
+        "1/s",
+        "rate c of a mass-proportional drag (force -c m v on a mass m); in steady states it is chosen automatically",
+        0.0,
+        ge=0,
+    )
     damping_until: float | None = parameter("s", "time at which the drag ends; default: never", None, gt=0)
 
     @model_validator(mode="after")
@@ -28,4 +33,4 @@ class DampedModel(BodyModel):
         yield from super().problems(path, parts)
         if self.damping > 0.0 and (self.is_rigid or is_driven(self.name, parts)):
             text = f"body {self.name} is {'rigid' if self.is_rigid else 'fully prescribed'}: a drag on its points has no effect"
-            yield Finding((*path, "damping"), text, "remove it")
+            yield Finding((*path, "damping"), text, "remove `damping`")

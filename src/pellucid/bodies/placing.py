@@ -34,7 +34,7 @@ def place_problems(
         slack = SLACK * (grid_high - grid_low)
         reach = f"along {axis} the body extends from {low:g} to {high:g} m"
         if high <= low and not is_surface:
-            yield Finding(path, f"{reach}: it has no extent there", "set the upper end above the lower one")
+            yield Finding(path, f"{reach}: it has no extent along this axis", "set the upper end above the lower one")
             continue
         if axis in grid.periodic:
             yield from _seam_problems(path, axis, (low, high), grid, fills, flows)

@@ -18,7 +18,11 @@ class GravityAmplitude(Amplitude, Part):
         if parts.gravity is not None and not any(parts.gravity):
             yield Finding(path, "the case has no gravity", "Add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this key.")
         if parts.one(SteadyCase) is not None:
-            yield Finding(path, "in steady states gravity increases with the other loads", "Remove this key.")
+            yield Finding(
+                path,
+                "in steady states gravity increases with the other loads, so it cannot have an amplitude",
+                "Remove this key.",
+            )
         for other, body in parts.placed(BodyModel):
             if getattr(body, "hydrostatic", None) is not None and self.at(0.0) != 1.0:
                 text = f"`hydrostatic` is the equilibrium under full gravity, but its amplitude at time 0 is {self.at(0.0):g}"

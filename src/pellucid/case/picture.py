@@ -108,7 +108,11 @@ class Pictured(Figure):
         if self.slice is not None and not all(parts.active_axes):
             yield Finding((*path, "slice"), "a plane case cannot be sliced", "Remove this key.")
         if self.window is not None and self.slice is None and all(parts.active_axes):
-            yield Finding((*path, "window"), "the picture is not plane", "Add a `slice`, or remove this key.")
+            yield Finding(
+                (*path, "window"),
+                "`window` is the visible part of a plane case or slice, but this picture shows bodies in space",
+                "Add a `slice`, or remove this key.",
+            )
         if self.slice is not None and self.cut is not None:
             yield Finding((*path, "slice"), "a slice cannot be cut open", "Remove `cut` or `slice`.")
         if self.slice is not None and self.slice.thickness is None and parts.lacks_grid:

@@ -160,7 +160,7 @@ class Probe(Part):
         'to `at`; "point": the point initially nearest to `at`',
         "mean",
     )
-    at: Vector | None = parameter("m", 'place for reduce = "nearest" and "point"', None)
+    at: Vector | None = parameter("m", 'position at which reduce = "nearest" and "point" look for a point', None)
     above: float = parameter("", 'threshold of reduce = "count", in SI units', 0.0)
     change: bool = parameter("", "True: subtract the initial value", False)
     carried: bool = parameter(

@@ -90,7 +90,10 @@ class TimeCase(Part):
             text = f"is missing: body {bodies[0].name} does not move, so no stable step can be computed"
             yield Finding((*path, "step"), text, "Set a time step that resolves the processes in the body.")
         if self.step is not None and self.end / self.step > MOST_STEPS:
-            text = f"{self.end / self.step:.3g} steps until time.end = {self.end:g} s; the limit is {MOST_STEPS:.0e} steps"
+            text = (
+                f"{self.end / self.step:.3g} steps would be needed until time.end = "
+                f"{self.end:g} s; the limit is {MOST_STEPS:.0e} steps"
+            )
             remedy = (
                 f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s, or remove it: `time.courant` then sets the step."
             )
@@ -166,7 +169,7 @@ class Case(Model):
 
     schema_version: Literal[1] = parameter("", "version of this format", 1, alias="schema")
     title: str = parameter("", "title of the case, one line")
-    id: str = parameter("", "gallery case whose metrics and figures apply", "")
+    id: str = parameter("", "gallery case whose metrics and figures apply to this case", "")
     source: str = parameter("", "source of the case", "")
     description: str = parameter("", "description of the case", "")
     extensions: tuple[InputFile, ...] = parameter(

@@ -27,7 +27,7 @@ class SteadyCase(Part):
     load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
     at: tuple[float, ...] = parameter(
         "s",
-        "times of additional equilibria between those of `load_steps`",
+        "times of additional equilibria, between the times given by `load_steps`",
         (),
         max_length=100_000,
     )
@@ -95,7 +95,7 @@ class SteadyCase(Part):
                 yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
             elif self.mass_scaling and not body.scales_inertia:
                 yield Finding(
-                    (*path, "mass_scaling"), f'the inertia of kind "{body.kind}" cannot be scaled', "Remove this key."
+                    (*path, "mass_scaling"), f'the inertia of bodies of kind "{body.kind}" cannot be scaled', "Remove this key."
                 )
 
 

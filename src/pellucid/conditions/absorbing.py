@@ -33,7 +33,9 @@ class Absorbing(Condition):
     losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
-    body: str = parameter("", "body whose waves leave the grid, with the wave speeds of its material at the start")
+    body: str = parameter(
+        "", "body whose waves are absorbed; the faces are tuned to the wave speeds of its material at the start"
+    )
 
     _one_or_several = field_validator("where", mode="before")(one_or_several)
 

@@ -13,7 +13,7 @@ from pellucid.smooth_step import risen
 class Amplitude(Model):
     """Fraction of a load as a function of time: piecewise linear, constant before the first and after the last time."""
 
-    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    times: tuple[float, ...] | None = parameter("s", "times of the table, in increasing order", None, min_length=2)
     shares: tuple[float, ...] | None = parameter("", "fraction of the load at each time; may be negative or above 1", None)
     path: InputFile | None = parameter(
         "", "alternative: a CSV file with the columns time [s] and fraction; a header row is allowed", None

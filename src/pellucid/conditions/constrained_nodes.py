@@ -130,7 +130,7 @@ def constrain_nodes(
     for row, support in enumerate(supports):
         inside = nodes_of(support, grid.case, of) if support.body is None else np.zeros(len(position), bool)
         if not inside.any() and support.body is None and row not in elsewhere:
-            text = "constrains no node of the grid: the box lies between nodes or outside the grid"
+            text = "the support constrains no node of the grid: the box lies between nodes or outside the grid"
             wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
             raise CaseError(Problem(text, f"support.{numbers[row] if numbers else row}.where", remedy=wider))
         on_nodes.append(on_those(support, inside))

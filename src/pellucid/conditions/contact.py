@@ -47,7 +47,7 @@ class Contact(Sliding):
         if fields is not None and others:
             what = "of the same body with itself" if self.is_of_one_body else "between the same velocity fields"
             text = f"contact number {int(others[0][1]) + 1} is {what}"
-            yield Finding((*path, "between"), text, "keep one of the two")
+            yield Finding((*path, "between"), text, "keep one of the two contacts")
         yield from super().problems(path, parts)
 
     def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -18,7 +18,7 @@ class Damping(Condition):
 
     losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # energy removed by the drag
 
-    body: str = parameter("", "name of the body")
+    body: str = parameter("", "name of the body on whose points the drag acts")
     rate: float = parameter("1/s", "decay rate of the velocity of a free body", gt=0)
     until: float | None = parameter("s", "time at which the drag ends; default: never", None)
 

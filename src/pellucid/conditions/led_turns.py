@@ -19,9 +19,9 @@ class Rotations(Model):
     """Prescribed rotations about axes with fixed directions through the centre of mass; rotations that are not given are
     free."""
 
-    x: Turn | None = parameter("", "about x", None)
-    y: Turn | None = parameter("", "about y", None)
-    z: Turn | None = parameter("", "about z", None)
+    x: Turn | None = parameter("", "rotation about x as a function of time", None)
+    y: Turn | None = parameter("", "rotation about y as a function of time", None)
+    z: Turn | None = parameter("", "rotation about z as a function of time", None)
 
     def turns(self) -> dict[str, TurnModel]:
         """Return the prescribed rotations, by the name of their axis."""
@@ -41,7 +41,11 @@ def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, o
         yield Finding((*path, about), text, "set `rigid = true` for the body, or give `hold` and `displacement` only")
         return
     if motion.part is not None:
-        yield Finding((*path, "part"), f"body {body.name} is rigid: a motion moves it as a whole", "remove `part`")
+        yield Finding(
+            (*path, "part"),
+            f"body {body.name} is rigid: a motion moves it as a whole, so `part` cannot be used",
+            "remove `part`",
+        )
     yield from plane_turn_problems(motion.rotation.axes(), (*path, "rotation"), parts)
     yield from plane_turn_problems(set(motion.held_turns), (*path, "hold_rotation"), parts)
     for other in others:

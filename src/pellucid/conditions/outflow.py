@@ -27,7 +27,7 @@ class Outflow(GivenFlow, Condition):
     flow.
     """
 
-    name: str | None = name_parameter("name for probes of the outflow force, as a `reaction`", None)
+    name: str | None = name_parameter("name of the outflow, for probes of its force (quantity `reaction`)", None)
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: tuple[str, ...] = parameter(
         "", "bodies whose points can leave; default: all bodies of material points without prescribed motion", ()
@@ -42,7 +42,7 @@ class Outflow(GivenFlow, Condition):
     def _is_one_kind(self) -> None:
         given = [*(["pressure"] if self.pressure is not None else []), *self.sizes()]
         if len(given) > 1:
-            raise ValueError(f"`{given[0]}` and `{given[1]}` cannot be combined at a face; remove one")
+            raise ValueError(f"`{given[0]}` and `{given[1]}` cannot be combined at a face; remove one of the two")
         if self.is_led and len(self.where) > 1:
             raise ValueError(f"`{given[0]}` applies to one face; use one [[outflow]] per face")
         own = {"profile": self.profile != "uniform", "through": self.through is not None, "name": self.name is not None}
@@ -118,11 +118,11 @@ class Outflow(GivenFlow, Condition):
             here = (*path, "where", number)
             if face in self.where[:number]:
                 yield from parts.seam(here, face)
-                yield Finding(here, f"the face {face} is listed twice", "remove one of them")
+                yield Finding(here, f"the face {face} is listed twice", "remove one of the two names")
                 continue
             yield from face_problems(face, here, parts)
             if inflows := [place for place, inflow in parts.placed(Inflow) if inflow.where == face]:
-                text = f"inflow number {int(inflows[0][1]) + 1} enters through the face {face}: nothing can leave there"
+                text = f"inflow number {int(inflows[0][1]) + 1} enters through the face {face}: nothing can leave through it"
                 yield Finding(here, text, "remove the face from one of the two")
             yield from self._repeated(face, here, parts)
             if self.is_led:
@@ -159,4 +159,4 @@ def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
     led = next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None)
     if led is None:
         return None
-    return Reason(f"body {body.name} follows the motion `{led}`, so it cannot lose points", "remove this body")
+    return Reason(f"body {body.name} follows the motion `{led}`, so it cannot lose points", "remove this body from `bodies`")

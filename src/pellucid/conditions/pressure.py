@@ -34,8 +34,8 @@ class Pressure(ChangesInTime, Condition):
     body: str = parameter("", "name of a membrane, or of a solid with its own nodes")
     value: float | None = parameter(
         "Pa",
-        "for a membrane, pressure behind minus in front: it acts along the normal; for a solid, it acts "
-        "against the outward normal",
+        "for a membrane, pressure on its back minus pressure on its front, acting along the normal; "
+        "for a solid: pressure against the outward normal",
         None,
     )
     volume: GivenVolume | None = parameter(
@@ -49,7 +49,9 @@ class Pressure(ChangesInTime, Condition):
         gt=0,
     )
     lids: bool = parameter("", "true: flat lids close the rims of a membrane with prescribed volume", False)
-    where: Where | None = parameter("", "faces; default: all of a membrane, all outer faces of a solid", None)
+    where: Where | None = parameter(
+        "", "faces on which the pressure acts; default: all of a membrane, all outer faces of a solid", None
+    )
     choose: Literal["start", "each-step"] = parameter(
         "",
         "when the faces in `where` are selected: at the start, so that the same faces stay loaded, or in each step by "
@@ -63,15 +65,17 @@ class Pressure(ChangesInTime, Condition):
             raise Refusal("both `value` and `volume`" if self.volume else "neither `value` nor `volume`", "give one of the two")
         for_volumes = [key for key in ("stiffness", "lids") if getattr(self, key)]
         if self.volume is None and for_volumes:
-            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: add a volume, or remove it")
+            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: add a volume, or remove this key")
         for_values = [key for key in ("where", "rise", "amplitude") if getattr(self, key)]
         if self.volume is not None and for_values:
-            raise ValueError(f"`{for_values[0]}` belongs to `value`: the pressure follows from a prescribed volume; remove it")
+            raise ValueError(
+                f"`{for_values[0]}` belongs to `value`: the pressure follows from a prescribed volume; remove this key"
+            )
 
     @check
     def _chooses_something(self) -> None:
         if self.choose == "each-step" and self.where is None:
-            raise ValueError("`choose` belongs to `where`: add a region, or remove it")
+            raise ValueError("`choose` belongs to `where`: add a region, or remove `choose`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that does not exist or has no normal, and faces that do not exist."""

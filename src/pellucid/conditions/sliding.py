@@ -16,9 +16,11 @@ OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 class Sliding(Condition):
     """Contact with or without friction; probes read its force by its name."""
 
-    name: str | None = name_parameter("name for probes of its force: on the first body, or on all bodies at a wall", None)
+    name: str | None = name_parameter(
+        "name of the contact or wall, for probes of its force: on the first body, or on all bodies at a wall", None
+    )
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
-        "", "sliding: frictionless, none while in contact (stick), or Coulomb friction", "frictionless"
+        "", "sliding in contact: frictionless, none (stick), or with Coulomb friction", "frictionless"
     )
     friction: float | None = parameter("", 'coefficient of friction for kind "coulomb"', None, ge=0)
 

@@ -33,7 +33,7 @@ class Support(Condition):
     away.
     """
 
-    name: str | None = name_parameter("name for probes of its reaction", None)
+    name: str | None = name_parameter("name of the support, for probes of its reaction", None)
     body: str | None = parameter(
         "",
         "name of a body with its own nodes, to constrain only these. Default: the nodes of the grid and of "
@@ -42,7 +42,7 @@ class Support(Condition):
         None,
     )
     where: Literal["all-nodes"] | Face | tuple[Face, ...] | Where = parameter(
-        "", "nodes: all-nodes, a face of the grid, a list of faces, or a region"
+        "", "constrained nodes: all-nodes, a face of the grid, a list of faces, or a region"
     )
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
     velocity: Vector = parameter(
@@ -64,8 +64,8 @@ class Support(Condition):
     contact_angle: float | None = parameter(
         "",
         "contact angle of fluids with surface tension at this face, measured within the fluid, in degrees, "
-        "or a text with a unit: that "
-        "of a wall, or 90 for a plane of symmetry; default: that of the fluid if the face can only be a wall",
+        "or a text with a unit: angle "
+        "at a wall, or 90 for a plane of symmetry; default: angle given for the fluid, if the face can only be a wall",
         None,
         ge=0,
         le=180,
@@ -74,7 +74,7 @@ class Support(Condition):
     _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
 
     until: float | None = parameter(
-        "s", "time at which it releases the nodes: 0 for a support that acts only during settling", None, ge=0
+        "s", "time at which the support releases the nodes: 0 for a support that acts only during settling", None, ge=0
     )
 
     @field_validator("fix")
@@ -110,12 +110,14 @@ class Support(Condition):
         yield from self._wetting_problems((*path, "contact_angle"), parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
-            text = f"the nodes of {held[0]}, cannot be released during a run, since it has its own substeps"
+            text = f"the nodes of {held[0]} cannot be released during a run, since it has its own substeps"
             yield Finding((*path, "until"), text, "remove `until`, or name another body in `body`")
         bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
         fixed = [body.name for body in bodies if body is not None and not body.moves]
         if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):
-            yield Finding((*path, "body"), f"body {fixed[0]} does not move", "remove this support")
+            yield Finding(
+                (*path, "body"), f"body {fixed[0]} does not move, so a support has no effect on it", "remove this support"
+            )
         elif self.body is not None:
             yield from self._body_problems(self.body, path, parts)
         elif self._means_a_body:
@@ -135,7 +137,7 @@ class Support(Condition):
             here = (*path, number) if isinstance(self.where, tuple) else path
             yield from parts.seam(here, face)
             if face in self.faces()[:number]:
-                yield Finding(here, f"the face {face} is listed twice", "remove one of them")
+                yield Finding(here, f"the face {face} is listed twice", "remove one of the two")
             elif self.fix != "normal" and parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
                 text = f"the grid is one cell thick along {face[0]}: all of its nodes lie on the face {face}"
                 yield Finding(here, text, 'remove it, or use "all-nodes"')
@@ -147,10 +149,12 @@ class Support(Condition):
         held = [face for face in self.faces() if self.face_velocity(face) is not None]
         if len(held) < len(self.faces()) or not held:
             text = "only a face of the grid that is constrained along its normal for all bodies can have a contact angle"
-            yield Finding(path, text, 'set fix = "normal", with a face as `where` and no `body`, or remove the angle')
+            yield Finding(path, text, 'set fix = "normal", with a face as `where` and no `body`, or remove the contact angle')
         elif not parts.sections["surface_tension"].items:
             text = "no fluid in this case has surface tension"
-            yield Finding(path, text, "add a [[surface_tension]] with the name of a fluid as `body`, or remove the angle")
+            yield Finding(
+                path, text, "add a [[surface_tension]] with the name of a fluid as `body`, or remove the contact angle"
+            )
         for place, other in parts.placed(Support):
             same = [face for face in held if other.face_velocity(face) is not None]
             if same and place < path[:-1] and other.contact_angle not in (None, self.contact_angle):
@@ -192,13 +196,13 @@ class Support(Condition):
             return
         if self.friction is not None and self.stick:
             text = "a wall with `stick` has no sliding, so `friction` has no effect"
-            yield Finding((*path, "stick"), text, "remove one of them")
+            yield Finding((*path, "stick"), text, "remove one of the two")
         for place, other in parts.placed(Support):
             same = [face for face in self.faces() if face in other.faces()]
             meets = self.body is None or other.body in (None, self.body)
             if keys and same and meets and place < path and other._wall_keys():
                 text = f"support number {int(place[1]) + 1} already sets friction or opening of {listed(same)}"
-                yield Finding((*path, keys[0]), text, "set it once per face, or for different bodies")
+                yield Finding((*path, keys[0]), text, "set friction and opening once per face, or for different bodies")
                 break
         yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
         for body in parts.of(BodyModel) if yields else []:
@@ -210,7 +214,7 @@ class Support(Condition):
                 yield Finding((*path, keys[0]), *reason)
             elif self.opens is False and body.owns_nodes(alone):
                 text = f"body {body.name} has its own nodes; a wall that holds them cannot have friction"
-                yield Finding((*path, "opens"), text, "remove it: bodies separate from a wall with friction")
+                yield Finding((*path, "opens"), text, "remove `opens`: bodies separate from a wall with friction by default")
 
     @property
     def _means_a_body(self) -> bool:
@@ -226,7 +230,7 @@ class Support(Condition):
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
         elif len(bodies) == 1 and not bodies[0].owns_nodes(alone=True):
             text = f"{text} with nodes of its own, but {bodies[0].name} moves with the nodes of the grid"
-            yield Finding((*path, "where"), text, "use a shape, or a face of the grid")
+            yield Finding((*path, "where"), text, "select the nodes by a shape, or by a face of the grid")
         elif len(bodies) == 1:
             yield from self._body_problems(bodies[0].name, path, parts)
 
@@ -341,7 +345,7 @@ class Support(Condition):
         """Return the axis and the end (0 lower, 1 upper) of the face of the grid on which the support acts, or None. Raises
         ValueError for a list of faces."""
         if isinstance(self.where, tuple):
-            raise ValueError(f"a support of the faces {listed(self.where)} is on none of them alone")
+            raise ValueError(f"a support of the faces {listed(self.where)} is on more than one face; call on_each_face() first")
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
 
 

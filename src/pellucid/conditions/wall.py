@@ -40,7 +40,7 @@ class Wall(Sliding):
     contact_angle: float | None = parameter(
         "",
         "contact angle of fluids with surface tension, measured within the fluid, in degrees, or a text with a unit; "
-        "default: that of the fluid",
+        "default: the contact angle of the fluid",
         None,
         ge=0,
         le=180,
@@ -76,11 +76,11 @@ class Wall(Sliding):
         yield from self._body_problems(path, parts)
         if self.contact_angle is not None and not parts.sections["surface_tension"].items:
             text = "no fluid in this case has surface tension"
-            remedy = "add a [[surface_tension]] with the name of a fluid as `body`, or remove the angle"
+            remedy = "add a [[surface_tension]] with the name of a fluid as `body`, or remove the contact angle"
             yield Finding((*path, "contact_angle"), text, remedy)
         elif self.contact_angle is not None and self.advances:
             text = "the wall moves along its normal: the energy of a surface on it is unknown"
-            yield Finding((*path, "contact_angle"), text, "remove the angle, or move the wall along its plane only")
+            yield Finding((*path, "contact_angle"), text, "remove the contact angle, or move the wall along its plane only")
         yield from super().problems(path, parts)
 
     def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
@@ -88,7 +88,7 @@ class Wall(Sliding):
             for axis, component, thin in zip("xyz", getattr(self, key), grid.thin(), strict=True):
                 if thin and component != 0.0:
                     text = f"has the component {component:g} along {axis}, along which the grid is one cell thick"
-                    yield Finding((*path, key), text, f"set its {axis} to 0: nothing moves along {axis}")
+                    yield Finding((*path, key), text, f"set its {axis} component to 0: nothing moves along {axis}")
                     return
         for axis, component in zip("xyz", self.normal, strict=True):
             if axis in grid.periodic and component != 0.0:
@@ -96,7 +96,7 @@ class Wall(Sliding):
                     f"has the component {component:g} along {axis}, along which the grid is periodic: the plane "
                     "would end at the seam"
                 )
-                yield Finding((*path, "normal"), text, f"set its {axis} to 0, or remove {axis} from grid.periodic")
+                yield Finding((*path, "normal"), text, f"set its {axis} component to 0, or remove {axis} from grid.periodic")
                 return
         corners = np.array(list(product(*zip(grid.lower, grid.extent_upper(), strict=True))))
         height, slack = self.plane().height(corners), ON_A_FACE * grid.cell

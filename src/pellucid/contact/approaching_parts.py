@@ -122,10 +122,11 @@ def describe_gap(name: str, gap: Gap, cell: float, at_start: bool) -> str:
     if at_start:
         what = f"a slit in body {name} is {width} wide at ({at}) m, less than {NARROW:g} cells: its sides"
     else:
-        left = f"{width} are left of {gap.before / cell:.2g}"
-        what = f"parts of the surface of body {name} approach each other: at ({at}) m {left}; from {NARROW:g} cells on they"
+        left = f"{width} remain of a gap of {gap.before / cell:.2g}"
+        what = f"parts of the surface of body {name} approach each other: at ({at}) m {left} cells; below {NARROW:g} cells they"
     return (
         f"{what} stick to each other: material points of one velocity field share the nodes of the grid, and contact does "
         f"not act there. Describe them as two bodies with a `field` each and a [[contact]], use kind "
-        f'"meshless-solid" with [[contact]] `between = ["{name}"]`, or a smaller grid.cell, with which they stick later'
+        f'"meshless-solid" with [[contact]] `between = ["{name}"]`, '
+        "or a smaller grid.cell, with which they stick only when they are closer"
     )

@@ -56,7 +56,9 @@ class SharedNodes(NamedTuple):
     """Numbering of the nodes shared by two velocity fields; the arrays cover all nodes of the grid."""
 
     slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
-    near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
+    near: Annotated[
+        np.ndarray, NodalField(1, FOUND, RUN, "", "1 if a stencil that starts here contains a shared node", np.uint8)
+    ]
     box: np.ndarray  # (2, 3) box of the points with weight at a shared node [m]
 
 
@@ -65,9 +67,11 @@ class NumberedNodes(NamedTuple):
 
     moments: Annotated[
         np.ndarray,
-        NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume, centre of a body about it", several=True),
+        NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume and centre of a body around the node", several=True),
     ]
-    foremost: Annotated[np.ndarray, NodalField(1, MAX, STEP, "m", "how far a body reaches along the normal", several=True)]
+    foremost: Annotated[
+        np.ndarray, NodalField(1, MAX, STEP, "m", "largest coordinate of a body along the normal", several=True)
+    ]
 
 
 NUMBERED = fields_of(NumberedNodes)

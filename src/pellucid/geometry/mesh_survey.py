@@ -165,7 +165,7 @@ def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
             faults.append(
                 (
                     f"the surface intersects itself near {_at(crossed)} m",
-                    "repair it there, or remove one of the overlapping pieces",
+                    "repair the surface at this point, or remove one of the overlapping pieces",
                 )
             )
     return rows, faults

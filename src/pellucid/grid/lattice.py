@@ -67,31 +67,43 @@ class Nodes(NamedTuple):
 
     inertia: Annotated[np.ndarray, rows(SUM, STEP, "kg m/s, kg", "momentum and mass of the points")]
     forces: Annotated[np.ndarray, rows(SUM, STEP, "N", "internal forces of the points")]
-    velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "at the end of the step")]
-    increments: Annotated[np.ndarray, rows(FOUND, RUN, "m/s, J/kg", "of velocities and of what they are worth")]
-    strain_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "that strain the points")]
-    mean_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "before and after the step")]
-    mass: Annotated[np.ndarray, View("inertia", 3, "kg", "lumped mass $m_I$")]
-    momentum: Annotated[np.ndarray, View("inertia", VECTOR, "kg m/s", "$\\mathbf p_I$, mapped from the points", REMAP)]
-    force: Annotated[np.ndarray, View("forces", VECTOR, "N", "internal force $\\mathbf f_I$")]
-    velocity: Annotated[np.ndarray, View("velocities", VECTOR, "m/s", "it moves the points")]
-    velocity_increment: Annotated[
-        np.ndarray, View("increments", VECTOR, "m/s", "over the step; of a body with its own nodes, by contact alone")
+    velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "nodal velocities at the end of the step")]
+    increments: Annotated[
+        np.ndarray, rows(FOUND, RUN, "m/s, J/kg", "velocity increments over the step, and half their squares")
     ]
-    strain_velocity: Annotated[np.ndarray, View("strain_velocities", VECTOR, "m/s", "its gradient strains the points")]
-    mean_velocity: Annotated[np.ndarray, View("mean_velocities", VECTOR, "m/s", "along which forces do work over the step")]
+    strain_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocities whose gradients strain the points")]
+    mean_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "mean of the velocities before and after the step")]
+    mass: Annotated[np.ndarray, View("inertia", 3, "kg", "lumped mass $m_I$")]
+    momentum: Annotated[np.ndarray, View("inertia", VECTOR, "kg m/s", "momentum $\\mathbf p_I$, mapped from the points", REMAP)]
+    force: Annotated[np.ndarray, View("forces", VECTOR, "N", "internal force $\\mathbf f_I$")]
+    velocity: Annotated[
+        np.ndarray, View("velocities", VECTOR, "m/s", "velocity at the end of the step, which moves the points")
+    ]
+    velocity_increment: Annotated[
+        np.ndarray,
+        View("increments", VECTOR, "m/s", "velocity increment over the step; for a body with its own nodes, by contact only"),
+    ]
+    strain_velocity: Annotated[
+        np.ndarray, View("strain_velocities", VECTOR, "m/s", "velocity whose gradient strains the points")
+    ]
+    mean_velocity: Annotated[
+        np.ndarray, View("mean_velocities", VECTOR, "m/s", "mean velocity, with which the work of forces is computed")
+    ]
     increment_energy: Annotated[np.ndarray, View("increments", 3, "J/kg", "half the square of the velocity increment")]
     has_mass: Annotated[
         np.ndarray,
         NodalField(
-            1, FOUND, RUN, "", "of nodes that move points: 0 where there was no mass when momentum was advanced last", np.uint8
+            1,
+            FOUND,
+            RUN,
+            "",
+            "1 if the node had mass when momentum was last advanced, else 0; for nodes that move points",
+            np.uint8,
         ),
     ]  # the rows of velocities and increments are zero there
     constrained: Annotated[
         np.ndarray,
-        NodalField(
-            3, FOUND, RUN, "", "0 where free, else 1 + the number of the support or of its face along this axis", np.int16
-        ),
+        NodalField(3, FOUND, RUN, "", "0 if free along this axis, else 1 + the number of the support or of its face", np.int16),
     ]
 
 

@@ -11,8 +11,12 @@ from pellucid.jit import pointwise
 class NodeFlags(NamedTuple):
     """Nodal flags, 0 or 1, from which lists are made."""
 
-    awaiting: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "contact may give impulses in this step", np.uint8)]
-    reached: Annotated[np.ndarray, NodalField(1, OR, STEP, "", "the body with its own nodes gives to the node", np.uint8)]
+    awaiting: Annotated[
+        np.ndarray, NodalField(1, FOUND, RUN, "", "1 if contact may exert an impulse on the node in this step", np.uint8)
+    ]
+    reached: Annotated[
+        np.ndarray, NodalField(1, OR, STEP, "", "1 if the body with its own nodes contributes to the node", np.uint8)
+    ]
 
 
 @pointwise

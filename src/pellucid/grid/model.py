@@ -38,7 +38,7 @@ class GridCase(Model):
                 raise ValueError(f"grid.upper along {axis} is {high:g} m, below grid.lower {low:g} m; swap them")
             cells = (high - low) / self.cell
             if cells > MOST_CELLS:
-                raise ValueError(f"{cells:.3g} cells of {self.cell:g} m along {axis}; use a larger cell")
+                raise ValueError(f"{cells:.3g} cells of {self.cell:g} m along {axis} are too many; use a larger grid.cell")
             if cells > 1.0 + 1e-6 and abs(cells - round(cells)) > 1e-6 * cells:
                 fit = (high - low) / round(cells)
                 raise ValueError(

@@ -31,12 +31,14 @@ class ExternalAction(NamedTuple):
     """
 
     loads: Annotated[np.ndarray, NodalField(3, SUM, STEP, "N", "external forces, an array for each channel", several=True)]
-    absorption: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "1/s", "rate at which an absorbing face takes momentum")]
+    absorption: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "1/s", "rate at which an absorbing face removes momentum")]
     absorbed: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse of absorbing faces over the step")]
     driven_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "mass of driven points")]
-    driven_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "theirs with the prescribed velocity")]
-    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "m/s", "of prescribed motions on unit driven mass over the step")]
-    drag_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "that drags took of points before the step")]
+    driven_momentum: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "momentum of driven points at the prescribed velocity")
+    ]
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "m/s", "impulse of prescribed motions per unit driven mass")]
+    drag_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "momentum removed by drags before the step")]
 
 
 class AdvancedNodes(NamedTuple):
@@ -46,7 +48,7 @@ class AdvancedNodes(NamedTuple):
     supports: Supports
     gravity: np.ndarray  # (3,) present gravity [m/s²]
     external: ExternalAction
-    load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "the sum of the external forces, where there are any")]
+    load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "sum of the external forces, if there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works in the layout of `pellucid.energy`, a row for each chunk
     edges: np.ndarray  # edges of the chunks of all nodes, see `pellucid.grid.chunks`

@@ -118,9 +118,11 @@ class NoCells(NamedTuple):
 class FullCells(NamedTuple):
     """Data of n cells for `pellucid.grid.full_cells`, indexed by the storage index of their first nodes."""
 
-    sums: Annotated[np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "over the points of a cell: VOLUMES, PRESSURES, RATES")]
-    found: Annotated[np.ndarray, NodalField(3, FOUND, STEP, "Pa, 1/s, 1/s", "of a full cell: PRESSURE, GROWTH, SHIFT")]
-    full: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "whether the cell is full", np.bool_)]
+    sums: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "sums over the points of a cell: VOLUMES, PRESSURES, RATES")
+    ]
+    found: Annotated[np.ndarray, NodalField(3, FOUND, STEP, "Pa, 1/s, 1/s", "values of a full cell: PRESSURE, GROWTH, SHIFT")]
+    full: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 if the cell is full, else 0", np.bool_)]
 
 
 VOLUMES, PRESSURES, RATES = range(3)

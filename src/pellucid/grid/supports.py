@@ -26,14 +26,22 @@ class YieldingWalls(NamedTuple):
     opens: np.ndarray  # (supports,) 1 if the wall releases nodes that move away
     inward: np.ndarray  # (supports,) 1 or -1, the direction from the wall into the grid along its axis
     held: Annotated[
-        np.ndarray, NodalField(3, FOUND, RUN, "", "as `constrained`, by such walls alone, those included that let go", np.int16)
+        np.ndarray,
+        NodalField(
+            3,
+            FOUND,
+            RUN,
+            "",
+            "like `constrained`, for yielding walls only, including walls that have released the node",
+            np.int16,
+        ),
     ]
     stuck: Annotated[
         np.ndarray,
-        NodalField(3, FOUND, RUN, "", "0, or 1 + the number of the support or of its face on which it did not slide", np.int16),
+        NodalField(3, FOUND, RUN, "", "0, or 1 + the number of the support or face on which the node does not slide", np.int16),
     ]
     gap: Annotated[np.ndarray, NodalField(3, MIN, STEP, "m", "distance of bodies from walls that open")]
-    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "of walls over the step; along them friction")]
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse of walls over the step; tangentially: friction")]
 
 
 def no_walls() -> YieldingWalls:

@@ -23,7 +23,7 @@ class FieldNodes(NamedTuple):
         np.ndarray, rows(SUM, STEP, "N", "internal forces of bodies that keep heat, until momentum is advanced")
     ]
     second_increment: Annotated[
-        np.ndarray, NodalField(3, FOUND, RUN, "m/s", "of velocities by contact, after momentum was mapped again")
+        np.ndarray, NodalField(3, FOUND, RUN, "m/s", "velocity increments by contact after momentum was mapped a second time")
     ]
 
 
@@ -225,5 +225,5 @@ class VelocityField:
         requested them."""
         load = np.asarray(self.external.loads[row])
         if not len(load):
-            raise ValueError(f"no condition asked for external forces in the velocity field {self.name}")
+            raise ValueError(f"no condition has requested external forces in the velocity field {self.name}")
         return load

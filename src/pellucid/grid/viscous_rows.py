@@ -10,11 +10,11 @@ from pellucid.grid.nodal_fields import FOUND, RUN, SUM, rows
 class ViscousRows(NamedTuple):
     """Nodal vectors of the conjugate gradient method, stored in rows of four numbers."""
 
-    inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "mass that a force along each axis moves; 0 where it is led")]
-    target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity that it would have without viscosity")]
-    solution: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity with it")]
-    residual: Annotated[np.ndarray, rows(FOUND, RUN, "N s", "of the solution")]
-    direction: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "in which it is changed next")]
-    inverse: Annotated[np.ndarray, rows(SUM, RUN, "1/kg", "of the operator's diagonal; 0 where it is led")]
-    weight: Annotated[np.ndarray, rows(FOUND, RUN, "1/kg", "of the square of the residual")]
-    viscous_force: Annotated[np.ndarray, rows(SUM, RUN, "N", "of the direction, at last of the solution")]
+    inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "effective mass along each axis; 0 if prescribed")]
+    target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity without viscosity")]
+    solution: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity with viscosity")]
+    residual: Annotated[np.ndarray, rows(FOUND, RUN, "N s", "residual of the solution")]
+    direction: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "search direction: next change of the solution")]
+    inverse: Annotated[np.ndarray, rows(SUM, RUN, "1/kg", "inverse of the operator's diagonal; 0 if prescribed")]
+    weight: Annotated[np.ndarray, rows(FOUND, RUN, "1/kg", "weight of the squared residual in its norm")]
+    viscous_force: Annotated[np.ndarray, rows(SUM, RUN, "N", "viscous force of the search direction, finally of the solution")]

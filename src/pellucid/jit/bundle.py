@@ -145,7 +145,7 @@ def _layout(kind: Any) -> np.dtype[Any]:
         return _layout(kind.content)
     if isinstance(kind, types.Integer | types.Float | types.Boolean):  # type: ignore[attr-defined]
         return as_dtype(kind)
-    raise TypeError(f"a bundle cannot hold {kind}")
+    raise TypeError(f"a bundle cannot contain a value of the type {kind}")
 
 
 def _native(value: Any, kind: Any) -> Any:

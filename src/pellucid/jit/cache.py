@@ -59,9 +59,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         except (FileNotFoundError, NotADirectoryError):
             return None
         except (OSError, ValueError) as error:
-            _warn_once(
-                f"the compiled kernel {file} is damaged or cannot be read ({error}): it is compiled anew, as others like it"
-            )
+            _warn_once(f"the compiled kernel {file} is damaged or cannot be read ({error}): it is compiled again")
             return None
         references, payload = _Unpickler(io.BytesIO(data), sources).load()
         target_context.refresh()
@@ -87,8 +85,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
         try:
             write_checked(file, stream.getvalue())
         except OSError as error:
-            text = f"compiled kernels cannot be kept in {cache_folder()} ({error.strerror}), so that every run compiles anew"
-            _warn_once(f"{text}: make room or name another folder in NUMBA_CACHE_DIR", NotKept)
+            text = f"compiled kernels cannot be stored in {cache_folder()} ({error.strerror}), so every run compiles them again"
+            _warn_once(f"{text}: free disk space, or set NUMBA_CACHE_DIR to another folder", NotKept)
 
     def _entry(self, sig: Any, target_context: Any) -> tuple[Sources | None, Path]:
         arguments, _ = normalize_signature(sig)

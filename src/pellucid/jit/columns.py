@@ -91,7 +91,7 @@ def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
 @intrinsic
 def _put_like(typing: Any, like: Any, array: Any, at: Any, values: Any) -> Any:
     if leaves(values) != leaves(like):
-        raise TypeError(f"{leaves(values)} numbers where {leaves(like)} were declared")
+        raise TypeError(f"{leaves(values)} numbers were given, but {leaves(like)} were declared")
     return types.none(like, array, types.intp, values), _emit_put
 
 
@@ -148,7 +148,7 @@ def rebuilt(like: Any, values: Iterator[Any]) -> Any:
 
 def _plain_put_like(like: Any, array: np.ndarray, at: int, values: Any) -> None:
     if _plain_size(values) != _plain_size(like):
-        raise TypeError(f"{_plain_size(values)} numbers where {_plain_size(like)} were declared")
+        raise TypeError(f"{_plain_size(values)} numbers were given, but {_plain_size(like)} were declared")
     _plain_put(array, at, values)
 
 

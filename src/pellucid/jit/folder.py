@@ -20,5 +20,5 @@ def _home() -> Path:
         return Path.home()
     except RuntimeError:
         raise UsageError(
-            "there is no home folder for compiled kernels: name a folder for them in the environment, NUMBA_CACHE_DIR"
+            "there is no home folder for compiled kernels: set the environment variable NUMBA_CACHE_DIR to a folder for them"
         ) from None

@@ -90,7 +90,9 @@ def check_threads(threads: object) -> None:
     most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
     if not (isinstance(threads, int) and 1 <= threads <= most_useful):
         text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
-        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to let runs choose")
+        raise UsageError(
+            f"{text}, {MOST_PER_CORE} times the cores of this machine; omit it, so that a run finds the fastest number"
+        )
 
 
 def set_threads(threads: int | None) -> int:

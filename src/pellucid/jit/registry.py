@@ -77,9 +77,13 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
     differ from the arguments of the operation.
     """
     if not is_operation(operation):
-        raise TypeError(f"{getattr(operation, '__name__', operation)} is no operation that a law can register a function for")
+        raise TypeError(
+            f"{getattr(operation, '__name__', operation)} is not an operation for which a law can register a function"
+        )
     if not (isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")):
-        raise TypeError(f"{getattr(kind, '__name__', kind)} is no NamedTuple: kernels take parameters as one")
+        raise TypeError(
+            f"{getattr(kind, '__name__', kind)} is not a NamedTuple: kernels require the parameters of a law as a NamedTuple"
+        )
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
         wanted, found = _generics[operation].signature, inspect.signature(implementation)

@@ -33,7 +33,7 @@ def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, le
     """Return the address of `count` doubles, starting `offset` doubles after the start of the row of point p, in compiled
     code."""
     if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
-        raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
+        raise TypeError(f"only arrays of doubles in C order have rows, not {kind}")
     data = context.make_array(kind)(context, builder, array).data
     place = builder.gep(data, [builder.add(builder.mul(p, p.type(length)), p.type(offset))], inbounds=True)
     return builder.bitcast(place, (ir.VectorType(DOUBLE, count) if count > 1 else DOUBLE).as_pointer())

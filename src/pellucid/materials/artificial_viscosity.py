@@ -18,9 +18,9 @@ class ArtificialViscosity(NamedTuple):
 class ArtificialViscosityCase(Model):
     """Artificial viscosity in a case file."""
 
-    quadratic: float = parameter("", "coefficient c₀ of the quadratic term", 0.0, ge=0)
-    linear: float = parameter("", "coefficient c₁ of the linear term", 0.0, ge=0)
-    work: bool = parameter("", "true: q does work in the energy equation; false: energy is lost in shocks", True)
+    quadratic: float = parameter("", "coefficient c₀ of the quadratic term of the artificial viscous pressure q", 0.0, ge=0)
+    linear: float = parameter("", "coefficient c₁ of the linear term of the artificial viscous pressure q", 0.0, ge=0)
+    work: bool = parameter("", "true: q does work in the energy equation; false: this energy is lost in shocks", True)
 
     def law(self) -> ArtificialViscosity:
         return ArtificialViscosity(self.quadratic, self.linear, 1.0 if self.work else 0.0)

@@ -48,4 +48,4 @@ def _reason(message: str) -> str:
     """Return the first informative line of a numba message."""
     lines = [COLOURS.sub("", line).strip() for line in message.splitlines()]
     telling = [line for line in lines if line and not line.startswith(NOISE)]
-    return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba gives no reason"
+    return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba reports no reason"

@@ -10,7 +10,7 @@ class DiffusiveMaterial(BodyMaterial):
     """Fick's law: the flux of the concentration c is -D ∇c, with the diffusion coefficient D."""
 
     kind: Literal["diffusive"] = "diffusive"
-    density: float = parameter("kg/m^3", "density of the carrier; only masses in results depend on it", 1.0, gt=0)
+    density: float = parameter("kg/m^3", "density of the carrier medium; it affects only the masses in the results", 1.0, gt=0)
     diffusivity: float = parameter("m^2/s", "coefficient of diffusion D", gt=0)
 
     def wave_speeds(self) -> tuple[float, float]:

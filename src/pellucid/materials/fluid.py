@@ -69,11 +69,11 @@ class FluidMaterial(PointMaterial):
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; default: Stokes' value -2μ/3", None)
     implicit_viscosity: bool = parameter(
-        "", "true: solve for the viscous stress implicitly on the nodes; it then does not limit the step", False
+        "", "true: solve for the viscous stress implicitly on the nodes; viscosity then does not limit the time step", False
     )
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
-        "", "solution of the energy equation", "conservative"
+        "", "method of integrating the energy equation of the points in time", "conservative"
     )
 
     @check
@@ -96,7 +96,7 @@ class FluidMaterial(PointMaterial):
         least = -2.0 / 3.0 * self.viscosity
         if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
             text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s"
-            raise ValueError(f"{text}: expansion would gain energy; remove it to use Stokes' value")
+            raise ValueError(f"{text}: expansion would gain energy; remove `second_viscosity` to use Stokes' value")
 
     @check
     def _implicit_viscosity_is_heat(self) -> None:
@@ -104,7 +104,9 @@ class FluidMaterial(PointMaterial):
             return
         mu, lam = self.viscosities()
         if mu == 0.0 and lam == 0.0:
-            raise ValueError("implicit_viscosity = true, but the fluid has no viscosity; set `viscosity`, or remove this")
+            raise ValueError(
+                "implicit_viscosity = true, but the fluid has no viscosity; set `viscosity`, or remove `implicit_viscosity`"
+            )
         if not self.keeps_heat:
             text = (
                 f'energy_update = "{self.energy_update}" integrates the work of the viscous stress, which is known '

@@ -80,7 +80,7 @@ SURFACE: dict[Operation, tuple[int, tuple[Any, ...]]] = {
 }
 """Functions of a surface law, with the number of values that each returns and the arguments at rest."""
 AT_REST = 1e-9  # of the stiffness: stress that counts as none
-DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register what most laws share"
+DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register functions that most laws share"
 
 
 class Call(NamedTuple):
@@ -167,7 +167,7 @@ def try_membrane(material: "SolidMembraneMaterial") -> None:
     stress = plane_response(law, initial_shape(law))
     stiffness = material.density * calls[plane_wave_speed].number() ** 2
     if max(abs(s) for s in stress[:3]) > AT_REST * stiffness:
-        raise ValueError(f"the law {_named(elastic)} has a stress at rest; its energy must be least there")
+        raise ValueError(f"the law {_named(elastic)} has a stress at rest; its energy must be smallest at rest")
 
 
 def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:

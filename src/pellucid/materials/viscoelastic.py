@@ -40,7 +40,7 @@ class ViscoelasticMaterial(PointMaterial):
         inside = self.hyperelastic().density
         if inside != self.density:
             text = f"elastic.density = {inside:g} kg/m^3 differs from density = {self.density:g} kg/m^3"
-            raise ValueError(f"{text}: remove it from `elastic`")
+            raise ValueError(f"{text}: remove `density` from `elastic`")
 
 
 def lost_so_far(law, state, density):

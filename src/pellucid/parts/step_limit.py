@@ -92,7 +92,7 @@ def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
     if rate <= 0.0:
         return NO_LIMIT
     what = "contacts" if cause == "contact" else "springs"
-    return StepLimit(1.0 / rate, cause, f"oscillation of the body on its {what} within {1.0 / rate:.3g} s")
+    return StepLimit(1.0 / rate, cause, f"oscillation of the body on its {what}, which limits the step to {1.0 / rate:.3g} s")
 
 
 def springs_of_contact(rate: float) -> StepLimit:

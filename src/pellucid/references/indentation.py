@@ -43,7 +43,10 @@ def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, floa
     Raises ValueError if the contact is wider than two thicknesses, which the quadrature does not resolve.
     """
     if contact > 2.0 * layer.thickness:
-        raise ValueError(f"a contact radius of {contact:g} m is more than twice the thickness of {layer.thickness:g} m")
+        raise ValueError(
+            f"a contact radius of {contact:g} m is more than twice the thickness of "
+            f"{layer.thickness:g} m, the limit of the reference solution"
+        )
     nodes, weights = np.polynomial.legendre.leggauss(24)
     t, dt = 0.5 * contact * (nodes + 1.0), 0.5 * contact * weights
     t, dt = np.append(t, contact), np.append(dt, 0.0)  # φ at the rim as well

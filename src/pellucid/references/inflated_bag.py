@@ -24,5 +24,7 @@ def at_rest(pressure: float) -> dict[str, float]:
     table = read("inflated_bag")
     known = table["pressure"]
     if not known[0] <= pressure <= known[-1]:
-        raise ValueError(f"p/(E t) = {pressure:g}/m is not between {known[0]:g}/m and {known[-1]:g}/m")
+        raise ValueError(
+            f"p/(E t) = {pressure:g}/m is not between {known[0]:g}/m and {known[-1]:g}/m, the range of the reference table"
+        )
     return {name: float(np.interp(pressure, known, column)) for name, column in table.items() if name != "pressure"}

@@ -41,5 +41,7 @@ class PressedSphere(NamedTuple):
         table = read("pressed_membrane")
         known, last = table["displacement"], float(table["displacement"][-1])
         if not 0.0 <= displacement <= last * self.radius:
-            raise ValueError(f"a displacement of {displacement:g} m is not between 0 and {last:g} radii")
+            raise ValueError(
+                f"a displacement of {displacement:g} m is not between 0 and {last:g} radii, the range of the reference table"
+            )
         return float(PchipInterpolator(known, table[name])(np.float64(displacement / self.radius)))

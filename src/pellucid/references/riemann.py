@@ -94,7 +94,9 @@ def solve(left: GasState, right: GasState) -> RiemannSolution:
     reach = sum(2.0 * gas.sound_speed / (gas.gamma - 1.0) for gas in (left, right))
     if right.velocity - left.velocity >= reach:
         parting = right.velocity - left.velocity
-        raise VacuumError(f"a vacuum opens: the states part at {parting:g} m/s, which is not less than {reach:g} m/s")
+        raise VacuumError(
+            f"a vacuum would form: the states separate at {parting:g} m/s, but must separate at less than {reach:g} m/s"
+        )
     pressure = _star_pressure(left, right)
     velocity = left.velocity - _velocity_change(left, pressure)[0]
     right_wave = _wave(right.mirrored(), pressure).mirrored()

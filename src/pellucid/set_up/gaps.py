@@ -85,7 +85,7 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
                 f"{content}, for "
                 f"example at ({at}) m: shear and flow in it are not resolved (the rate of a viscous flow through n "
                 "cells is too "
-                f"small by 1/n² of it). Set a smaller grid.cell."
+                f"small by a fraction of 1/n²). Set a smaller grid.cell."
             )
             break
 

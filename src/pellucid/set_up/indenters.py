@@ -41,7 +41,7 @@ def coarse_indenters(case: Case) -> Iterator[str]:
                 resolved_by, finer = (
                     ("cells", "a smaller grid.cell")
                     if faces is None
-                    else ("mesh edges", f"a finer mesh of body {other.name} there")
+                    else ("mesh edges", f"a finer mesh of body {other.name} near this place")
                 )
                 yield (
                     f"the non-deforming body {one.name} has a radius of {radius:.3g} m where it can touch body "

@@ -27,8 +27,8 @@ def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
             names = " and ".join(listed([model.name for model in side]) for side in sides)
             reason, remedy = _explain(members, built)
             lines.append(
-                f"contact: {names} touch on the nodes of the grid, since {reason}: what glides or rolls there loses some per "
-                f"cent of its speed; {remedy}"
+                f"contact: {names} touch on the nodes of the grid, since {reason}: bodies that slide or roll there lose "
+                f"some per cent of their speed; {remedy}"
             )
     return lines
 
@@ -44,7 +44,7 @@ def _explain(members: Sequence[Sequence[BodyModel]], built: Built) -> tuple[str,
         if fluids and solids:
             inner, outer = (listed([model.name for model in some]) for some in (solids, fluids))
             return (
-                f"the field of {inner} also has fluid outside of it ({outer})",
+                f"the velocity field of {inner} also contains the fluid outside of it ({outer})",
                 "use another `field` for the fluid outside, or a smaller grid.cell",
             )
     return "two membranes of these kinds have no common contact", "use membranes of elements for both, or a smaller grid.cell"

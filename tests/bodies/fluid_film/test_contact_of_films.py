@@ -53,7 +53,7 @@ def test_liquid_outside_keeps_contact_on_the_nodes():
     assert len(sim.contact_pairs) == 1
     assert not len(sim.surface_pairs)
     (line,) = sim.node_contacts
-    assert "the field of film also has fluid outside of it (liquid, sea)" in line
+    assert "the velocity field of film also contains the fluid outside of it (liquid, sea)" in line
 
 
 def test_points_of_a_film_in_space_lie_on_it():

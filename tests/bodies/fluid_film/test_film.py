@@ -285,7 +285,7 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ),
         (
             {"shape": "ellipse = { radius = 1, nodes = 40 }", "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
-            r"(?s)0\.05 would leave .*use at least 0\.158",
+            r"(?s)0\.05 would leave .*use a value of at least 0\.158",
         ),
         ({"more": 'volume = { reduced = 0.9 }\narea = "kept"'}, "add `over = "),
         ({"more": "volume = { reduced = 0.9, over = 1 }"}, 'add area = "kept"'),

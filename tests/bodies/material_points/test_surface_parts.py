@@ -35,7 +35,7 @@ def test_a_ring_that_is_pressed_flat_is_warned_of_once():
     place = [float(value) for value in text.split("at (")[1].split(")")[0].split(", ")]
     np.testing.assert_allclose(place[:2], (2, 2), atol=0.6)
     assert "cells (0.1" in text
-    assert "are left of 12; from 1.5 cells on they stick to each other" in text
+    assert "remain of a gap of 12 cells; below 1.5 cells they stick to each other" in text
     assert '[[contact]] `between = ["ring"]`' in text
 
 
@@ -61,7 +61,7 @@ def test_a_slit_that_closes_is_warned_of_before_its_sides_meet(tmp_path):
     fork = {"name": "fork", "shape": shape, "material": SOLID}
     (text,) = approaches(fork, counts=(17, 5, 14), wall=[above, below], end=1.0)
     assert 0.5 < float(text.split(") m ")[1].split(" cells")[0]) < 1.5
-    assert "are left of 3.5;" in text
+    assert "remain of a gap of 3.5 cells;" in text
 
 
 def parts(periodic=()):

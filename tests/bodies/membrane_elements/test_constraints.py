@@ -83,7 +83,7 @@ ALONE_IN_GRID = "[grid]\nlower = [-2, -2, -2]\nupper = [2, 2, 2]\ncell = 0.4\n"
 SPRINGS = {
     "volume": (
         "area_stiffness = 1e2\nvolume_stiffness = 1e4",
-        r"\(spring\): it oscillates on its volume penalty within .* a smaller volume_stiffness allows longer",
+        r"\(spring\): it oscillates on its volume penalty, which limits the step to .* a smaller volume_stiffness allows longer",
     ),
     "area": (
         "area_stiffness = 1e4",
@@ -160,7 +160,7 @@ BAD = {
     "open": (
         "ellipsoid = { centre = [0, 0, 0], radii = [1.2, 1, 0.8], refinements = 2 }",
         "disc = { centre = [0, 0, 0], radius = 1, normal = [0, 0, 1], rings = 4 }",
-        "the surface is open and encloses no volume",
+        "this surface is open and encloses no volume",
     ),
 }
 

@@ -51,7 +51,7 @@ def test_a_small_body_is_warned_of_before_it_passes(kind):
     radius = 0.6 * EDGE if kind != "meshless" else 0.49 * EDGE
     of = over_a_sheet(round_body(kind, radius))
     (before,) = coarse_sheets(of)
-    assert f"body ball comes to membrane sheet with a part of {2.0 * (radius + 0.001):.3g} m in width" in before
+    assert f"body ball approaches membrane sheet with a part of {2.0 * (radius + 0.001):.3g} m in width" in before
     sim, (first, in_run) = told_in(of, 110)
     assert first == before
     assert in_run.startswith("step 100, ")

@@ -187,7 +187,7 @@ def test_a_file_that_includes_itself_through_another_is_refused(tmp_path):
     ("text", "remedy"),
     [
         ("*INCLUDE, INPUT=nowhere.inp\n", "copy nowhere.inp into the folder of cube.inp"),
-        ("*INCLUDE, INPUT=cube.inp\n", "remove line 1, or include a different file there"),
+        ("*INCLUDE, INPUT=cube.inp\n", "remove line 1, or include a different file in this line"),
         (
             NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"),
             "add node 9 to the lines after .NODE, or remove element 5",

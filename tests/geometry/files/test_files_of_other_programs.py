@@ -172,7 +172,7 @@ FAULTY = {
     "page-short.stl": (b"<!DOCTYPE html>\n", "it is not text with `facet` and `vertex` lines, and shorter than the header"),
     "model.3mf": (zipped(), "the file name ending .3mf is not known"),
     "renamed.stl": (zipped(), "it is truncated, or not an STL file"),
-    "cut.stl": (binary_stl(b"exporter")[:-70], "its header counts 12 facets, but 10 follow: it is truncated"),
+    "cut.stl": (binary_stl(b"exporter")[:-70], "its header states 12 facets, but 10 follow: it is truncated"),
     "cloud.ply": (meshlab_ply(faces=False), "contains no triangles or quadrilaterals: it has 8 points and no elements"),
     "patch.obj": (b"v 0 0 0\ncstype bspline\ndeg 3 3\n", "line 2 has a free-form curve or surface: write it as triangles"),
     "old.msh": (gmsh_file("4.1").replace(b"4.1 0 8", b"3.0 0 8"), "write it with `Mesh.MshFileVersion = 4.1`"),
@@ -220,4 +220,4 @@ def test_sets_of_a_grid_that_arrays_behind_others_mark(tmp_path):
     assert ("sets", "`left face` (4 nodes), `7` (1 elements)") in survey(str(path), False, 0, 1.0).rows
     path.write_bytes(vtk_51(12, True)[:-10])
     found = survey(str(path), False, 0, 1.0)
-    assert "some of its arrays were not read, so sets that they mark are missing" in found.notes
+    assert "some of its arrays were not read, so sets defined by these arrays are missing" in found.notes

@@ -25,7 +25,7 @@ def test_a_unit_is_so_many_metres(path, unit, metres):
 
 def test_unit_and_scale_are_not_given_together(path):
     with pytest.raises(
-        ValidationError, match=r"`unit` and `scale` both define the unit .*: mm and 0.001 m; remove one of them"
+        ValidationError, match=r"`unit` and `scale` both define the unit .*: mm and 0.001 m; remove `unit` or `scale`"
     ):
         SurfaceFile(path=path, unit="mm", scale=0.001)
 

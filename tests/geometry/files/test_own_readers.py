@@ -112,7 +112,7 @@ def test_binary_stl_also_of_a_header_that_begins_with_solid():
         contents = read_stl(binary_stl(header=header))
         assert contents.format == "STL, binary"
         assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
-    assert read_stl(binary_stl() + b"end").notes == ("3 bytes after the 2 facets that its header counts were not read",)
+    assert read_stl(binary_stl() + b"end").notes == ("3 bytes after the 2 facets that its header states were not read",)
 
 
 @pytest.mark.parametrize("count", [0, 2**32 - 1])
@@ -120,9 +120,9 @@ def test_binary_stl_that_was_written_before_its_facets_were_counted(count):
     for header in (b"streamed", b"solid of a program that should not"):
         contents = read_stl(binary_stl(count=count, header=header))
         assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
-        assert contents.notes == (f"its header counts {count} facets, but 2 follow; all of these were read",)
+        assert contents.notes == (f"its header states {count} facets, but 2 follow; all of these were read",)
     assert read_stl(binary_stl(count=1)).notes == (
-        "50 bytes after the 1 facets that its header counts, as long as 1 facets, were not read",
+        "50 bytes after the 1 facets that its header states, as long as 1 facets, were not read",
     )
 
 

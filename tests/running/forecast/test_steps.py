@@ -58,7 +58,7 @@ def test_as_many_steps_are_taken_as_were_foretold(name):
         ("under gravity", r"an object falling from rest crosses a cell in 0.0447 s"),
         ("membrane points", r"body `sheet` \(membrane\): in-plane wave speed 33.15 m/s in cells of 0.25 m"),
         ("quadrilaterals", r"\(membrane\): in-plane wave speed 33.15 m/s, smallest effective element size 0.118 m"),
-        ("rigid bodies", r"\(contact\): oscillation of the body on its contacts within"),
+        ("rigid bodies", r"\(contact\): oscillation of the body on its contacts, which limits the step to"),
     ],
 )
 def test_what_bounds_the_step_is_said_in_words(name, words):

@@ -30,9 +30,13 @@ class CellLeastSquaresModel(FacedApproximant):
     """Least squares with a quadratic basis and supports of rings of cells."""
 
     kind: Literal["cell-based-least-squares"] = "cell-based-least-squares"
-    rings: int = parameter("", "number of rings of cells around a node in its support", 2, ge=2, le=3)
-    smoothness: float = parameter("", "power s of the distance in the weight", 2.0, ge=1, le=8)
-    shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
+    rings: int = parameter("", "size of a node's support: number of rings of cells around it", 2, ge=2, le=3)
+    smoothness: float = parameter(
+        "", "exponent s: the weight of a node is the distance to the edge of its support to the power s", 2.0, ge=1, le=8
+    )
+    shape: float = parameter(
+        "", "smoothing factor α of the distance function of a triangle, which has kinks for α = 0", 0.2, gt=0, le=8
+    )
 
     @property
     def nodes_in_a_cell(self) -> float:

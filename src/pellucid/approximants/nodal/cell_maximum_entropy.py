@@ -34,12 +34,14 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
 
     kind: Literal["cell-based-maximum-entropy"] = "cell-based-maximum-entropy"
     rings: int = parameter(
-        "", "number of rings of cells around a node in its support; 1 gives the linear simplex", 2, ge=1, le=3
+        "", "size of a node's support: number of rings of cells around it; 1 gives linear simplex functions", 2, ge=1, le=3
     )
     smoothness: float = parameter(
         "", "exponent s: the prior weight of a node is the distance to the edge of its support to the power s", 2.0, ge=1, le=8
     )
-    shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
+    shape: float = parameter(
+        "", "smoothing factor α of the distance function of a triangle, which has kinks for α = 0", 0.2, gt=0, le=8
+    )
 
     @property
     def nodes_in_a_cell(self) -> float:

@@ -19,7 +19,7 @@ FACE_BLOCK, FACE_COLUMNS = 32, 5  # number of faces per vectorised block, and of
 OK, NOT_CONVERGED, NO_PRIOR, SINGULAR_MOMENTS = range(4)
 FAILURES = {
     NOT_CONVERGED: "maximum entropy did not converge in 100 iterations: the point lies outside the convex hull of its nodes",
-    NO_PRIOR: "no node has a positive weight there",
+    NO_PRIOR: "no node has a positive weight at this point",
     SINGULAR_MOMENTS: "the moment matrix is singular: there are too few neighbours, or all of them lie in one plane",
 }
 

@@ -23,7 +23,9 @@ SHORTEST = 1e-10  # smallest step of the line search
 class MaximumEntropyModel(FacedApproximant):
     """Base of the maximum-entropy approximants, whose priors can include distances from faces."""
 
-    remedy: ClassVar[str | None] = 'remove `approximant`: the default "cell-based-least-squares" has shape functions there'
+    remedy: ClassVar[str | None] = (
+        'remove `approximant`: the default "cell-based-least-squares" has shape functions at this point'
+    )
 
 
 @pointwise

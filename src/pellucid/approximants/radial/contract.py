@@ -24,11 +24,13 @@ class RadialModel(Model):
     """A radial function with polynomials, as defined in a case. A new one is a subclass with its own `kind`."""
 
     kind: str
-    degree: int = parameter("", "degree of the added polynomials, which are reproduced exactly", 4, ge=0, le=8)
+    degree: int = parameter(
+        "", "degree of the polynomials added to the radial functions; they are reproduced exactly", 4, ge=0, le=8
+    )
     neighbours: int | None = parameter(
         "",
         "number of nodes of a stencil. Default: 1.4 times the number of polynomials, "
-        "for degree 4 this is 7 on a curve and 21 on a surface",
+        "which is 7 nodes on a curve and 21 on a surface for degree 4",
         None,
         ge=2,
     )

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from pellucid.approximants.radial.stencils import StencilError
 
-FOLDED = "is too wide for the curvature of the {what}: projected along the normal, it overlaps itself; use more nodes"
+FOLDED = "is too wide for the curvature of the {what}: projected along the normal, the stencil overlaps itself; use more nodes"
 
 
 class Stencils(NamedTuple):

@@ -12,7 +12,7 @@ class PolyharmonicModel(RadialModel):
     """Radial function φ = r³, r⁵ or r⁷ of the distance r (Duchon 1977), without a length parameter."""
 
     kind: Literal["polyharmonic"] = "polyharmonic"
-    power: Literal[3, 5, 7] = parameter("", "power p of the distance", 5)
+    power: Literal[3, 5, 7] = parameter("", "power p in the radial function φ = rᵖ of the distance r", 5)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
         half = 0.5 * self.power

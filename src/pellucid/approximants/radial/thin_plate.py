@@ -13,7 +13,7 @@ class ThinPlateModel(RadialModel):
     infinite at the nodes."""
 
     kind: Literal["thin-plate"] = "thin-plate"
-    order: Literal[1, 2, 3] = parameter("", "half the power of the distance, k", 2)
+    order: Literal[1, 2, 3] = parameter("", "exponent k in the radial function φ = r²ᵏ ln r of the distance r", 2)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
         """Evaluate φ = ½ sᵏ ln s, where s = r²."""

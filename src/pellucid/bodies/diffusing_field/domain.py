@@ -13,8 +13,8 @@ from pellucid.model import Model, parameter
 class Line(Model):
     """An interval of the x-axis with equally spaced nodes, including one at each end."""
 
-    lower: float = parameter("m", "lower end")
-    upper: float = parameter("m", "upper end")
+    lower: float = parameter("m", "x of the lower end of the line")
+    upper: float = parameter("m", "x of the upper end of the line")
     nodes: int = parameter("", "number of nodes", ge=3, le=1_000_000)
     at_lower: float | None = parameter("", "fixed concentration at the lower end; default: no flux", None)
     at_upper: float | None = parameter("", "fixed concentration at the upper end; default: no flux", None)

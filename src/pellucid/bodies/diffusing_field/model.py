@@ -44,8 +44,8 @@ class DiffusingFieldCase(BodyModel):
 
     kind: Literal["diffusing-field"] = "diffusing-field"
     domain: Domain = parameter("", "domain of the diffusion")
-    material: DiffusiveMaterial = parameter("", "material in which it diffuses")
-    radial: AnyRadial = parameter("", "radial functions that interpolate it", PolyharmonicModel())
+    material: DiffusiveMaterial = parameter("", "material in which the field diffuses")
+    radial: AnyRadial = parameter("", "radial functions that interpolate the field", PolyharmonicModel())
     window: float = parameter(
         "",
         "on a line, half-width of the intervals over which the balance is integrated, divided by the node "
@@ -53,7 +53,9 @@ class DiffusingFieldCase(BodyModel):
         0.5,
         gt=0,
     )
-    alpha: float = parameter("", "weight of the new state in the rate of a step: 0.5 is second order", 0.5, ge=0.5, le=1)
+    alpha: float = parameter(
+        "", "weight α of the new state in the rate of change over a step; 0.5 gives second order", 0.5, ge=0.5, le=1
+    )
     concentration: float = parameter("", "uniform initial concentration", 0.0)
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
@@ -70,7 +72,7 @@ class DiffusingFieldCase(BodyModel):
 
     def why_no_motion(self) -> Reason:
         """Return the reason why no motion can be prescribed: the nodes are fixed."""
-        return Reason(f"the nodes of body {self.name} are fixed", "remove this motion")
+        return Reason(f"the nodes of body {self.name} are fixed and cannot follow a motion", "remove this motion")
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         return np.zeros_like(position)
@@ -106,10 +108,12 @@ class DiffusingFieldCase(BodyModel):
             text = f"{self.name} is fixed and has no contact: it cannot be combined with bodies on a grid"
             yield Finding((*path, "kind"), text, "remove the table [grid], and put the field in its own case")
         if self.window >= WIDEST:
-            text = f"not below {WIDEST:g}: the balance of such a window does not respond to some waves of the nodes, which grow"
+            text = (
+                f"must be below {WIDEST:g}: wider windows do not respond to certain waves of the nodal values, which then grow"
+            )
             yield Finding((*path, "window"), text, "use 0.5: then windows are contiguous and the amount is conserved")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
-            yield Finding((*path, "window"), "windows are for lines, not for surfaces", "remove it")
+            yield Finding((*path, "window"), "`window` applies to lines, not to surfaces", "remove it")
         if (surface := self.domain.surface) is not None:
             place = (*path, self.place, "surface")
             if not surface.closed:
@@ -123,7 +127,7 @@ class DiffusingFieldCase(BodyModel):
     def _stencil_problems(self, path: Path) -> Iterator[Finding]:
         size, least = self.radial.stencil_size(self.domain.dimension), self.radial.n_polynomials(self.domain.dimension)
         if size < least:
-            text = f"below {least}, the number of polynomials of degree {self.radial.degree} to be determined"
+            text = f"must be at least {least}, the number of polynomials of degree {self.radial.degree} to be determined"
             yield Finding((*path, "radial", "neighbours"), text, f"use at least {least} neighbours, or a lower `degree`")
         elif size > self.n_points(None):
             text = f"a stencil has {size} nodes, but the domain only {self.n_points(None):g}"

@@ -29,8 +29,8 @@ def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
         text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of the rest density {rest:g} kg/m^2: too thin for a film"
         yield Finding((*path, "density"), text, "increase it, or reduce the density of the material")
     if surface is None and film.interpolation == "loop":
-        text = "applies to surfaces in space, but this film is described by a curve"
-        yield Finding(interpolation, text, "remove it")
+        text = "Loop subdivision applies to surfaces in space, but this film is described by a curve"
+        yield Finding(interpolation, text, "remove `interpolation`")
     yield from _place_problems(film, (*path, "shape"))
     if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
         text = "a surface of radial functions with bending does not reach equilibrium: its curvature is too noisy"
@@ -57,7 +57,9 @@ def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     text = f"a reduced volume of {reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, "
     text += f"but its nodes are {spacing:.2g} m apart"
     more = (least / reduced) ** (2 if in_space else 1)
-    remedy = f"use at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
+    remedy = (
+        f"use a value of at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
+    )
     yield Finding((*path, "volume", "reduced"), text, remedy)
 
 
@@ -67,7 +69,7 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     if surface is not None:
         place = (*path, "surface")
         if not surface.closed:
-            yield Finding(place, "is open, but a film must be closed", "use a surface that encloses a volume")
+            yield Finding(place, "the surface is open, but a film must be closed", "use a surface that encloses a volume")
             return
         found = [Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True)]
         yield from found
@@ -76,7 +78,7 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     places = film.positions()
     if pair := coincident(places, film.sides()):
         at = ", ".join(f"{value:g}" for value in places[pair[0]])
-        text = f"has two nodes at one position, ({at}) m: a film cannot touch itself"
+        text = f"the film has two nodes at one position, ({at}) m: a film cannot touch itself"
         yield Finding(path, text, "move the two nodes apart, or merge them into one")
         return
     yield from _thickness_problems(film, path[:-1])
@@ -85,15 +87,18 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
     """Report problems of a film that has its own velocity field, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
-        text = "applies to films that share their velocity field: the velocity of other films follows from their loads"
+        text = (
+            "an initial velocity applies to films that share their velocity field; the "
+            "velocity of other films follows from their loads"
+        )
         yield Finding((*path, "initial" if film.initial else "velocity"), text, "remove it")
     if other := next((body for body in parts.of(BodyModel) if body.kind != film.kind), None):
-        text = f"has its own velocity field and cannot touch body {other.name}: a film has no inertia for contact"
+        text = f"the film has its own velocity field and cannot touch body {other.name}: a film has no inertia for contact"
         yield Finding((*path, "field"), text, f'use field = "{other.field}", to move it with that body')
     bends, some = film.material.bending_rigidity > 0.0, min(film.drag.normal, film.drag.tangential) > 0.0
     if film.shape.span == "plane" and bends and not some:
         text = "a curve with bending needs drag: otherwise nothing resists motions that bend it without stretching"
-        yield Finding((*path, "drag"), text, "add `drag`, the drag of the surrounding fluid")
+        yield Finding((*path, "drag"), text, "add `drag`, the drag coefficients of the surrounding fluid")
 
 
 def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
@@ -108,7 +113,7 @@ def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterat
         return
     if grid.thin() != (False, False, plane):
         needed = "one cell thick along z only" if plane else "more than one cell thick along every axis"
-        text = f"shares the velocity field of other bodies: the grid must be {needed}"
+        text = f"the film shares the velocity field of other bodies: the grid must be {needed}"
         yield Finding(shape, text, "change grid.lower or grid.upper, or the shape")
     else:
         yield from place_problems(shape, film.bounds(), grid, is_surface=True)
@@ -118,10 +123,13 @@ def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterat
         ("drag", film.has_drag, "the surrounding fluid is computed"),
     ):
         if given:
-            text = f"applies to films with their own velocity field; in a shared field {why}"
-            yield Finding((*path, key), text, "remove it")
+            text = f"this key applies to films with their own velocity field; in a shared field {why}"
+            yield Finding((*path, key), text, "remove this key")
     spacing = longest_edge(film.positions()[film.sides()])
     if spacing > grid.cell:
         more = np.ceil(11.0 * spacing / grid.cell) / 10.0
-        text = f"has nodes up to {spacing:.3g} m apart, more than a cell of {grid.cell:g} m: fluid would pass between them"
+        text = (
+            f"the film has nodes up to {spacing:.3g} m apart, more than a cell of "
+            f"{grid.cell:g} m: fluid would pass between them"
+        )
         yield Finding(shape, text, f"use {more:g} times as many nodes along it, or a larger grid.cell")

@@ -54,7 +54,9 @@ class FluidFilmCase(BodyModel):
         "areal_density": Field(1, "kg/m^2", "surface density of a fluid film"),
         "tension": Field(1, "N/m", "tension of a film (minus its surface pressure) or of a membrane (mean of both directions)"),
         "curvature": Field(1, "1/m", "sum of the principal curvatures of a film or membrane, positive for a sphere"),
-        "bending_energy": Field(1, "J", "bending energy of a film or membrane around the node; the sum is the total"),
+        "bending_energy": Field(
+            1, "J", "bending energy of a film or membrane around the node; the sum over the nodes is the energy of the body"
+        ),
         "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),
     }
     pictured: ClassVar[tuple[str, str]] = "areal_density", "surface density"
@@ -64,10 +66,12 @@ class FluidFilmCase(BodyModel):
     material: LipidFilm = parameter("", "material of the film")
     density: float | None = parameter("kg/m^2", "initial surface density; default: the rest density", None, gt=0)
     drag: DragCase = parameter("", "drag of the surrounding fluid", DragCase(normal=0.0, tangential=0.0))
-    velocity: Vector = parameter("m/s", "initial velocity, if it shares its velocity field with others", (0.0, 0.0, 0.0))
+    velocity: Vector = parameter(
+        "m/s", "initial velocity, for a film that shares its velocity field with other bodies", (0.0, 0.0, 0.0)
+    )
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
     volume: VolumeCase | None = parameter("", "constraint of the enclosed volume; default: free", None)
-    area: Literal["free", "kept"] = parameter("", "free, or kept: the total area is constant", "free")
+    area: Literal["free", "kept"] = parameter("", "total area of the film: free, or kept constant", "free")
     interpolation: Literal["radial", "loop"] | None = parameter(
         "",
         "interpolation between nodes: radial functions (curves), or Loop subdivision (surfaces in space: default, and "
@@ -81,7 +85,11 @@ class FluidFilmCase(BodyModel):
     scheme: Literal["implicit"] = parameter("", "time integration: implicit in the stiff terms", "implicit")
     accuracy: float = parameter("", "allowed error of a substep, relative to the smallest node distance", 1e-3, gt=0, le=0.1)
     time_weight: float = parameter(
-        "", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1
+        "",
+        "parameter α of the generalised trapezoidal rule of time integration: 1/2 is the midpoint rule, of second order",
+        0.5,
+        gt=0,
+        le=1,
     )
 
     _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
@@ -248,7 +256,10 @@ class FluidFilmCase(BodyModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        return Reason(f"{self.name} is a fluid film", "name bodies of material points or closed membranes")
+        return Reason(
+            f"{self.name} is a fluid film, whose inside cannot be excluded",
+            "name bodies of material points or closed membranes",
+        )
 
     def why_no_motion(self) -> Reason | None:
         """Return the reason: its nodes do not stay at the same material points."""
@@ -259,11 +270,13 @@ class FluidFilmCase(BodyModel):
         """Return the reason why no motion along the normal can be prescribed: motions of all nodes would also determine volume
         and area, and nodes of the grid move a film that shares their velocity field."""
         if self._is_shared:
-            return Reason(f"the fluid around film {self.name} moves its nodes", "remove this motion")
+            return Reason(
+                f"the fluid around film {self.name} moves its nodes, so their motion cannot be prescribed", "remove this motion"
+            )
         if not whole or (self.volume is None and self.area == "free"):
             return None
         held = "area" if self.volume is None else "volume"
-        text = f"prescribes all nodes of film {self.name}, whose {held} is already prescribed"
+        text = f"the motion prescribes all nodes of film {self.name}, whose {held} is already prescribed"
         return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

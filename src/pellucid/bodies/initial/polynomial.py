@@ -14,9 +14,9 @@ class Polynomial(InitialField):
     quantity: ClassVar[str] = "concentration"
 
     kind: Literal["polynomial"] = "polynomial"
-    factor: float = parameter("", "factor a", 1.0)
-    zeros: tuple[float, ...] = parameter("m", "zeros x₁, x₂, ...", ())
-    axis: Literal["x", "y", "z"] = parameter("", "axis along which it varies", "x")
+    factor: float = parameter("", "factor a of the polynomial", 1.0)
+    zeros: tuple[float, ...] = parameter("m", "zeros x₁, x₂, ... of the polynomial", ())
+    axis: Literal["x", "y", "z"] = parameter("", "axis along which the added field varies", "x")
 
     def at(self, position: np.ndarray) -> np.ndarray:
         x = position[:, "xyz".index(self.axis)]

@@ -18,8 +18,8 @@ class SphericalHarmonic(InitialField):
     quantity: ClassVar[str] = "concentration"
 
     kind: Literal["spherical-harmonic"] = "spherical-harmonic"
-    amplitude: float = parameter("", "factor a", 1.0)
-    degree: int = parameter("", "degree l", ge=0, le=20)
+    amplitude: float = parameter("", "factor a of the harmonic", 1.0)
+    degree: int = parameter("", "degree l of the harmonic", ge=0, le=20)
     order: int = parameter("", "order m: cos(mφ) for positive m, sin(|m|φ) for negative m; φ is the angle about z from x", 0)
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
 

@@ -91,16 +91,19 @@ def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterat
     for axis in thin:
         enlarge = f"or enlarge the grid along {AXES[axis]}"
         if body.velocity[axis]:
-            text = f"has the component {body.velocity[axis]:g} m/s along {AXES[axis]}, but {why} and nothing moves there"
-            yield Finding((*path, "velocity"), text, f"set its {AXES[axis]} to 0, {enlarge}")
+            text = (
+                f"the velocity has the component {body.velocity[axis]:g} m/s along "
+                f"{AXES[axis]}, but {why} and nothing moves there"
+            )
+            yield Finding((*path, "velocity"), text, f"set its {AXES[axis]} component to 0, {enlarge}")
         for key in _moving_along(body, axis):
             text = f"gives the body a velocity along {AXES[axis]}, but {why} and nothing moves there"
-            yield Finding((*path, *key), text, f"set its {AXES[axis]} to 0, {enlarge}")
+            yield Finding((*path, *key), text, f"set its {AXES[axis]} component to 0, {enlarge}")
     for axis, rate in enumerate(getattr(body, "angular_velocity", ())):
         if rate and any(other != axis for other in thin):
-            text = f"has the component {rate:g} rad/s about {AXES[axis]}, but {why}: {turns}"
+            text = f"the angular velocity has the component {rate:g} rad/s about {AXES[axis]}, but {why}: {turns}"
             enlarge = f"enlarge the grid along {listed([AXES[other] for other in thin if other != axis])}"
-            yield Finding((*path, "angular_velocity"), text, f"set its {AXES[axis]} to 0, or {enlarge}")
+            yield Finding((*path, "angular_velocity"), text, f"set its {AXES[axis]} component to 0, or {enlarge}")
 
 
 def _moving_along(body: BodyModel, axis: int) -> Iterator[Path]:

@@ -32,7 +32,10 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
     ends = zip("xyz", *geometry.bounds(), grid.thin(), strict=True)
     for axis, low, high, thin in ends if body.shape.rotate is not None else ():
         if not thin and high <= low:
-            text = f"along {axis} the shape extends from {low:g} to {high:g} m before rotation: it has no extent there"
+            text = (
+                f"along {axis} the shape extends from {low:g} to {high:g} m before "
+                "rotation, so it has no extent along this axis"
+            )
             yield Finding(shape, text, "set the upper end above the lower one")
     if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
         what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
@@ -81,7 +84,7 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
             remedy = f'if it is one, add a [[support]] with where = "{face}" and fix = "normal"'
             if body.material.flows:
                 text += ", and no [[inflow]] or [[outflow]] opens it"
-                remedy += "; if the fluid continues beyond the face, add an [[inflow]] or [[outflow]] there"
+                remedy += "; if the fluid continues beyond the face, add an [[inflow]] or [[outflow]] at this face"
             yield Finding(here, text, remedy)
 
 
@@ -100,17 +103,17 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
         return
     here, n_axes = (*path, "hydrostatic"), np.count_nonzero(gravity)
     if not body.material.flows:
-        text = f'a material of kind "{body.material.kind}" is not a fluid at rest under its pressure'
-        yield Finding(here, text, "remove it")
+        text = f'a material of kind "{body.material.kind}" is not a fluid, so it cannot be in hydrostatic equilibrium'
+        yield Finding(here, text, "remove `hydrostatic`")
     elif body.is_rigid:
-        yield Finding(here, "a rigid body has no pressure", "remove it")
+        yield Finding(here, "a rigid body has no pressure, so it cannot be in hydrostatic equilibrium", "remove `hydrostatic`")
     elif parts.grid is not None and any(
         g != 0.0 and axis in parts.grid.periodic for axis, g in zip("xyz", gravity, strict=True)
     ):
         text = "the grid is periodic along gravity: nothing supports the fluid, and its pressure would jump at the seam"
-        yield Finding(here, text, "remove it, or use walls along that axis")
+        yield Finding(here, text, "remove `hydrostatic`, or use walls along the axis of gravity")
     elif n_axes == 0:
-        yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this")
+        yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or remove `hydrostatic`")
     elif n_axes > 1 and rest.level is None:
         text = "gravity is not along an axis, so the top of the shape's bounds is not a free surface"
         yield Finding((*here, "level"), text, "set the level, a height from the origin against gravity")
@@ -150,7 +153,7 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
         return
     here, remedy = (*path, "cell_pressure"), "remove cell_pressure; it is for fluids that move freely"
     if not body.material.flows:
-        text = f"a material of kind {body.material.kind!r} has shear stresses, not only a pressure"
+        text = f"a material of kind {body.material.kind!r} has shear stresses, so `cell_pressure` cannot be used"
         yield Finding(here, text, remedy)
     elif (found := body.material.implicit_viscosities()) is not None and 3.0 * found[1] + 2.0 * found[0] > 1e-12 * found[0]:
         text = "the implicit second viscosity is not compatible with cell pressures"
@@ -165,7 +168,7 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
     if body.initial_stress is None:
         return
     if body.is_rigid:
-        yield Finding(here, "a rigid body has no stress", "remove it")
+        yield Finding(here, "a rigid body has no stress, so an initial stress has no effect", "remove it")
         return
     try:
         body.material.stressed(body.initial_stress)
@@ -183,7 +186,7 @@ def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Fin
         if name == body.name:
             yield Finding(here, "a body cannot exclude itself", "remove this name")
         elif name in body.outside[:item]:
-            yield Finding(here, "is named twice", "remove one")
+            yield Finding(here, "this body is named twice", "remove one of the two names")
         elif name not in names:
             if parts.are_named(BodyModel):
                 others = [known for known in names if known != body.name]

@@ -64,7 +64,9 @@ class MaterialPointsCase(SeededBody):
         if self.rigid:
             return Reason(f"body {self.name} is rigid: it cannot lose points", "remove `rigid = true`, or this body")
         if self.cell_pressure:
-            text = f"the `cell_pressure` of body {self.name} treats faces of the grid as walls"
+            text = (
+                f"the `cell_pressure` of body {self.name} treats faces of the grid as walls, so points cannot pass through them"
+            )
             return Reason(text, "remove `cell_pressure`, or this body")
         return None
 
@@ -87,7 +89,7 @@ class MaterialPointsCase(SeededBody):
         if not self.solves_viscosity:
             return super().why_no_yielding_wall(alone)
         text = f"the viscosity of body {self.name} is implicit, so walls with friction or openings are not possible"
-        return Reason(text, "remove it, or `implicit_viscosity` of the body")
+        return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
         """Return None: walls are possible for solids, by their surface, and for fluids, by their points."""

@@ -57,7 +57,10 @@ class Swings(NamedTuple):
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
-        text = f"it oscillates on its {what} penalty within {1.0 / self.rate:.3g} s; a smaller {what}_stiffness allows longer"
+        text = (
+            f"it oscillates on its {what} penalty, which limits the step to "
+            f"{1.0 / self.rate:.3g} s; a smaller {what}_stiffness allows longer"
+        )
         return StepLimit(1.0 / self.rate, "spring", f"{text} steps")
 
 

@@ -37,7 +37,7 @@ class HourglassCase(Model):
     kind: Literal["stiffness", "viscous"] = parameter(
         "", "stiffness (springs) or viscous (dashpots) hourglass control", "stiffness"
     )
-    coefficient: float = parameter("", "coefficient κ; 0 switches it off", 0.05, ge=0, le=0.5)
+    coefficient: float = parameter("", "hourglass coefficient κ; 0 switches the control off", 0.05, ge=0, le=0.5)
 
     def control(self) -> StiffnessControl | ViscousControl:
         """Return the control for kernels."""

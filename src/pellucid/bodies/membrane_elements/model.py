@@ -53,7 +53,7 @@ class MembraneElementsCase(MembraneCase):
     kind: Literal["membrane-elements"] = "membrane-elements"
     material: AnySolidMembraneMaterial = parameter("", "material of the membrane")
     elements: Elements = parameter(
-        "", "quads: quadrilaterals if the surface has them; triangles: each quadrilateral is cut in two", "quads"
+        "", "element type; quads: quadrilaterals if the surface has them; triangles: each quadrilateral is cut in two", "quads"
     )
     area_stiffness: float = parameter(
         "N/m", "penalty k_A on changes of the total area, with the energy k_A (A - A₀)²/2A₀", 0.0, ge=0
@@ -83,7 +83,10 @@ class MembraneElementsCase(MembraneCase):
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
         if not alone:
-            return Reason(f"other bodies share the velocity field of body {self.name}", "set a separate `field` for it")
+            return Reason(
+                f"contact with itself requires a separate velocity field, but other bodies share the field of body {self.name}",
+                "set a separate `field` for it",
+            )
         if self.material.wrinkling and self.bending is None:
             text = (
                 f"body {self.name} resists neither compression (wrinkling = true) nor bending: it crumples within the length "
@@ -105,7 +108,7 @@ class MembraneElementsCase(MembraneCase):
     def why_not_relaxed(self, alone: bool) -> Finding | None:
         """Return the reason why a relaxation is impossible: other bodies share the velocity field, so nodes of the grid move
         the membrane."""
-        text = f"other bodies share the velocity field of {self.name}"
+        text = f"steady states require a separate velocity field, but other bodies share the field of body {self.name}"
         return None if alone else Finding(("field",), text, "set a separate `field` for it")
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
@@ -196,11 +199,23 @@ class MembraneElementsCase(MembraneCase):
         """Report penalties for a membrane with quadrilaterals or on a thin grid, and a volume penalty for an open surface."""
         key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
         if len(self.mesh().quads):
-            yield Finding(key, "applies to triangles, but the membrane has quadrilaterals", 'use `elements = "triangles"`')
+            yield Finding(
+                key,
+                "penalties on area and volume apply to triangles, but the membrane has quadrilaterals",
+                'use `elements = "triangles"`',
+            )
         elif not all(parts.active_axes):
-            yield Finding(key, "applies to surfaces in space, but the grid is one cell thick along an axis", "remove it")
+            yield Finding(
+                key,
+                "penalties on area and volume apply to surfaces in space, but the grid is one cell thick along an axis",
+                "remove it",
+            )
         elif self.volume_stiffness > 0.0 and not self.surface.closed:
-            yield Finding(key, "the surface is open and encloses no volume", REST_OF_SURFACE)
+            yield Finding(
+                key,
+                "`volume_stiffness` requires a closed surface, but this surface is open and encloses no volume",
+                REST_OF_SURFACE,
+            )
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
         """Report elements so large that some cells between their nodes would contain no node of the membrane."""
@@ -212,11 +227,15 @@ class MembraneElementsCase(MembraneCase):
         else:
             remote = float(_remoteness(places[mesh.triangles]).max(initial=0.0))
         if longest > grid.cell * (1.0 + SLACK):
-            text = f"has an element with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: {PASS_THROUGH}"
+            text = (
+                f"the membrane has an element with an edge of {longest:.3g} m, longer "
+                f"than a cell of {grid.cell:g} m: {PASS_THROUGH}"
+            )
             yield Finding(place, text, _finer(longest / grid.cell))
         elif remote > reach * (1.0 + SLACK):
             text = (
-                f"has a triangle that extends {remote:.3g} m from its corners; with cells of {grid.cell:g} m this is more than"
+                f"the membrane has a triangle that extends {remote:.3g} m from its "
+                f"corners; with cells of {grid.cell:g} m this is more than"
             )
             yield Finding(place, f"{text} {reach:.3g} m: {PASS_THROUGH}", _finer(remote / reach))
 

@@ -108,7 +108,7 @@ class MembranePointsCase(MembraneCase):
         radius = self.material.damage_radius
         if radius is not None and radius < grid.cell:
             text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the average contains only one point"
-            remedy = "use three cells or more, a finer grid, or remove it for local damage"
+            remedy = "use three cells or more, a finer grid, or remove `radius` for local damage"
             yield Finding((*path, "material"), text, remedy)
 
     def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
@@ -123,7 +123,8 @@ class MembranePointsCase(MembraneCase):
         if longest > grid.cell:
             finer = int(np.ceil(longest / (COMFORTABLE * grid.cell)))
             text = (
-                f"has a triangle with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: the grid tears the "
+                f"the membrane has a triangle with an edge of {longest:.3g} m, longer "
+                f"than a cell of {grid.cell:g} m: the grid tears the "
                 f"membrane between its points"
             )
             yield Finding(place, text, f"refine its triangles {finer} times along each edge, or use a larger grid.cell")

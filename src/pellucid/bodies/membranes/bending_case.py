@@ -32,7 +32,9 @@ class BendingCase(Model):
     spontaneous_curvature: float | Literal["start"] = parameter(
         "1/m", 'spontaneous curvature c₀, the value of 2H without bending; "start": the initial curvature everywhere', 0.0
     )
-    shape: Surface | None = parameter("", "alternative: a surface with the same elements that is free of bending", None)
+    shape: Surface | None = parameter(
+        "", "alternative to `spontaneous_curvature`: a surface with the same elements, in its shape without bending", None
+    )
 
     @check
     def _has_one_reference(self) -> None:
@@ -51,11 +53,11 @@ class BendingCase(Model):
         flat: True if the grid is thin along an axis; functions: shape functions of the grid if its nodes move the membrane.
         """
         if flat:
-            text = "applies to surfaces in space, but the grid is one cell thick along an axis"
-            yield Finding(path, text, "enlarge the grid, or remove it; for a curve with bending use a fluid-film")
+            text = "bending applies to surfaces in space, but the grid is one cell thick along an axis"
+            yield Finding(path, text, "enlarge the grid, or remove `bending`; for a curve with bending use a fluid-film")
         elif len(mesh.quads):
-            text = "applies to triangles, but the membrane has quadrilaterals"
-            yield Finding(path, text, 'use `elements = "triangles"`, or remove it')
+            text = "bending applies to triangles, but the membrane has quadrilaterals"
+            yield Finding(path, text, 'use `elements = "triangles"`, or remove `bending`')
         elif functions == "trilinear" and len(rims_of(mesh.triangles).edges):
             text = 'open surfaces cannot bend with `functions = "trilinear"` of the grid: kinks make them up to twice as stiff'
             yield Finding(path, text, 'set grid.functions = "quadratic-bspline", or remove `bending`')
@@ -79,7 +81,7 @@ class BendingCase(Model):
     def _ratio_problems(self, path: Path, mesh: Mesh, material: MembraneMaterial) -> Iterator[Finding]:
         is_closed = not len(rims_of(mesh.triangles).edges)
         if is_closed and self.poisson_ratio is not None:
-            text = "has no effect on a closed surface, over which the Gaussian curvature is constant"
+            text = "`poisson_ratio` has no effect on a closed surface, over which the Gaussian curvature is constant"
             yield Finding(path, text, "remove `poisson_ratio`")
         elif not is_closed and self.plate_ratio(material) > FLUID:
             text = (

@@ -46,7 +46,7 @@ class MembraneCase(DampedModel):
     if TYPE_CHECKING:  # each kind declares its own
         material: MembraneMaterial
     tension: float = parameter(
-        "N/m", "initial isotropic tension; thickness and density are those of the membrane under tension", 0.0, ge=0
+        "N/m", "initial isotropic tension; `thickness` and `density` are the values under this tension", 0.0, ge=0
     )
     inflation: float = parameter(
         "",
@@ -131,5 +131,8 @@ class MembraneCase(DampedModel):
         worst = int(np.argmax(across))
         if across[worst] > 1.0 - ACROSS:
             place = ", ".join(f"{x:.4g}" for x in corners[worst].mean(axis=0))
-            text = f"fibre_direction is normal to the surface at ({place}) m, so fibres have no direction there"
+            text = (
+                f"fibre_direction is normal to the surface at ({place}) m, so the "
+                "direction of the fibres at this point is undefined"
+            )
             yield Finding(path, text, "choose a direction that is nowhere normal to the surface, such as the axis of a tube")

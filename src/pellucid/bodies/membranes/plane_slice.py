@@ -53,7 +53,10 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
         at_ends = np.any(np.abs(rim[:, :, axis, None] - (low, high)).max(axis=1) <= slack, axis=1)
         along = np.linalg.norm(np.delete(rim[:, 1] - rim[:, 0], axis, axis=1), axis=1) <= slack
         if np.abs(normal[:, axis]).max() > LEANING or not np.all(at_ends | along):
-            text = f"is neither flat across {name} nor a band along it, but the grid is one cell thick along {name}, where"
+            text = (
+                f"the surface is neither flat across {name} nor a band along it, but "
+                f"the grid is one cell thick along {name}, where"
+            )
             remedy = f"extend it from {low:g} to {high:g} m along {name} everywhere, like a rectangle or the faces of a box"
             yield Finding(path, f"{text} nothing varies", f"{remedy}; or enlarge the grid")
 

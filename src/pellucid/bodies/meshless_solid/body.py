@@ -200,7 +200,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             slower = SLOWER_LOADS if self.relaxes else "apply loads more slowly, or use a smaller time.courant or time.step"
             words, node = found
             text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {words}; {slower}, and if this does not "
-            text += "help, the load itself crushes the body there"
+            text += "help, the load itself crushes the body at this point"
             position = self.arrays["position"][node].tolist()
             raise RunStopped(text, step=n_steps, time=time, body=self.name, point=node, position=position)
         super().check(n_steps, time)

@@ -59,7 +59,7 @@ class MeshlessSolidCase(DampedModel):
         "direct",
     )
     points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
-    consistent: bool = parameter("", "true: correct gradients for consistent quadrature", True)
+    consistent: bool = parameter("", "true: correct the gradients of the shape functions for consistent quadrature", True)
     volume_averaging: bool | None = parameter(
         "",
         "true: average the volume ratio around nodes, against locking; default: true from a Poisson's ratio of 0.4",
@@ -126,7 +126,10 @@ class MeshlessSolidCase(DampedModel):
     def why_no_self_contact(self, alone: bool) -> Reason | None:
         if alone:
             return None
-        return Reason(f"other bodies share the velocity field of body {self.name}", "set a separate `field` for it")
+        return Reason(
+            f"contact with itself requires a separate velocity field, but other bodies share the field of body {self.name}",
+            "set a separate `field` for it",
+        )
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         return None

@@ -62,8 +62,10 @@ def make_tables(
     lost = np.flatnonzero(node_volume <= 0.0)
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
-        text = f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3"
-        raise Refusal(text, "improve the tetrahedra there, or use another approximant")
+        text = (
+            f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3, but nodal volumes must be positive"
+        )
+        raise Refusal(text, "improve the tetrahedra at this node, or use another approximant")
     row_sums = np.zeros(n)
     _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
     packs = pack_lists(evaluator.active, n_points)

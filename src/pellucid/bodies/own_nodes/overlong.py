@@ -110,7 +110,7 @@ def describe_passage(body: str, sheet: str, width: float, where: str, edge: floa
     """Return the warning that a body with a width [m] may pass through a sheet with this edge length [m]. where: text that
     describes the location."""
     return (
-        f"body {body} comes to membrane {sheet} with a part of {width:.3g} m in width {where}, and the edges of the elements "
-        f"are {edge:.3g} m long there: it can pass between the nodes, which alone touch others; use elements with edges "
-        f"of at most {0.5 * width:.2g} m there"
+        f"body {body} approaches membrane {sheet} with a part of {width:.3g} m in width {where}, and the edges of the elements "
+        f"are {edge:.3g} m long there: it can pass between the nodes, since contact acts only at the nodes; use elements with "
+        f"edges of at most {0.5 * width:.2g} m there"
     )

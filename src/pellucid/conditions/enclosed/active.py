@@ -51,8 +51,11 @@ class ActiveEnclosed(ActiveCondition):
     def _check(self, now: Enclosure) -> None:
         """Raise RunStopped if the enclosed volume is not positive, or if a membrane inside has failed."""
         if not now.volume > 0.0:
-            what = f"the membrane {self._model.body} of `{self._model.name}` encloses {now.volume:.3g} m3"
-            text = "it is turned inside out, or bodies inside fill it: check the loads and contacts there"
+            what = (
+                f"the membrane {self._model.body} of `{self._model.name}` encloses "
+                f"{now.volume:.3g} m3, but the volume must be positive"
+            )
+            text = "it is turned inside out, or bodies inside fill it: check the loads and contacts of the membrane"
             raise RunStopped(f"{what}: {text}", body=self._model.body)
         for name, failed in zip(self._model.inside, now.failed[1:], strict=True):
             if failed:
@@ -179,7 +182,10 @@ class ActiveEnclosed(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"membrane `{self._model.body}` oscillates on the enclosed `{self._model.name}` within {step:.3g} s"
+        reason = (
+            f"membrane `{self._model.body}` oscillates on the enclosed "
+            f"`{self._model.name}`, which limits the step to {step:.3g} s"
+        )
         return StepLimit(step, "spring", reason)
 
     def work(self) -> StepWork:

@@ -13,7 +13,7 @@ from pellucid.model import InputFile, Model, check, parameter
 class Inflator(Model):
     """Inflow over time: linear between given times, zero before the first and after the last."""
 
-    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    times: tuple[float, ...] | None = parameter("s", "times of the table, in increasing order", None, min_length=2)
     mass_flows: tuple[float, ...] | None = parameter("kg/s", "mass inflow rate at each time", None)
     temperatures: tuple[float, ...] | None = parameter("K", "temperature of the inflowing gas at each time", None)
     path: InputFile | None = parameter(
@@ -70,11 +70,11 @@ class Inflator(Model):
 class Vent(Model):
     """An opening through which gas or liquid flows out against the outside pressure."""
 
-    area: float = parameter("m^2", "area of the opening", gt=0)
-    coefficient: float = parameter("", "discharge coefficient: factor of the area", 1.0, gt=0, le=1)
+    area: float = parameter("m^2", "area A of the opening", gt=0)
+    coefficient: float = parameter("", "discharge coefficient: factor on the area A", 1.0, gt=0, le=1)
     opens_at: float = parameter(
         "Pa",
-        "gauge pressure at which it opens permanently; default: open from the start",
+        "gauge pressure inside at which the vent opens permanently; default: open from the start",
         0.0,
         ge=0,
     )

@@ -23,7 +23,7 @@ class GivenVolume(Model):
     """Prescribed volume as a function of time: monotone cubic interpolation (PCHIP), constant before the first and after
     the last time."""
 
-    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    times: tuple[float, ...] | None = parameter("s", "times of the table, in increasing order", None, min_length=2)
     volumes: tuple[float, ...] | None = parameter("m^3", "volume at each time", None)
     ratios: tuple[float, ...] | None = parameter("", "alternative: volume at each time divided by the initial volume", None)
     path: InputFile | None = parameter(
@@ -124,7 +124,7 @@ class ActiveVolume(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"membrane `{self._body}` oscillates on its given volume within {step:.3g} s"
+        reason = f"membrane `{self._body}` oscillates on its given volume, which limits the step to {step:.3g} s"
         return StepLimit(step, "spring", reason)
 
     def warning(self) -> str | None:

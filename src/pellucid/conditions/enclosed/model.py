@@ -47,8 +47,8 @@ class GasCase(Amount):
     """An ideal gas with constant heat capacities. Default: air."""
 
     temperature: float = parameter("K", "initial temperature", gt=0)
-    gamma: float = parameter("", "ratio of the heat capacities", 1.4, gt=1)
-    gas_constant: float = parameter("J/(kg*K)", "R of p V = m R T", 287.05, gt=0)
+    gamma: float = parameter("", "ratio γ of the heat capacities", 1.4, gt=1)
+    gas_constant: float = parameter("J/(kg*K)", "specific gas constant R in p V = m R T", 287.05, gt=0)
     isothermal: bool = parameter(
         "", "true: the gas keeps its temperature by heat exchange; false: no heat crosses the membrane", False
     )
@@ -90,7 +90,7 @@ class Enclosed(Condition):
 
     name: str = name_parameter("name of its history columns: NAME_pressure, NAME_volume, NAME_mass ...")
     body: str = parameter("", "name of the enclosing membrane")
-    gas: GasCase | None = parameter("", "the gas", None)
+    gas: GasCase | None = parameter("", "gas in the membrane", None)
     liquid: LiquidCase | None = parameter("", "alternative to `gas`: a liquid", None)
     outside: float = parameter("Pa", "absolute pressure outside the membrane", 0.0, ge=0)
     lids: bool = parameter(
@@ -124,10 +124,12 @@ class Enclosed(Condition):
     def _has_contents(self) -> None:
         if self.gas is None and self.liquid is None:
             what = [key for key in ("inflator", "vent", "leak") if getattr(self, key)]
-            text = f"has {what[0]} but neither gas nor liquid" if what else "has neither gas nor liquid"
+            text = (
+                f"the membrane has {what[0]} but neither gas nor liquid" if what else "the membrane has neither gas nor liquid"
+            )
             raise Refusal(text, "give `gas`, such as { pressure = 1e5, temperature = 293 }, or `liquid`")
         if self.gas is not None and self.liquid is not None:
-            raise Refusal("has both a gas and a liquid", "remove one: a volume contains either a gas or a liquid")
+            raise Refusal("the membrane has both a gas and a liquid", "remove one: a volume contains either a gas or a liquid")
         if self.inflator is not None and self.inflator.has_temperatures != (self.gas is not None):
             if self.gas is not None:
                 raise Refusal("the inflator of a gas has no temperatures", "add `temperatures`, or a third column in the file")
@@ -194,13 +196,15 @@ class Enclosed(Condition):
         for number, name in enumerate(self.inside):
             here = (*path, "inside", number)
             if name == self.body or name in self.inside[:number]:
-                yield Finding(here, f"body {name} is named twice", "remove it here")
+                yield Finding(here, f"body {name} is named twice", "remove one of the two names")
             else:
                 yield from encloses_problems(name, False, path, parts, allows_flat=False, at=here)
         for (_, other_number), other in parts.placed(Enclosed):
             if other is not self and other.body == self.body and int(other_number) < int(path[-1]):
                 text = f"body {self.body} already contains `{other.name}`"
-                yield Finding((*path, "body"), text, "a membrane can enclose one gas or liquid: remove one of the two")
+                yield Finding(
+                    (*path, "body"), text, "a membrane can enclose only one gas or liquid: remove one of the two [[enclosed]]"
+                )
         if self.name in ("inflow", "outflow"):
             text = f"the history already has a column {self.name}_mass"
             yield Finding((*path, "name"), text, "choose another name")

@@ -72,7 +72,7 @@ class Load(ChangesInTime, LoadModel):
     A kind that declares a key common to all loads, such as `rise`, defines its own meaning of the key.
     """
 
-    where: Where | None = parameter("", "points of the body on which it acts; default: all", None)
+    where: Where | None = parameter("", "points of the body on which the load acts; default: all", None)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:

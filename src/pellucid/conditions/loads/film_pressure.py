@@ -21,9 +21,9 @@ from pellucid.parts.surface_load import SurfacePoints
 class Band(Model):
     """A band around the film, normal to an axis: the pressure decreases as exp(-(x - centre)²/(2 width²))."""
 
-    axis: Axis = parameter("", "the axis", "z")
-    centre: float = parameter("m", "position of the largest pressure", 0.0)
-    width: float = parameter("m", "standard deviation", gt=0)
+    axis: Axis = parameter("", "axis normal to the band", "z")
+    centre: float = parameter("m", "position of the largest pressure along the axis", 0.0)
+    width: float = parameter("m", "standard deviation of the pressure profile", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
         """Return the fraction of the pressure at positions [m], shape (..., 3)."""
@@ -38,21 +38,23 @@ class FilmPressure(ChangesInTime, LoadModel):
     value: float = parameter("Pa", "pressure inside minus outside; with `along` or `band`, its largest value")
     on: Literal["present-area", "initial-area"] = parameter(
         "",
-        "reference area: present-area is a follower load; initial-area is a dead load, which a growing film distributes",
+        "area for the force: present-area (follower load), or initial-area (the total force does not grow with the film)",
         "present-area",
     )
-    along: Vector | None = parameter("", "direction e: the pressure is `value` times n·e, like a stream along e", None)
-    band: Band | None = parameter("", "band around a position on an axis in which it acts", None)
+    along: Vector | None = parameter(
+        "", "direction e: the pressure is `value` n·e with the normal n, like the pressure of a stream along e", None
+    )
+    band: Band | None = parameter("", "band across an axis to which the pressure is restricted", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that is not a fluid film, and a direction that is a zero vector."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:
-            text = f'body {self.body} is of kind "{body.kind}"'
+            text = f'body {self.body} is of kind "{body.kind}", but this load acts on fluid films only'
             yield Finding((*path, "body"), text, "name a body of kind fluid-film; for other bodies use a [[pressure]]")
         if self.along is not None and not any(self.along):
-            yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or remove it")
+            yield Finding((*path, "along"), "the direction has zero length", "give a direction such as [0, 1, 0], or remove it")
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"

@@ -26,8 +26,10 @@ class MeanVelocity(ChangesInTime, LoadModel):
     kind: Literal["mean-velocity"] = "mean-velocity"
     channel = "driving_work"
 
-    name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
-    others: tuple[str, ...] = parameter("", "further bodies with the same acceleration; the mean velocity is that of all", ())
+    name: str | None = name_parameter("name of the load, for probes of its force (quantity `reaction`)", None)
+    others: tuple[str, ...] = parameter(
+        "", "further bodies with the same acceleration; the mean velocity is taken over all of these bodies", ()
+    )
     axis: Literal["x", "y", "z"] = parameter("", "direction: a periodic axis of the grid")
     velocity: float = parameter("m/s", "mean velocity; `rise` and `amplitude` change it in time")
     response: float = parameter("s", "response time τ of the controller, at least several time steps", gt=0)

@@ -21,7 +21,7 @@ class PointLoad(ChangesInTime, LoadModel):
 
     kind: Literal["point-load"] = "point-load"
     where: Where = parameter("", "nodes or points of the body")
-    force: Vector = parameter("N", "total force on them")
+    force: Vector = parameter("N", "total force on these nodes or points")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that does not exist or has no nodes in the region of the load."""

@@ -37,7 +37,7 @@ def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Pat
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"
-            yield Finding((*path, keys[0]), text, f"set its {axis} to 0, or enlarge the grid along it")
+            yield Finding((*path, keys[0]), text, f"set its {axis} component to 0, or enlarge the grid along it")
     axes = {axis for axis, component in zip(AXES, about, strict=True) if component}
     yield from plane_turn_problems(axes, (*path, keys[1]), parts)
 

@@ -37,10 +37,10 @@ class RigidSpring(RigidLoad):
 
     channel: ClassVar[str] = "spring_work"
     kind: Literal["rigid-spring"] = "rigid-spring"
-    stiffness: Vector = parameter("N/m", "stiffness along the axes", NONE)
-    turning_stiffness: Vector = parameter("N*m/rad", "stiffness about the axes", NONE)
-    damping: Vector = parameter("N*s/m", "damping coefficients along the axes", NONE)
-    turning_damping: Vector = parameter("N*m*s/rad", "rotational damping coefficients about the axes", NONE)
+    stiffness: Vector = parameter("N/m", "spring stiffness along x, y and z", NONE)
+    turning_stiffness: Vector = parameter("N*m/rad", "rotational spring stiffness about x, y and z", NONE)
+    damping: Vector = parameter("N*s/m", "damping coefficients along x, y and z", NONE)
+    turning_damping: Vector = parameter("N*m*s/rad", "rotational damping coefficients about x, y and z", NONE)
     anchor: AnchorPath = parameter("", "displacement of the anchor as a function of time", AnchorPath())
     anchor_rotation: Rotations = parameter("", "rotation of the anchor as a function of time", Rotations())
 

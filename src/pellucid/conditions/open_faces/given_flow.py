@@ -23,10 +23,15 @@ class GivenFlow(ChangesInTime):
     """Prescribed flow through a face of the grid: its magnitude, its profile across the opening, and its change in time."""
 
     velocity: float | None = parameter("m/s", "mean velocity through the opening, in the direction of the flow", None, ge=0)
-    flow_rate: float | None = parameter("m^3/s", "alternative: volume flow rate; in plane problems of the slice", None, ge=0)
+    flow_rate: float | None = parameter(
+        "m^3/s",
+        "alternative to `velocity`: volume flow rate; in plane problems, through the thickness of the slice",
+        None,
+        ge=0,
+    )
     profile: Profile = parameter(
         "",
-        "velocity profile across the opening: uniform, or that of steady laminar flow in a slit, duct or tube",
+        "velocity profile across the opening: uniform, or the profile of steady laminar flow in a slit, duct or tube",
         "uniform",
     )
     through: Shape | None = parameter(
@@ -97,7 +102,7 @@ class GivenFlow(ChangesInTime):
         if body is None or columns(shape, (), body.points_per_cell, grid, face).n > 0:
             return None
         text = f"no seed point of body {body.name} lies in the opening at the face {face.name}"
-        return Reason(text, "make it several points wide, and extend it one cell deep into the grid")
+        return Reason(text, "make the opening several points wide, and extend it one cell deep into the grid")
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:

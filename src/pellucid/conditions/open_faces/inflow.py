@@ -22,7 +22,7 @@ class Inflow(GivenFlow, Condition):
 
     losses: ClassVar[Sequence[Channel]] = (INFLOW_ENERGY, INFLOW_WORK, IMPACT_HEAT)
 
-    name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
+    name: str | None = name_parameter("name of the inflow, for probes of its force (quantity `reaction`)", None)
     where: Face = parameter("", "face of the grid")
     body: str = parameter("", "name of the entering fluid of material points; it enters in its initial state")
 
@@ -88,8 +88,8 @@ class Inflow(GivenFlow, Condition):
         for place, load in parts.placed(Condition):
             chooses = getattr(load, "body", None) == body.name and getattr(load, "where", None) is not None
             if place[0] == "load" and chooses:
-                text = f"its points are selected at the start, but points enter body {body.name} later"
-                yield Finding((*place, "where"), text, "remove it: the load then acts on all points")
+                text = f"`where` selects points at the start only, but points enter body {body.name} later"
+                yield Finding((*place, "where"), text, "remove `where`: the load then acts on all points")
         if "start" in parts.sections and parts.sections["start"].is_written:
             text = f"body {body.name} cannot continue from an earlier run, because points enter it"
             yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
@@ -102,7 +102,7 @@ class Inflow(GivenFlow, Condition):
         fastest = self.largest_share() * self.velocity
         if fastest * step > parts.grid.cell:
             text = f"at {fastest:g} m/s points cross {fastest * step / parts.grid.cell:.3g} cells in a step of {step:g} s"
-            remedy = f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or remove it"
+            remedy = f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or remove time.step"
             yield Finding((*path, "velocity"), text, remedy)
 
 
@@ -111,7 +111,7 @@ def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"
-        yield Finding(path, text, "leave it out")
+        yield Finding(path, text, "remove this flow")
         return
     closed = next((place for place, each in parts.placed(Condition) if each.face_velocity(face) is not None), None)
     if closed is not None:

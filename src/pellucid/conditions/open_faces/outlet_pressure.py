@@ -66,7 +66,7 @@ def _pressure_of_point(rule, lattice, points, p):
 class EndNodes(NamedTuple):
     """Nodal fields of a fluid on whose end, at a face of the grid, a pressure acts."""
 
-    end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "of the pressure on the end")]
+    end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "force of the pressure on the end of the fluid")]
 
 
 class EndOfFluid:
@@ -148,7 +148,7 @@ class OutletPressure(ActiveCondition):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
                 where = f"backflow at the outflow through {face.name} (body {_names(ends)})"
-                text = f"{where}: no fluid is left in the layer of cells there"
+                text = f"{where}: no fluid is left in the layer of cells at this face"
                 remedy = (
                     f"keep the pressure at this face below that at the inlet at all times: reduce `{self._path}.pressure` or "
                     f"the largest share of its `amplitude`, or raise `rise`; {face.when_flow_reverses}"

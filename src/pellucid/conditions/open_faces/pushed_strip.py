@@ -22,7 +22,7 @@ from pellucid.ranks.domain import domain
 class StripNodes(NamedTuple):
     """Nodal fields of a strip driven by a pressure."""
 
-    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "that lets the strip move as one")]
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse that makes the strip move as one")]
 
 
 class PushedStrip(Strip):

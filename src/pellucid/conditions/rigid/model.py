@@ -19,8 +19,8 @@ class Rigid(Condition):
     losses: ClassVar[Sequence[Channel]] = (IMPACT_HEAT,)
 
     body: str = parameter("", "name of the body")
-    motions: tuple[Motion, ...] = parameter("", "what leads it", ())
-    springs: tuple[RigidSpring, ...] = parameter("", "on what it swings", ())
+    motions: tuple[Motion, ...] = parameter("", "prescribed motions of the body", ())
+    springs: tuple[RigidSpring, ...] = parameter("", "springs that act on the body", ())
 
     @classmethod
     def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[ActiveCondition]:

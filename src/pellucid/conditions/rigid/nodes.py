@@ -61,9 +61,12 @@ class BodySums(NamedTuple):
     """Nodal fields of a rigid body in its velocity field."""
 
     body_moment: Annotated[
-        np.ndarray, NodalField(3, SUM, STEP, "kg m", "of a rigid body's points about its centre of mass, on periodic grids")
+        np.ndarray,
+        NodalField(3, SUM, STEP, "kg m", "mass moment of a rigid body's points about its centre of mass, on periodic grids"),
     ]
-    body_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "of these along x, where the field has other bodies")]
+    body_mass: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "kg", "x: mass of the rigid body's points, if the field has other bodies")
+    ]
 
 
 class Received(NamedTuple):

@@ -7,6 +7,6 @@ from pellucid.model import Model, parameter
 class AlongAxes(Model):
     """Displacements along the axes; each is optional."""
 
-    x: Signal | None = parameter("", "along x", None)
-    y: Signal | None = parameter("", "along y", None)
-    z: Signal | None = parameter("", "along z", None)
+    x: Signal | None = parameter("", "displacement along x as a function of time", None)
+    y: Signal | None = parameter("", "displacement along y as a function of time", None)
+    z: Signal | None = parameter("", "displacement along z as a function of time", None)

@@ -39,7 +39,7 @@ class TenseSurface(ActiveCondition):
     def __init__(self, model: "SurfaceTension", assembly: Assembly) -> None:
         body = assembly.bodies[model.body].body
         if not isinstance(body, PointsOnGrid):
-            raise ValueError(f"body {model.body} has no points on the grid, and the model lets such a case pass")
+            raise ValueError(f"body {model.body} has no points on the grid; the check of the case should have reported this")
         self._body, self._model, self._layout = body, model, assembly.layout
         column = assembly.load_column(model.body, model.load_channel())
         self._row = column - FIRST_LOAD
@@ -102,7 +102,7 @@ class TenseSurface(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._body.totals.rate
-        return StepLimit(step, "capillary", f"{self._model.swings_as.reason} within {step:.3g} s")
+        return StepLimit(step, "capillary", f"{self._model.swings_as.reason}, which limits the step to {step:.3g} s")
 
     def work(self) -> StepWork:
         done, more = self._layout.no_work(), self._changed - self._work

@@ -54,8 +54,10 @@ MARGIN = 3  # layers of nodes around those that points reach; smoothing and the 
 class SurfaceFields(NamedTuple):
     """Nodal fields from which the energy of a fluid's surface is computed."""
 
-    volume: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "volume of its points")]
-    potential: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "J/m3", "derivative of the surface energy by this volume")]
+    volume: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "volume of the fluid's points")]
+    potential: Annotated[
+        np.ndarray, NodalField(1, FOUND, STEP, "J/m3", "derivative of the surface energy with respect to `volume`")
+    ]
 
 
 class Faces(NamedTuple):

@@ -26,7 +26,7 @@ FUNCTIONS = "quadratic-bspline"
 class SurfaceTension(Condition):
     """Surface tension of a fluid of material points, and its contact angle at walls."""
 
-    swings_as: ClassVar[Swing] = Swing("capillary", "the shortest waves of its surface tension pass a cell")
+    swings_as: ClassVar[Swing] = Swing("capillary", "its shortest capillary waves cross a cell")
     losses: ClassVar[Sequence[Channel]] = (SURFACE_ENERGY,)
 
     body: str = parameter("", "name of a fluid of material points")
@@ -110,11 +110,17 @@ class SurfaceTension(Condition):
         for key, section in parts.sections.items():
             for item in section.items if key in ("inflow", "outflow") else ():
                 if item is not None:
-                    text = f"the case has an [[{key}]]: the energy of a surface that crosses a face is unknown"
+                    text = (
+                        f"the case has an [[{key}]], but the energy of a fluid surface "
+                        "that crosses a face of the grid is not computed"
+                    )
                     yield Finding(path, text, f"remove the {key} or the surface tension")
         time = next(iter(parts.sections["time"].items), None)
         if getattr(time, "scheme", None) == "usf":
-            text = 'the scheme "usf" changes volumes before the step that moves the points, on which its energy depends'
+            text = (
+                'the scheme "usf" changes volumes before the step that moves the points, but the '
+                "surface energy depends on the positions of the points"
+            )
             yield Finding(path, text, 'use time.scheme = "musl" or "usl"')
         yield from self._angle_problems((*path, "contact_angle"), parts)
 
@@ -127,7 +133,9 @@ class SurfaceTension(Condition):
         angles, unknown = find_face_roles(self.contact_angle, parts.of(Support), parts.of(BodyModel), thin, bool(walls))
         if not (angles or unknown or walls):
             text = "no support constrains a face of the grid along its normal, so there is no wall for this angle"
-            yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or remove the angle')
+            yield Finding(
+                path, text, 'add a [[support]] with a face as `where` and fix = "normal", or remove the contact angle'
+            )
         for place, support in parts.placed(Support):
             faces = [face for face in unknown if support.face_velocity(face) is not None]
             if faces:
@@ -182,4 +190,4 @@ class SurfaceTension(Condition):
             yield Finding(path, text, "use walls, or remove the surface tension")
         if sum(grid.thin()) > 1:
             text = "the grid is one cell thick along two axes: a surface cannot curve in one dimension"
-            yield Finding(path, text, "remove it, or enlarge the grid")
+            yield Finding(path, text, "remove the surface tension, or enlarge the grid")

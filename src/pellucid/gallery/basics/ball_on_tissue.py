@@ -70,7 +70,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     off = "mean gap between the ball and the face beneath it; tolerance: rise of the ball's surface within a cell"
     return {
         "force": compared(
-            float(found), known, FORCE * (cell / FINE) ** 2, "N", "reference: exact force on a linear elastic layer"
+            float(found),
+            known,
+            FORCE * (cell / FINE) ** 2,
+            "N",
+            "force at rest; reference: exact force on a linear elastic layer",
         ),
         "gap": vanishing(gap, 0.5 * cell**2 * exact.radius, off, "m"),
         "energy": energy_metric(run, ENERGY),

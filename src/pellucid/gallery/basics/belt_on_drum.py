@@ -98,12 +98,12 @@ def figures(run: Run) -> dict[str, Figure]:
     smooth = np.linspace(0.0, 0.5 * np.pi, 91)
     left.plot(np.degrees(smooth), exact.tension(smooth), color="#bbb", linewidth=4.0, label="capstan equation with drag")
     left.plot(np.degrees(angles), tensions, "o", color=COLOURS[0], markersize=3.0, label="belt")
-    label(left, "angle from where the belt comes up to the drum", "tension", "degrees", "N", legend=True)
+    label(left, "angle from the start of the contact on the drum", "tension", "degrees", "N", legend=True)
     time = np.asarray(run.history["time"])
     loaded = time > 0.05
     right.axhline(exact.ratio, color="#bbb", linewidth=4.0, label="capstan equation with drag")
     ratio = np.abs(column(run, "touch_x")[loaded] / column(run, "touch_z")[loaded])
     right.plot(time[loaded], ratio, color=COLOURS[0], label="belt")
     right.set_ylim(0.8, 2.0)
-    label(right, "time", "horizontal over vertical force", "s", "", legend=True)
+    label(right, "time", "horizontal / vertical force", "s", "", legend=True)
     return {"capstan": figure}

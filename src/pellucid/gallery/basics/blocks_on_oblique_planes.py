@@ -35,7 +35,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         # v_down + μ v_off = g (sin - μ cos) t however the block swings, as friction is μ times the force of the plane; its
         # springs take a millisecond to load
         found = float(vectors(run, block, "v")[-1] @ (DOWN + FRICTION * NORMAL))
-        meaning = "at the end: speed down the slope plus μ times the speed normal to it"
+        meaning = "at the end: speed down the slope plus μ times the speed normal to it; reference: g (sin α - μ cos α) t"
         result[block] = compared(found, PULL * end, 0.005, "m/s", meaning)
     for block in BLOCKS:
         way = vectors(run, block)
@@ -59,5 +59,5 @@ def figures(run: Run) -> dict[str, Figure]:
     aside.axhline(0.0, color="#bbb", linewidth=1.0)
     label(speed, "time", "speed down the slope", "s", "m/s", legend=True)
     label(above, "way along x", "way along y", "m", "m")
-    label(aside, "time", "off the steepest descent", "s", "mm", legend=True)
+    label(aside, "time", "distance from the line of steepest descent", "s", "mm", legend=True)
     return {"blocks_on_oblique_planes": figure}

@@ -36,18 +36,18 @@ def metrics(run: Run) -> dict[str, Metric]:
         # With the impulse N of what bears it m v_y = N - m g cos 30 t and m v_x = m g sin 30 t - μ N. So v_x + μ v_y is
         # g (sin 30 - μ cos 30) t, however the block swings. The springs of friction take up to two milliseconds to load.
         found = float(column(run, f"{name}_vx")[-1] + FRICTION * column(run, f"{name}_vy")[-1])
-        meaning = "at the end: speed along the slope plus μ times the speed normal to it"
+        meaning = "at the end: speed along the slope plus μ times the speed normal to it; reference: g (sin α - μ cos α) t"
         result[name] = compared(found, PULL * end, 0.0075, "m/s", meaning)
     for name in ("sticks", "wall_sticks"):
         way = float(np.max(np.abs(column(run, f"{name}_x"))))
         # friction is a spring, about as soft as a layer of cells of the block: with it the way stays below 0.1 mm at 10 MPa
-        meaning = "largest displacement; reference: mean displacement by the shear of the block itself [m]"
+        meaning = "largest displacement along the slope; reference: mean displacement by the shear of the block itself [m]"
         result[name] = Metric(way, sheared, abs(way - sheared), 1e-4 * softness(run) - sheared, "m", meaning)
     height, speed = column(run, "sits_y"), np.abs(column(run, "sits_vy"))
     rise, half = max(0.0, float(np.max(height))), len(time) // 2
-    meaning = "largest rise above the start; error relative to the compression under its weight"
+    meaning = "largest rise of the block above its start; error relative to its compression by its weight"
     result["sits"] = Metric(rise, 0.0, rise / pressed, 0.3, "m", meaning)
     later, first = float(np.max(speed[half:])), float(np.max(speed[:half]))
-    meaning = "largest speed in the second half; reference: in the first half; error: relative excess"
+    meaning = "largest speed in the second half of the run; reference: in the first half; error: relative excess"
     result["rests"] = Metric(later, first, max(0.0, later / first - 1.0), 0.05, "m/s", meaning)
     return result | {"energy": energy_metric(run, 0.005)}

@@ -24,11 +24,18 @@ def metrics(run: Run) -> dict[str, Metric]:
     # back late stays as vibration.
     front = (0.125 * (run.case.grid.cell / (2.0 * LENGTH)) ** 2) ** (1.0 / 3.0)
     return {
-        "force": compared(middle, FORCE, 0.02, "N", "mean over the middle of the contact"),
-        "duration": compared(lasted, DURATION, 2.0 * front, "s", "time for which the force exceeds half of the exact force"),
-        "striker": Metric(
-            striker, 0.0, abs(striker) / SPEED, 2.0 * front, "m/s", "speed at the end; error relative to the initial speed"
+        "force": compared(middle, FORCE, 0.02, "N", "mean force from 20 % to 80 % of the exact contact time"),
+        "duration": compared(
+            lasted, DURATION, 2.0 * front, "s", "time for which the contact force exceeds half of the exact force"
         ),
-        "struck": compared(struck, SPEED, 2.0 * front, "m/s", "speed at the end"),
+        "striker": Metric(
+            striker,
+            0.0,
+            abs(striker) / SPEED,
+            2.0 * front,
+            "m/s",
+            "speed of the striking bar at the end; error relative to the initial speed",
+        ),
+        "struck": compared(struck, SPEED, 2.0 * front, "m/s", "speed of the struck bar at the end"),
         "energy": energy_metric(run, 0.01),
     }

@@ -51,7 +51,9 @@ def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Me
     length, slower = ends - begins, abs(-rebound / RESTITUTION - 1.0)
     late, longer = abs(begins / CONTACT_BEGINS - 1.0), abs(length / CONTACT_DURATION - 1.0)
     return {
-        "contact_begins": Metric(begins, CONTACT_BEGINS, late, early / CONTACT_BEGINS, "s", "start of the deceleration"),
+        "contact_begins": Metric(
+            begins, CONTACT_BEGINS, late, early / CONTACT_BEGINS, "s", "time at which the discs start to slow down"
+        ),
         "contact_duration": Metric(length, CONTACT_DURATION, longer, early / CONTACT_DURATION, "s", "duration of the contact"),
         "rebound": Metric(
             -rebound, RESTITUTION, slower, 0.1, "", "ratio of the speeds of a disc's centre after and before the contact"

@@ -76,7 +76,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         aside / RADIUS,
         1e-6,
         "m",
-        "displacement along the trough; error relative to the radius: the points are symmetric",
+        "displacement along the trough, which must vanish by symmetry; error relative to the radius",
     )
     return result | {"energy": energy_metric(run, 0.005)}
 
@@ -93,6 +93,6 @@ def figures(run: Run) -> dict[str, Figure]:
     for axes in (off, energy):
         axes.axhline(0.0, color="#bbb", linewidth=1.0)
     label(swing, "time", "angle", "s", "°", legend=True)
-    label(off, "time", "angle found - exact", "s", "°")
+    label(off, "time", "computed minus exact angle", "s", "°")
     label(energy, "time", "change of energy", "s", "%")
     return {"cylinders_in_trough": figure}

@@ -39,7 +39,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     ahead = float(np.max(front - column.ritter(times)))
     cell_share = run.case.grid.cell / column.width
     result["ritter_bound"] = Metric(
-        ahead, 0.0, max(0.0, ahead), cell_share, "", "largest lead over the front of a frictionless thin sheet, divided by a"
+        ahead,
+        0.0,
+        max(0.0, ahead),
+        cell_share,
+        "",
+        "largest lead over the front of a frictionless thin sheet, divided by the initial width a",
     )
     density = np.asarray(run.fields(run.case.body[0].name)["density"])
     water: Any = run.case.body[0].material
@@ -56,24 +61,24 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
     result: dict[str, Metric] = {}
     if front[-1] > PASSAGE_FRONT:
         passage = float(np.interp(PASSAGE_FRONT, front, times))
-        text = f"T = n t sqrt(g/a) at which the front passes x/a = {PASSAGE_FRONT}"
+        text = f"scaled time T = n t sqrt(g/a) at which the front passes x/a = {PASSAGE_FRONT}"
         result["start"] = Metric(passage, PASSAGE_TIME, abs(passage - PASSAGE_TIME), START_TOLERANCE, "", text)
         aligned = times - passage + PASSAGE_TIME
         known = (wanted_time >= PASSAGE_TIME) & (wanted_time <= aligned[-1])
         found = np.interp(wanted_time[known], aligned, front)
         error = float(np.sqrt(np.mean((found / wanted[known] - 1.0) ** 2)))
-        text = "front x/a at the last tabulated time reached; error: relative rms error from that passage on"
+        text = "front x/a at the last measured time reached; error: relative rms error from the start time on"
         result["front"] = Metric(float(found[-1]), float(wanted[known][-1]), error, FRONT_TOLERANCE, "", text)
         if known.sum() >= 5:
             speed, reference = (float(np.polyfit(wanted_time[known], z, 1)[0]) for z in (found, wanted[known]))
-            error, text = abs(speed / reference - 1.0), "slope of x/a against T = n t sqrt(g/a)"
+            error, text = abs(speed / reference - 1.0), "speed of the front: slope of x/a against T = n t sqrt(g/a)"
             result["front_speed"] = Metric(speed, reference, error, SPEED_TOLERANCE, "", text)
     height_times, heights = wall_height(run, column)
     wanted_time, wanted = martin_moyce("height")
     known = wanted_time <= height_times[-1]
     found = np.interp(wanted_time[known], height_times, heights)
     error = float(np.sqrt(np.mean((found - wanted[known]) ** 2)))
-    text = "height at the wall divided by the initial height, at the last tabulated time; error: rms over the table"
+    text = "height at the wall divided by the initial height, at the last measured time; error: rms over the measurements"
     result["wall_height"] = Metric(float(found[-1]), float(wanted[known][-1]), error, HEIGHT_TOLERANCE, "", text)
     return result
 
@@ -100,12 +105,12 @@ def figures(run: Run) -> dict[str, Figure]:
     left.plot(scaled, front, label="pellucid")
     if front[-1] > PASSAGE_FRONT:
         shifted = scaled - float(np.interp(PASSAGE_FRONT, front, scaled)) + PASSAGE_TIME
-        left.plot(shifted, front, "--", color=COLOURS[0], label="counted from x/a = 1.44")
+        left.plot(shifted, front, "--", color=COLOURS[0], label="time shifted to agree at x/a = 1.44")
     left.plot(column.front_time(times), column.ritter(times), ":", color="black", label="Ritter's bound")
     left.set_ylim(1.0, 1.25 * float(np.max(run.history["front"])) / column.width)
     label(left, "T = n t √(g/a)", "front x/a")
     right.plot(*wall_height(run, column), label="pellucid")
-    label(right, "t √(g/a)", "height at the wall over the first")
+    label(right, "t √(g/a)", "height at the wall / initial height")
     for axes, quantity in ((left, "front"), (right, "height")):
         if abs(column.aspect - 2.0) < 0.02:
             axes.plot(*martin_moyce(quantity), "o", color=COLOURS[1], markersize=4, label="Martin & Moyce 1952")

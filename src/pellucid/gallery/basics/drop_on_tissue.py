@@ -33,7 +33,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         "clearance": Metric(cells, 0.0, max(0.0, -cells), LEAK, "", above),
         "impulse": Metric(gained, given, abs(gained - given) / abs(begun), ROUNDING, "N*s", got),
         "momentum": vanishing(momentum, ROUNDING, unexplained),
-        "mass": vanishing(mass, ROUNDING, "relative change of the mass"),
+        "mass": vanishing(mass, ROUNDING, "relative change of the total mass"),
         "energy": worst_balance(run, ENERGY, "largest error of the energy balance, relative to the largest energy exchanged"),
     }
 

@@ -76,9 +76,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     # the reference is linear in the strain v/c; the nodes on the floor, half a spacing of the mass, stop at once
     strain, stopped = exact.speed / exact.wave_speed, 0.5 * exact.spacing / exact.length
     half = 0.5 * exact.duration
-    text = "velocity at the end: the returning wave front is wider, and its tail remains in the block as vibration"
+    text = "rebound velocity at the end; reference: impact speed, of which a part remains as vibration"
     return {
-        "force": compared(force, exact.force, strain + stopped, "N", "mean over the middle of the contact"),
+        "force": compared(force, exact.force, strain + stopped, "N", "mean force from 20 % to 80 % of the exact contact time"),
         "turn": compared(turn, half, strain + stopped, "s", "time from first contact until the velocity is zero"),
         "rebound": compared(rebound, exact.speed, 2.0 * exact.front, "m/s", text),
         "energy": energy_metric(run, 0.02),

@@ -38,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     for name, level in (("flat", 0.6), ("round", HILL[1])):
         energy = energy_of(run, name, level)
         change = float(np.max(np.abs(energy / energy[0] - 1.0)))
-        meaning = "largest change of kinetic plus potential energy; heights from the middle of plate or hill"
+        meaning = "largest change of kinetic plus potential energy; heights are measured from the middle of plate or hill"
         result[f"energy_{name}"] = Metric(float(energy[-1]), float(energy[0]), change, lost, "J/kg", meaning)
     # The start leaves the hill free by the sagitta of a facet, and a rigid disc sinks in again: 1e-3 m, which the unstable
     # way over the top doubles.

@@ -37,7 +37,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     scale = float(np.abs(column.stress(np.zeros(1))).max())
     worst = float(np.sqrt(np.mean((stress - column.stress(rest)) ** 2))) / scale
     fastest = float(np.max(run.history["fastest"]))
-    text = "of the uppermost points; error: largest of any point, relative to the largest displacement"
+    text = "displacement of the uppermost points; error: largest of any point, relative to the largest displacement"
     return {
         "displacement": Metric(float(place[top] - rest[top]), float(exact[top]), apart, PLACE, "m", text),
         "stress": vanishing(worst, STRESS, "rms error of the stress of the points, relative to the stress on the ground"),

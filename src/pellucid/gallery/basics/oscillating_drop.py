@@ -29,9 +29,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     surface = float(np.asarray(run.history[f"{name}_surface_energy"])[0])
     exact = float(2.0 * np.pi / np.sqrt(rate**2 - fading**2))
     return {
-        "period": compared(period, exact, 0.5 * share, "s", "reference: Rayleigh's period with Lamb's damping"),
+        "period": compared(period, exact, 0.5 * share, "s", "period; reference: Rayleigh's period with Lamb's damping"),
         "pressure": compared(
-            float(np.mean(pressures)), 2.0 * tension / radius, 0.03, "Pa", "mean over the run; reference: 2 σ/R"
+            float(np.mean(pressures)), 2.0 * tension / radius, 0.03, "Pa", "mean pressure over the run; reference: 2 σ/R"
         ),
         "surface": compared(surface, octant, 0.5 * share, "J", "surface energy at the start; reference: σ times the area"),
         "balance": Metric(

@@ -18,10 +18,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     way, aside = float(column(run, "ball_x")[-1]), float(np.max(np.abs(column(run, "ball_y"))))
     # four cells to the radius: as far as a disc of eight may err, twice over
     return {
-        "way": compared(way, 0.5 * pull * end**2, 0.04, "m", "along the slope at the end"),
-        "speed": compared(float(column(run, "ball_vx")[-1]), pull * end, 0.04, "m/s", "along the slope at the end"),
+        "way": compared(way, 0.5 * pull * end**2, 0.04, "m", "distance along the slope at the end"),
+        "speed": compared(float(column(run, "ball_vx")[-1]), pull * end, 0.04, "m/s", "speed along the slope at the end"),
         "aside": Metric(
-            aside, 0.0, aside / way, 0.002, "m", "largest distance from its line; error relative to the distance travelled"
+            aside, 0.0, aside / way, 0.002, "m", "largest lateral deviation; error relative to the distance travelled"
         ),
         "energy": energy_metric(run, 0.005),
     }

@@ -24,9 +24,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     for name, share in SHARES.items():
         way, tolerance = column(run, f"{name}_way"), ROLLS if "rolls" in name else GLIDES
         exact = share * exact_way(run, time)
-        result[f"{name}_way"] = compared(float(way[-1]), float(exact[-1]), tolerance, "m", "along the slope at the end")
+        result[f"{name}_way"] = compared(
+            float(way[-1]), float(exact[-1]), tolerance, "m", "distance along the slope at the end"
+        )
         found, reference = ((way[-1] - np.interp(end - LAST, time, way)) / LAST for way in (way, exact))
-        text = f"mean along the slope over the last {LAST:g} s"
+        text = f"mean speed along the slope over the last {LAST:g} s"
         result[f"{name}_speed"] = compared(float(found), float(reference), tolerance, "m/s", text)
         aside = max(aside, float(np.abs(column(run, f"{name}_aside")).max() / way[-1]))
     text = "largest lateral deviation, relative to the distance travelled: the meshes are not exactly symmetric"

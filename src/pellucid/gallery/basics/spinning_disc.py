@@ -48,7 +48,7 @@ def metrics(run: Run) -> dict[str, Metric]:
             lost,
             second_order,
             "kg m^2/s",
-            "at the end; reference: at the start (the transfer conserves it approximately)",
+            "angular momentum at the end; reference: at the start",
         ),
         "energy": energy_metric(run, 0.02),
     }

@@ -31,7 +31,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
     text = "speed of the fastest point in any row of the history"
-    pressure = "largest difference from {} of any point in any frame, relative to the pressure on the ground"
+    pressure = "largest difference of the pressure of a point from {} in any frame, relative to the pressure on the ground"
     return {
         "fastest": vanishing(fastest, SLOW, text, "m/s"),
         "pressure": vanishing(weight, PRESSURE_SHARE, pressure.format("density * g * depth")),
@@ -85,7 +85,7 @@ def figures(run: Run) -> dict[str, Figure]:
     times = np.asarray(run.times(name), dtype=float)
     references = (("ρ₀ g depth", PRESSURE_SHARE), ("compressible column", COLUMN_SHARE))
     for values, (text, allowed), colour in zip(pressure_errors(run), references, COLOURS, strict=False):
-        errors.plot(times[1:], 100.0 * values[1:], color=colour, label=f"beside {text}")
+        errors.plot(times[1:], 100.0 * values[1:], color=colour, label=f"difference from {text}")
         errors.axhline(100.0 * allowed, color=colour, linestyle=":", label="allowed")
     errors.set_yscale("log")
     label(errors, "time", "largest error of the pressure", "s", "%", legend=True)

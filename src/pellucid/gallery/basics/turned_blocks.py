@@ -32,7 +32,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     for side in PLATES:
         # as in blocks-on-slope: exact however the block swings on the plate
         along, off = along_and_off(run, f"{side}_slides", "v")
-        meaning = "at the end: speed along the plate plus μ times the speed normal to it"
+        meaning = "at the end: speed along the plate plus μ times the speed normal to it; reference: g (sin α - μ cos α) t"
         result[side] = compared(float((along + FRICTION * off)[-1]), PULL * end, 0.005, "m/s", meaning)
         aside = float(np.max(np.abs(along_and_off(run, f"{side}_slides")[1])))
         # what the weight presses the block and the layers in contact together, no more
@@ -41,7 +41,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         # and friction is a spring about as soft as a layer of cells
         way = float(np.max(np.abs(along_and_off(run, f"{side}_sticks")[0])))
         meaning, spare = (
-            "largest displacement; reference: mean displacement by the shear of the block itself [m]",
+            "largest displacement along the plate; reference: mean displacement by the shear of the block itself [m]",
             1e-4 * softness(run) - sheared,
         )
         result[f"{side}_sticks"] = Metric(way, sheared, abs(way - sheared), spare, "m", meaning)
@@ -60,7 +60,7 @@ def figures(run: Run) -> dict[str, Figure]:
             x, y = np.asarray(run.fields(f"{side}_{what}")["position"])[:, :2].T
             place.plot(x, y, ".", markersize=1, color=shade)
     place.set_aspect("equal")
-    label(speed, "time", "speed of what slides", "s", "m/s", legend=True)
-    label(slip, "time", "way of what sticks", "s", "mm", legend=True)
+    label(speed, "time", "speed of the sliding blocks", "s", "m/s", legend=True)
+    label(slip, "time", "displacement of the sticking blocks", "s", "mm", legend=True)
     label(place, "x", "y", "m", "m")
     return {"turned_blocks": figure}

@@ -38,7 +38,7 @@ def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
         or line is None
         or (line.at_lower, line.at_upper, line.lower) != (0.0, 0.0, 0.0)
     ):
-        raise ValueError("the reference requires a bar that starts at 0, with both ends held at 0")
+        raise ValueError("the reference requires a bar from x = 0 with zero concentration at both ends")
     return body, line
 
 
@@ -104,7 +104,7 @@ def _error_figure(run: Run) -> Figure:
     axes.plot(x, 100.0 * np.abs(found - exact) / np.abs(exact).max(), "o-", color=COLOURS[1], markersize=3.5)
     axes.axhline(100.0 * THESIS, color=COLOURS[0], linestyle="--", linewidth=1.0)
     axes.annotate("largest in the thesis, 41 particles", (x[0], 100.0 * THESIS), color=COLOURS[0], fontsize=8, va="bottom")
-    label(axes, "x", "error over the largest concentration", "m", "%")
+    label(axes, "x", "error / largest concentration", "m", "%")
     return figure
 
 
@@ -118,7 +118,7 @@ def _window_figure(run: Run) -> Figure:
     for width, line in ((0.5, "-"), (1.0, "--"), (1.5, "-.")):
         left.plot(waves, np.sinc(waves * width), line, label=f"w = {width:g} h")
     left.axhline(0.0, color="#889", linewidth=0.8)
-    label(left, "wave number, kh/π", "answer of a window, sin(kw)/(kw)", legend=True)
+    label(left, "wave number, kh/π", "response of a window, sin(kw)/(kw)", legend=True)
     widths = np.concatenate([np.linspace(0.3, 0.99, 15), np.linspace(1.01, 1.9, 30)])
     growth = [_fastest_growth(x, width, body) for width in widths]
     right.plot(widths, growth, "o-", markersize=3, color=COLOURS[1])

@@ -75,6 +75,6 @@ def figures(run: Run) -> dict[str, Figure]:
         left.semilogy(fine, np.exp(-rate * fine), color=colour, linewidth=1.0, label=f"exact, l = {degree}")
         left.semilogy(times, part, "o", color=colour, markersize=4, label=f"nodes, l = {degree}")
         right.semilogy(times[1:], np.abs(part * np.exp(rate * times) - 1.0)[1:], "o-", color=colour, markersize=4)
-    label(left, "time", "amplitude over that at the start", "s", legend=True)
+    label(left, "time", "amplitude / initial amplitude", "s", legend=True)
     label(right, "time", "relative difference", "s")
     return {"harmonics": figure}

@@ -30,7 +30,10 @@ def film_of(run: Run) -> FluidFilmCase:
 def lipid_of(film: FluidFilmCase) -> LipidFilm:
     """Return the material of a film. Raises TypeError for another kind, which has no exact solution here."""
     if not isinstance(film.material, LipidFilm):
-        raise TypeError(f'the exact motion is that of a "lipid-film", and {film.name} is of kind "{film.material.kind}"')
+        raise TypeError(
+            'the exact solution applies only to a material of kind "lipid-film", '
+            f'but {film.name} is of kind "{film.material.kind}"'
+        )
     return film.material
 
 
@@ -38,7 +41,7 @@ def radius_of(film: FluidFilmCase) -> float:
     """Return the initial radius [m] of a circle or sphere. Raises TypeError for another shape."""
     shape = film.shape.surface.chosen() if film.shape.surface else film.shape.chosen()
     if not isinstance(shape, Ellipse | Spheroid | Icosphere):
-        raise TypeError(f"the exact motion is that of a circle or sphere, and {film.name} is none")
+        raise TypeError(f"the exact solution applies only to a circle or sphere, but {film.name} is neither")
     return shape.radius
 
 

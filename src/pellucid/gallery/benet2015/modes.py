@@ -98,5 +98,5 @@ def figures(run: Run) -> dict[str, Figure]:
         name = f"{film.name.replace('-', ' ')}: {of.rate:.4f}/s, exact {of.exact:.4f}/s"
         axes.semilogy(of.times, of.amplitudes / of.amplitudes[0], "o", color=colour, markersize=4, label=name)
     axes.plot([], [], color="black", linewidth=1, label="exact")
-    label(axes, "time", "amplitude over that at the start", "s", "", legend=True)
+    label(axes, "time", "amplitude / initial amplitude", "s", "", legend=True)
     return {"decay": figure}

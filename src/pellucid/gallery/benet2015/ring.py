@@ -67,7 +67,7 @@ def figures(run: Run) -> dict[str, Figure]:
     fast.plot(arc, speed, ".-", color=COLOURS[1])
     label(fast, "length from the waist", "velocity from the waist", "m", "m/s")
     moved.plot(*_moved(run), ".-", color=COLOURS[3])
-    label(moved, "length from the waist at the start", "moved from the waist", "m", "m")
+    label(moved, "length from the waist at the start", "displacement from the waist", "m", "m")
     waist.plot(run.history["time"], run.history["waist"], color=COLOURS[2])
     label(waist, "time", "radius of the waist", "s", "m")
     figure.suptitle(f"{run.case.title}, a = {lipid_of(film_of(run)).stiffness:g} N m/kg")

@@ -42,8 +42,8 @@ def metrics(run: Run) -> dict[str, Metric]:
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
     text = "force on the pole; reference: 2π√(2κσ), which neglects the pressure in the tube"
     return {
-        "force": compared(force, tube.force, 0.02, "N", "force on the pole"),
-        "radius": compared(radius, tube.radius, 0.02, "m", "radius of the tube"),
+        "force": compared(force, tube.force, 0.02, "N", "force on the pole; reference: tube with pressure inside"),
+        "radius": compared(radius, tube.radius, 0.02, "m", "radius of the tube; reference: tube with pressure inside"),
         "thin_force": compared(force, thin.force, 0.005 + share, "N", text),
         "energy": worst_balance(run, 1e-3, "largest relative error of the power balance (load, storage, dissipation)"),
     }
@@ -57,7 +57,7 @@ def figures(run: Run) -> dict[str, Figure]:
     left.plot(speed * run.history["time"][1:], run.history["force"][1:], color=COLOURS[1], label="film")
     left.axhline(tube.force, color="black", linewidth=1, linestyle="--", label="tube with the pressure inside")
     left.axhline(thin.force, color="#889", linewidth=1, linestyle=":", label="2π√(2κσ)")
-    label(left, "way of the pole", "force", "m", "N", legend=True)
+    label(left, "displacement of the pole", "force", "m", "N", legend=True)
     place = run.fields(film_of(run).name)["position"]
     for sign in (1.0, -1.0):
         right.plot(sign * place[:, 0], place[:, 2], color=COLOURS[0])

@@ -72,11 +72,11 @@ def figures(run: Run) -> dict[str, Figure]:
     figure, (left, right) = new_panels(1, 2, width=10.0, height=3.4, title=run.case.title)
     exact = _velocity(run)
     left.semilogy(run.history["time"][1:], np.abs(run.history["velocity"][1:] / exact - 1.0), color=COLOURS[1], label="film")
-    label(left, "time", "error of the velocity, relative", "s", "")
+    label(left, "time", "relative error of the velocity", "s", "")
     tension, expected = _tensions(run)
     place = run.fields(film_of(run).name)["position"][:, axis]
     order = np.argsort(place)
     right.plot(place[order] - place.mean(), expected[order], color="black", linewidth=1, label="exact")
     right.plot(place - place.mean(), tension, "o", color=COLOURS[1], markersize=4, label="film")
-    label(right, "place from the middle", "tension", "m", "N/m", legend=True)
+    label(right, "distance from the centre along the axis", "tension", "m", "N/m", legend=True)
     return {"translation": figure}

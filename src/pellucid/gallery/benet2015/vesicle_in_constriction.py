@@ -45,7 +45,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     )
     nearest = min(_distance(run, place) for place in places) / run.case.grid.cell
     aside = float(np.abs(middle[:, 1]).max()) / radius
-    text = "displaced volume when the centre reaches the throat, relative to the volume between; reference: mean of 1/1.5 and 1"
+    text = "volume displaced until the vesicle is in the throat, over the volume up to there; reference: mean of 1/1.5 and 1"
     return {
         "passage": Metric(share, reference, abs(share - reference), band, "", text),
         "beyond": Metric(
@@ -54,7 +54,7 @@ def metrics(run: Run) -> dict[str, Metric]:
             max(0.0, end - last),
             SHORT,
             "",
-            "position of the last node at the end, in radii; reference: end of the walls",
+            "position of the vesicle's last node at the end, in radii; reference: end of the walls",
         ),
         "clearance": Metric(
             nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "smallest distance from the walls, in cells"
@@ -100,5 +100,5 @@ def figures(run: Run) -> dict[str, Figure]:
     centre.plot(times, [shape.deformation for shape in shapes], color=COLOURS[0])
     label(centre, "time", "deformation", "s", "")
     right.plot(times, 100.0 * (areas / areas[0] - 1.0), color=COLOURS[0])
-    label(right, "time", "change of the area inside", "s", "%")
+    label(right, "time", "change of the enclosed area", "s", "%")
     return {"shape": figure}

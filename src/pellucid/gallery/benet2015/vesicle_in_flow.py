@@ -60,7 +60,7 @@ def metrics(run: Run) -> dict[str, Metric]:
             expected,
             tolerance,
             "",
-            "(L - B)/(L + B) at the end; reference: Taylor, Cox; effect of the plates: Shapira & Haber",
+            "deformation (L - B)/(L + B) at the end; reference: Taylor, Cox; effect of the plates: Shapira & Haber",
         ),
         **kept(run, "film"),
     }
@@ -78,7 +78,7 @@ def _deformation(run: Run) -> Figure:
     left.plot(times, [shape.deformation for shape in shapes], "o-", color=COLOURS[0], markersize=3, label="drop")
     left.plot(times, [drop.expected(float(time)) for time in times], "--", color=COLOURS[1], label="small-deformation theory")
     free = deformation(drop.capillary, drop.ratio)
-    left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="the same without plates, at rest")
+    left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="steady state without plates")
     label(left, "time", "deformation", "s", "", legend=True)
     for axis, (name, colour) in enumerate(zip(("shortest", "middle", "longest"), COLOURS, strict=False)):
         right.plot(times, [shape.semi_axes[axis] for shape in shapes], color=colour, label=name)

@@ -27,8 +27,8 @@ def metrics(run: Run) -> dict[str, Metric]:
     expected, angle = (float(np.interp(end, reference["time"], reference[key])) for key in ("deformation", "angle"))
     found, turned = shapes[-1].deformation, shapes[-1].inclination
     off = float(np.radians(abs(turned - angle)))
-    shape = "(L - B)/(L + B) at the end; reference: boundary integrals"
-    axis = "of the longest axis at the end; reference: boundary integrals; error and tolerance in radians"
+    shape = "deformation (L - B)/(L + B) at the end; reference: boundary integrals"
+    axis = "inclination of the longest axis at the end; reference: boundary integrals; error and tolerance in radians"
     return {
         "deformation": compared(found, expected, CLOSE * CELLS / cells, "", shape),
         "inclination": Metric(turned, angle, off, TURNED * CELLS / cells, "degree", axis),

@@ -32,7 +32,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
         exact = SHAPE_ENERGIES[branch, int(hundredths) / 100]
-        result[name] = compared(found, exact, 1e-3, "", "bending energy divided by 8πκ")
+        result[name] = compared(found, exact, 1e-3, "", "bending energy divided by 8πκ, the energy of a sphere")
     return result
 
 

@@ -14,10 +14,12 @@ class Pipette(Load):
 
     kind: Literal["pipette"] = "pipette"
     radius: float = parameter("m", "radius of the hole", gt=0)
-    edge: float = parameter("m", "radius of its rounded edge", gt=0)
+    edge: float = parameter("m", "radius of the rounded edge of the hole", gt=0)
     face: float = parameter("m", "height of the plate's lower face", 0.0)
-    slit: bool = parameter("", "whether the face holds what lies on it from both sides", False)
-    stiffness: float = parameter("Pa/m", "pressure over the depth of an overlap", gt=0)
+    slit: bool = parameter(
+        "", "true: the lower face holds nodes in both directions; false: only against entering the plate", False
+    )
+    stiffness: float = parameter("Pa/m", "stiffness: pressure divided by the depth of an overlap", gt=0)
 
     def forces(self, points: PointsView, time: float) -> np.ndarray:
         x, y, z = points.position.T

@@ -19,7 +19,9 @@ DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its sh
 SLOWER, SPREAD = 0.025, 0.1
 """Tolerances of the rate. Boundary integrals give a rate 2.2 % below the ellipsoid's. The grid smooths forces and
 velocities over a cell, an error of first order: 5 % are allowed with 4 cells per radius, 3.8 % with 8 cells."""
-CAPTIONS = {"tread": "Mean phase of the surface and inclination, compared with an ellipsoid of the same axes."}
+CAPTIONS = {
+    "tread": "Mean rotation of the surface (tank-treading) and inclination, compared with an ellipsoid of the same axes."
+}
 METRICS = ("inclination", "tread_rate")
 
 
@@ -59,7 +61,7 @@ def figures(run: Run) -> dict[str, Figure]:
     left.plot(times, -np.degrees(np.cumsum(steps)), "--", color=COLOURS[1], label="Keller & Skalak")
     right.plot(times, np.degrees(axes[:, 2]), "o-", color=COLOURS[0], markersize=3, label="capsule")
     right.plot(times, np.degrees(np.arctan(axes[:, 1] / axes[:, 0])), "--", color=COLOURS[1], label="Keller & Skalak")
-    label(left, "time", "way of the surface", "s", "degree", legend=True)
+    label(left, "time", "rotation of the surface", "s", "degree", legend=True)
     label(right, "time", "inclination", "s", "degree", legend=True)
     return {"tread": figure}
 

@@ -106,6 +106,6 @@ def _curves(run: Run) -> Figure:
                     axes.plot(stretch[rest], tension[rest], "x", color=colour, markersize=9)
                 else:
                     axes.plot(stretch, tension, color=colour, linewidth=1.0)
-        label(axes, "stretch", "tension over modulus", "", "")
+        label(axes, "stretch", "tension / modulus", "", "")
     panels[0].legend(title="lines: points, crosses: elements")
     return figure

@@ -28,5 +28,5 @@ def metrics(run: Run) -> dict[str, Metric]:
         low, lowest = float(found.min()), float(wanted.min())
         result["lowest"] = compared(low, lowest, tolerance, "m", "lowest point of the cuboid's centre")
         turn, turning = float(times[np.argmin(found)]), float(reference["time"][np.argmin(wanted)])
-        result["turning_time"] = compared(turn, turning, TURNING_TIME, "s", "time of the lowest point")
+        result["turning_time"] = compared(turn, turning, TURNING_TIME, "s", "time of the lowest point of the cuboid's centre")
     return result

@@ -35,7 +35,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     tip = next(motion for motion in run.case.motion if motion.name == "tip")
     signal = tip.displacement.y
     if signal is None:
-        raise ValueError("the tip does not move along y")
+        raise ValueError("motion `tip` must prescribe a displacement along y, which the metrics of this case require")
     path = signal.function()
     wanted = np.array([path(time) for time in history["time"]])
     swing = float(np.abs(wanted).max())
@@ -57,7 +57,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     if run.case.grid == load("gan2011/piezo-icsi").grid:
         points = sum(len(run.fields(body.name, 0.0)["mass"]) for body in run.case.body)
         error = abs(points / PAPER_POINTS - 1.0)
-        result["points"] = Metric(float(points), float(PAPER_POINTS), error, 0.02, "", "material points; reference: the paper")
+        result["points"] = Metric(
+            float(points), float(PAPER_POINTS), error, 0.02, "", "number of material points; reference: the paper"
+        )
     return result
 
 

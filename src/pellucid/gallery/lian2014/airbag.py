@@ -133,12 +133,12 @@ def _curves(run: Run) -> Figure:
     ]
     volume.plot(1e3 * times, gas, label="gas", linewidth=1.0)
     volume.axhline(least["volume"], color=COLOURS[0], linestyle="--", linewidth=0.8, label="least energy")
-    volume.axhline(PAPER_BAG, color="black", linestyle=":", linewidth=0.8, label="bag of paper")
+    volume.axhline(PAPER_BAG, color="black", linestyle=":", linewidth=0.8, label="paper bag")
     label(volume, "time", "volume", "ms", "m³", legend=True)
     ms = 1e3 * run.history["time"]
-    pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas, by volume")
+    pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all gas, volume average")
     for name, colour in zip(GAS, COLOURS[:2], strict=True):
-        pressure.semilogy(ms, run.history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, by points")
+        pressure.semilogy(ms, run.history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, mean of its points")
     label(pressure, "time", "pressure", "ms", "Pa", legend=True)
     return figure
 
@@ -157,5 +157,5 @@ def _wrinkles(run: Run) -> Figure:
         colours = share[triangles].mean(axis=1)
         drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "y", "m")
-    figure.colorbar(drawn, ax=subplots, label="smaller over larger principal stress", shrink=0.8)
+    figure.colorbar(drawn, ax=subplots, label="smaller / larger principal stress", shrink=0.8)
     return figure

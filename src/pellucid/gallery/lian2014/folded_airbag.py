@@ -43,7 +43,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     }
 
 
-CROSSINGS = "largest number of edges in a frame that intersect triangles with other vertices"
+CROSSINGS = "largest number, in any frame, of edges that cross triangles to which they do not belong"
 
 
 def circle(circumference: float, stretch: float, gas: float) -> float:

@@ -14,7 +14,7 @@ TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
 LAST = 0.75  # s, over which the last swing is averaged: its period
 CAPTIONS = {
-    "energy": "Share of the energy at the start that is lost.",
+    "energy": "Energy loss divided by the initial energy, against time.",
 }
 
 METRICS = ("radius_0", "radius_90", "energy")
@@ -26,7 +26,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     last = times >= times[-1] - LAST
     for name in ("radius_0", "radius_90"):
         found = float(run.history[name][last].mean())
-        text = f"mean over the last {LAST:g} s; reference: circular membrane stretched by the gas pressure"
+        text = f"mean radius over the last {LAST:g} s; reference: circular membrane stretched by the gas pressure"
         result[name] = compared(found, wanted, TOLERANCE, "m", text)
     lost = float(np.abs(loss(run)).max())
     result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy, relative to the initial energy")

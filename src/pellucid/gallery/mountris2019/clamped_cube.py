@@ -23,7 +23,9 @@ def at(run: Run, distance: float) -> tuple[float, float]:
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
     if abs(moved[row] - distance) > 1e-6 * abs(distance):
-        raise ValueError(f"no equilibrium at {distance:g} m; choose a number of load steps that includes this displacement")
+        raise ValueError(
+            f"no equilibrium was computed at a displacement of {distance:g} m; set steady.load_steps so that a load step has it"
+        )
     return float(run.history["strain_energy"][row]), float(run.history["reaction_z"][row])
 
 
@@ -75,7 +77,7 @@ def beside_known(axes: Axes, run: Run, values: Array, places: Sequence[float], k
 
 
 def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric:
-    return compared(value, known, tolerance, unit, "finite elements of second order")
+    return compared(value, known, tolerance, unit, "reference: quadratic finite elements")
 
 
 def _scatter(run: Run) -> Metric:

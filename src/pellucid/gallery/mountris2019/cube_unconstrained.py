@@ -42,8 +42,8 @@ def metrics(run: Run) -> dict[str, Metric]:
     tight = 1e-6  # linear fields are in the span of the functions, and consistent gradients integrate them exactly
     return {
         "nrmse": vanishing(error, tight, "root mean square error of the displacements, relative to their range"),
-        "strain_energy": compared(stored, energy, tight, "J", "reference: exact, uniform strain"),
-        "reaction_z": compared(force, pulled, tight, "N", "force of the top on the cube"),
+        "strain_energy": compared(stored, energy, tight, "J", "strain energy; reference: exact, uniform strain"),
+        "reaction_z": compared(force, pulled, tight, "N", "force of the top on the cube; reference: exact, uniform stress"),
         **residuals(run),
     }
 

@@ -47,7 +47,7 @@ def work_done(run: Run) -> Metric:
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])
-    return compared(stored, given, 2e-3, "J", "reference: work of the motion minus heat of the damping")
+    return compared(stored, given, 2e-3, "J", "strain energy; reference: work of the motion minus heat of the damping")
 
 
 def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:

@@ -7,7 +7,9 @@ from pellucid.results.pictures.annotations import Figure, Run
 METRICS = ("strain_energy", "excess_energy", "excess_force", "least_volume", "ebc_residual_nodes", "ebc_residual_between")
 ON_KNOWN_MESHES = ("excess_energy", "excess_force")  # that of the quick variant
 
-CAPTIONS = {"cylinder_indentation": "Force of the indenter and strain energy against its depth, at the equilibria."}
+CAPTIONS = {
+    "cylinder_indentation": "Force of the indenter and strain energy against the indentation depth, at the computed equilibria."
+}
 
 
 def metrics(run: Run) -> dict[str, Metric]:

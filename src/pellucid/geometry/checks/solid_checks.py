@@ -76,7 +76,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
         apart = np.linalg.norm(mesh.nodes[one] - mesh.nodes[other])
         text = f"{counted(len(pairs), 'pair of nodes has', 'pairs of nodes have')} the same position, for example numbers {one}"
         text += f" and {other} (counted from 0){_place(mesh.nodes[one])}; their distance is {apart:.3g} m and must be more than"
-        text += f" {limit:.3g} m; the tetrahedra on both sides are not connected there"
+        text += f" {limit:.3g} m; the tetrahedra on both sides are not connected at these nodes"
         remedy = "merge these nodes (in Gmsh: Coherence before meshing, or Coherence Mesh), or make each part a separate body; "
         remedy += REPAIR
         yield text, remedy

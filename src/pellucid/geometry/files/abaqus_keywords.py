@@ -104,7 +104,7 @@ def _included(keyword: Keyword, chain: tuple[Path, ...]) -> Path:
     if inner.resolve() in files:
         through = [path.name for path in chain[files.index(inner.resolve()) + 1 :]]
         text = f"{keyword.where}: {inner.name} includes itself" + (f" through {', '.join(through)}" if through else "")
-        raise Damaged(text, f"remove {keyword.where}, or include a different file there")
+        raise Damaged(text, f"remove {keyword.where}, or include a different file in this line")
     if len(chain) > DEEPEST:
         text = f"{keyword.where} includes {source}, but includes may only be nested to a depth of {DEEPEST}"
         raise Damaged(text, f"replace {keyword.where} by the contents of {source}")

@@ -268,7 +268,7 @@ class _Words:
     def ended(self) -> None:
         """Raise Damaged if numbers are left."""
         if self.at < len(self._words):
-            raise Damaged(f"its section ${self._name} has more than it counts")
+            raise Damaged(f"its section ${self._name} has more entries than its stated count")
 
 
 class _Bytes:
@@ -321,7 +321,7 @@ class _Bytes:
         """Raise Damaged if the end of the section does not follow."""
         behind = self._data[self.at : self.at + 20].lstrip()
         if behind and not behind.startswith(b"$End"):
-            raise Damaged(f"its section ${self._name} has more than it counts")
+            raise Damaged(f"its section ${self._name} has more entries than its stated count")
 
 
 def _sound_count(count: int, name: str, room: int) -> int:

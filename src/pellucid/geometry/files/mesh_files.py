@@ -26,7 +26,7 @@ class MeshFile(Model):
     def _has_one_unit(self) -> None:
         if self.unit is not None and self.scale != 1.0:
             text = f"`unit` and `scale` both define the unit of the file: {self.unit} and {self.scale:g} m"
-            raise Refusal(text, "remove one of them")
+            raise Refusal(text, "remove `unit` or `scale`")
         self.placed(np.zeros((1, 3)))
 
     def placed(self, points: np.ndarray) -> np.ndarray:

@@ -34,7 +34,7 @@ def read_off(data: bytes) -> Contents:
         raise Damaged(text, "write the file again with one vertex or face in each line")
     if missing < 0:
         line = lines[n_vertices + n_faces].number
-        raise Damaged(f"line {line} is after the last of the {n_vertices} vertices and {n_faces} faces that the file counts")
+        raise Damaged(f"line {line} is after the last of the {n_vertices} vertices and {n_faces} faces that the header states")
     columns = 4 if is_homogeneous else 3
     rows = [numbers(line.words[:columns], line.number, columns) for line in lines[:n_vertices]]
     points = _divided(np.array(rows, float).reshape(-1, columns))

@@ -174,7 +174,7 @@ def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
     The values are read in one operation if all lists have the length of the list in the first row.
     """
     if element.rows > source.left:
-        raise Damaged(f"its header counts {element.rows} of `{element.name}`, which exceeds the size of the file")
+        raise Damaged(f"its header states {element.rows} of `{element.name}`, which exceeds the size of the file")
     if not element.rows:
         return {one.name: [] for one in element.properties}
     first = [_next(source, one) for one in element.properties]

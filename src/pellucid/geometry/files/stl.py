@@ -27,15 +27,15 @@ def read_stl(data: bytes) -> Contents:
         raise Damaged("it is not text with `facet` and `vertex` lines, and shorter than the header of a binary file")
     notes: tuple[str, ...] = ()
     if count in UNCOUNTED and there and not left:  # written before the number was known
-        notes = (f"its header counts {count} facets, but {there} follow; all of these were read",)
+        notes = (f"its header states {count} facets, but {there} follow; all of these were read",)
         count = there
     if count > there:
-        raise Damaged(f"its header counts {count} facets, but {there} follow: it is truncated, or not an STL file")
+        raise Damaged(f"its header states {count} facets, but {there} follow: it is truncated, or not an STL file")
     corners = np.frombuffer(data, FACET, count, HEADER)["corners"].astype(float)
     behind = len(data) - HEADER - count * FACET.itemsize
     if behind:
         facets = f", as long as {there - count} facets," if not left else ""
-        notes = (f"{behind} bytes after the {count} facets that its header counts{facets} were not read",)
+        notes = (f"{behind} bytes after the {count} facets that its header states{facets} were not read",)
     return replace(_contents("STL, binary", corners, notes), is_single=True)
 
 

@@ -20,7 +20,7 @@ DATASETS = ((b"DATASET", b"POLYDATA"), (b"DATASET", b"UNSTRUCTURED_GRID"))
 DATA = ("POINT_DATA", "CELL_DATA")
 WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
 """Number of values in a row of an array, by the keyword of the array; the name and type of the array follow the keyword."""
-UNREAD = "some of its arrays were not read, so sets that they mark are missing"
+UNREAD = "some of its arrays were not read, so sets defined by these arrays are missing"
 
 
 def is_grid(data: bytes) -> bool:
@@ -201,5 +201,5 @@ class _Source:
         while len(words) < count and self._at < len(self._data):
             words += self.line()
         if len(words) != count:
-            raise Damaged(f"it does not have the {count} values that it counts, or has more in their last line")
+            raise Damaged(f"one of its lists does not have the {count} values that are stated")
         return floats(words, "its points") if found.kind == "f" else integers(words, "its lists")

@@ -24,9 +24,9 @@ Halves = Annotated[tuple[Literal["x", "y", "z"], ...], AfterValidator(_each_once
 class CushionDimensions(Model):
     """Position and size of a cushion, shared by its inside and its surface."""
 
-    centre_: Vector = parameter("m", "middle of the cushion", alias="centre")
+    centre_: Vector = parameter("m", "centre of the cushion", alias="centre")
     sides: tuple[PositiveFloat, PositiveFloat] = parameter("m", "lengths along x and y")
-    height: float = parameter("m", "distance between the sheets in the middle", gt=0)
+    height: float = parameter("m", "distance of the two sheets at the centre of the cushion", gt=0)
     halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()
     )

@@ -21,7 +21,10 @@ class FillMesh(Tetrahedral):
 
     shape: Shape = parameter("", "shape that is filled, as for material points")
     size: float = parameter(
-        "m", "edge of a cube of the lattice (twelve tetrahedra); at most half the thickness of thin parts", gt=0
+        "m",
+        "edge length of the cubes of the lattice, each divided into twelve "
+        "tetrahedra; at most half the thickness of thin parts",
+        gt=0,
     )
 
     @check

@@ -25,7 +25,8 @@ class HeartMesh(Tetrahedral):
 
     size: float = parameter(
         "m",
-        "edge of a cube of the lattice; at 1.5 mm there are at least three edges through the right wall below the base",
+        "edge length of the cubes of the lattice; with 1.5 mm, at least three edges "
+        "cross the wall of the right ventricle below the base",
         gt=0,
         le=0.0035,
     )

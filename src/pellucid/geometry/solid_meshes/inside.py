@@ -109,6 +109,6 @@ def _refusal(surface: Triangulation, said: str) -> Refusal:
     place = self_crossing(surface)
     if place is not None:
         text = f"the surface intersects itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
-        return Refusal(text, "repair it there, or remove one of two overlapping pieces")
+        return Refusal(text, "repair the surface at this point, or remove one of the overlapping pieces")
     last = said.strip().splitlines()[-1] if said.strip() else "no reason reported"
     return Refusal(f"TetGen could not fill the surface: {last}", "repair the surface, or use the more robust mesh `fill`")

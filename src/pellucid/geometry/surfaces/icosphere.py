@@ -15,7 +15,7 @@ class Icosphere(Meshed):
 
     centre: Vector = parameter("m", "centre")
     radius: float = parameter("m", "radius", gt=0)
-    refinements: int = parameter("", "number of times the triangles are divided into four", 4, ge=0, le=8)
+    refinements: int = parameter("", "number of times the triangles of an icosahedron are divided into four", 4, ge=0, le=8)
 
     closed: ClassVar[bool] = True
 

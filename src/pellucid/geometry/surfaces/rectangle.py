@@ -13,7 +13,7 @@ from pellucid.model import AtLeastTwo, Vector, parameter
 class Rectangle(Meshed):
     """A flat rectangle of quadrilaterals, with its normal along the cross product of its edges."""
 
-    corner: Vector = parameter("m", "a corner")
+    corner: Vector = parameter("m", "position of a corner of the rectangle")
     first_edge: Vector = parameter("m", "edge from the corner")
     second_edge: Vector = parameter("m", "the other edge from the corner")
     points: tuple[AtLeastTwo, AtLeastTwo] = parameter("", "number of points along the first and the second edge")
@@ -36,7 +36,7 @@ class Rectangle(Meshed):
 class Lid(Meshed):
     """A face of a box, of quadrilaterals, with an outward normal."""
 
-    box: Box = parameter("", "the box")
+    box: Box = parameter("", "box, one face of which is the surface")
     face: Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"] = parameter("", "face of the box")
     points: tuple[AtLeastTwo, AtLeastTwo] = parameter(
         "", "number of points along the two axes of the face, in the order x, y, z"

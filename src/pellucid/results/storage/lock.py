@@ -82,7 +82,8 @@ def _take(handle: int, folder: Path) -> None:
         raise UsageError(f"{text}.\n    Wait until it has finished, or choose another folder.") from None
     except OSError as error:
         text = (
-            f"the disk of {folder} has no file locks ({error.strerror}); make sure that only one process writes to this folder"
+            f"the disk of {folder} does not support file locks ({error.strerror}); make "
+            "sure that only one process writes to this folder"
         )
         warnings.warn(text, stacklevel=2)
 

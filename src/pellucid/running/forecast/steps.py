@@ -129,7 +129,7 @@ def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
-    return StepLimit(step, condition.swings_as.cause, f"{condition.swings_as.reason} within {step:.3g} s")
+    return StepLimit(step, condition.swings_as.cause, f"{condition.swings_as.reason}, which limits the step to {step:.3g} s")
 
 
 def _top_speed(motion: Motion) -> float:

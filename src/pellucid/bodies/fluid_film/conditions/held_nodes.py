@@ -37,7 +37,7 @@ class HeldNodes:
             both = np.flatnonzero(self._constrained(number).any(axis=1) & (self.numbers > 0))
             if len(both):
                 motion = self.motions[self.numbers[both[0]] - 1]
-                text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow it"
+                text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow this motion"
                 remedy = "move or shrink its `part` or the `where` of the support, so that they do not overlap"
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
 

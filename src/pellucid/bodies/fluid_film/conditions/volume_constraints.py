@@ -29,7 +29,7 @@ class VolumeCase(Model):
         change of volume if the area is free."""
         if self.reduced is None:
             if self.over is not None:
-                yield Finding((*path, "over"), "applies to a changing volume", "add `reduced`, or remove this")
+                yield Finding((*path, "over"), "`over` applies to a changing volume", "add `reduced`, or remove `over`")
             return
         if self.reduced > FULLEST:
             curve, full, of = ("curve", "circle", "length") if plane else ("surface", "sphere", "area")
@@ -43,7 +43,7 @@ class VolumeCase(Model):
             text = "an instantaneous change of volume would need an infinite velocity"
             yield Finding(path, text, "add `over = ...`, the duration of the change, such as the relaxation time of the film")
         if not keeps_area:
-            text = "refers to a fixed area, but the area of this film is free and would change"
+            text = "a reduced volume refers to a fixed area, but the area of this film is free and would change"
             yield Finding((*path, "reduced"), text, 'add area = "kept"')
 
 

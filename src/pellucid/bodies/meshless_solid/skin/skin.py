@@ -161,7 +161,10 @@ class Skin(WarnsOfContact):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Warn of faces that are larger than the cells."""
-        what, effect = f"body {self.name} touches another, its outer face", "other bodies penetrate it; refine its mesh there"
+        what, effect = (
+            f"body {self.name} touches another, its outer face",
+            "other bodies penetrate this face; refine the mesh near it",
+        )
         return find_overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
     # step and checkpoint
