@@ -64,7 +64,9 @@ def test_a_bad_number_of_threads_is_told_with_limit_and_remedy(number: str) -> N
     result = CliRunner().invoke(app, ["run", "basics/sod", "--threads", number])
     assert result.exit_code == 2
     told = re.sub("'", "", result.stderr)
-    assert re.search(rf"threads = {number} must be a whole number from 1 to \d+, .*; omit it, so that a run finds the fastest number", told)
+    assert re.search(
+        rf"threads = {number} must be a whole number from 1 to \d+, .*; omit it, so that a run finds the fastest number", told
+    )
 
 
 @pytest.mark.parametrize(

@@ -288,7 +288,11 @@ MOTION = '[[motion]]\nname = "push"\nbody = "jet"\nhold = ["x"]\npart = { box = 
 MISTAKES = {
     "unknown face": ('["x-upper"]', '["x-uper"]', ["outflow.0.where.0", "did you mean `x-upper`?"]),
     "no face": ('["x-upper"]', "[]", ["outflow.0.where", "at least 1 item"]),
-    "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.where.1", "x-upper is listed twice", "remove one of the two names"]),
+    "twice": (
+        '["x-upper"]',
+        '["x-upper", "x-upper"]',
+        ["outflow.0.where.1", "x-upper is listed twice", "remove one of the two names"],
+    ),
     "thin": ('["x-upper"]', '["x-upper", "z-lower"]', ["outflow.0.where.1", "one cell thick along z"]),
     "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.where.1", "constrains the whole face y-lower"]),
     "unknown body": ('["x-upper"]', '"x-upper"\nbody = ["jett"]', ["outflow.0.body.0", "did you mean `jet`?"]),

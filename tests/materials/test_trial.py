@@ -126,7 +126,11 @@ def test_a_law_is_tried_at_rest_when_the_case_is_read(before: str, after: str, w
     [
         ("Soft(NamedTuple)", "Soft", "line 11: TypeError: Soft is not a NamedTuple: kernels require the parameters"),
         ("state, density):", "state):", "`stored_energy`, _stored_energy(law, state, density)"),
-        ("(update, Soft)", "(sqrt, Soft)", "line 33: TypeError: sqrt is not an operation for which a law can register a function"),
+        (
+            "(update, Soft)",
+            "(sqrt, Soft)",
+            "line 33: TypeError: sqrt is not an operation for which a law can register a function",
+        ),
         ("    def law(self):\n        return Soft(self.young_modulus)\n", "", "SoftMaterial does not define `law`"),
         ("@point_state()", '@point_state(strain_energy=("J/lb", "energy"))', 'UnitError: "J/lb" is not an SI unit'),
     ],

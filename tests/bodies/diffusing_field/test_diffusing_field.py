@@ -226,7 +226,11 @@ OPEN = {"rectangle": {"corner": (0, 0, 0), "first_edge": (1, 0, 0), "second_edge
         (line(), {"time": {"end": 1.0}}, r"time.step: is missing: body bar does not move, so no stable step"),
         (line(nodes=6), {}, r"domain: a stencil has 7 nodes, but the domain only 6"),
         (sphere(0), {}, r"domain: a stencil has 21 nodes, but the domain only 12"),
-        (sphere(radial={"neighbours": 12}), {}, r"radial.neighbours: must be at least 15, the number of polynomials of degree 4"),
+        (
+            sphere(radial={"neighbours": 12}),
+            {},
+            r"radial.neighbours: must be at least 15, the number of polynomials of degree 4",
+        ),
         (line(radial={"degree": 1}), {}, r"`degree` = 1 is too low[\s\S]*set `degree` to 2 or more"),
         (line(radial={"kind": "gaussian", "shape": 0.1}), {}, r"shape[\s\S]*greater than or equal to 0.5"),
         (line(radial={"kind": "spline"}), {}, r"'polyharmonic', 'thin-plate', 'multiquadric', 'gaussian'"),

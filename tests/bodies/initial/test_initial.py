@@ -115,7 +115,10 @@ FLAT, TURNS = "but the grid is one cell thick along z", "bodies rotate about z o
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ({"angular_velocity": (1, 0, 0)}, ["angular_velocity: the angular velocity has the component 1 rad/s about x", FLAT, TURNS]),
+        (
+            {"angular_velocity": (1, 0, 0)},
+            ["angular_velocity: the angular velocity has the component 1 rad/s about x", FLAT, TURNS],
+        ),
         ({"angular_velocity": (0, -2, 1), "rigid": True}, ["has the component -2 rad/s about y", TURNS]),
         ({"velocity": (1, 0, 3)}, ["velocity: the velocity has the component 3 m/s along z", FLAT, "nothing moves"]),
         ({"velocity_wave": {"amplitude": (0, 0, 1), "wave_vector": (1, 0, 0)}}, ["velocity_wave: gives the body a velocity"]),

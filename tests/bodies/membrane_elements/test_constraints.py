@@ -83,7 +83,7 @@ ALONE_IN_GRID = "[grid]\nlower = [-2, -2, -2]\nupper = [2, 2, 2]\ncell = 0.4\n"
 SPRINGS = {
     "volume": (
         "area_stiffness = 1e2\nvolume_stiffness = 1e4",
-        r"\(spring\): it oscillates on its volume penalty, which limits the step to .* a smaller volume_stiffness allows longer",
+        r"\(spring\): it oscillates on its volume penalty, which limits the step to .* smaller volume_stiffness allows longer",
     ),
     "area": (
         "area_stiffness = 1e4",

@@ -157,7 +157,8 @@ def test_a_surface_that_crosses_itself_is_refused(filled):
     one = ball(2)
     two = joined(one, one._replace(vertices=one.vertices + ASIDE))
     with pytest.raises(
-        ValidationError, match=r"the surface intersects itself near \(.*\) m; repair the surface at this point, or remove one of"
+        ValidationError,
+        match=r"the surface intersects itself near \(.*\) m; repair the surface at this point, or remove one of",
     ):
         filled(two, 0.2)
 
