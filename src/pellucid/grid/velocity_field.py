@@ -147,7 +147,7 @@ class VelocityField:
         already counted.
         """
         if self._momentum.is_counted:
-            raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
+            raise ValueError("impulses were added after the work of the step was computed; add them in `act_on_nodes`")
         given = add_impulses(self.grid.nodes, self.external, impulse, slice(None) if node is None else node)
         self._given.append((given, column, sign, node))
         return given

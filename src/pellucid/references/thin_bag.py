@@ -39,7 +39,7 @@ def least_energy(radius: float, half_width: float, thickness: float, young_modul
     options: Any = {"maxiter": 500, "ftol": 1e-9}
     found = minimize(energy, start, method="SLSQP", constraints=[same_volume], options=options)
     if not found.success:
-        raise ValueError(f"no shape of least energy was found at {q:.3g} times the radius: {found.message}")
+        raise ValueError(f"no equilibrium shape of the bag was found for a half width of {q:.3g} radii: {found.message}")
     return float(2.0 * E * thickness * radius**2 * found.fun)  # both halves
 
 

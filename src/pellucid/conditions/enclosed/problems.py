@@ -44,7 +44,7 @@ def encloses_problems(
         yield Finding(
             (*path, "lids"),
             text,
-            f"move the points of each rim into a plane, within {100 * BENT:g} %, or in planes of symmetry across x, y or z",
+            f"make each rim flat, within {100 * BENT:g} % of its extent, or let it lie on planes of symmetry",
         )
     elif not allows_flat and is_flat(start.position, start.faces):
         text = f"body {name} is flat at the start: it encloses no volume"

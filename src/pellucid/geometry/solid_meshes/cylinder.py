@@ -18,8 +18,8 @@ class CylinderMesh(Tetrahedral):
     radius: float = parameter("m", "radius", gt=0)
     height: float = parameter("m", "height along the axis", gt=0)
     axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
-    across: int = parameter("", "number of cubes across the diameter; each is divided into twelve tetrahedra", ge=1)
-    along: int = parameter("", "number of cubes along the axis", ge=1)
+    across: int = parameter("", "number of cubes of the mesh across the diameter; each is divided into twelve tetrahedra", ge=1)
+    along: int = parameter("", "number of cubes of the mesh along the axis", ge=1)
 
     def expected_points(self) -> float:
         return 2.0 * self.across**2 * self.along
