@@ -44,7 +44,7 @@ def test_a_punch_of_few_edges_warns():
     (text,) = coarse_indenters(punch(0.002, 14))
     assert "the non-deforming body needle has a radius of 0.002 m where it can touch body tissue" in text
     assert "1.4 mesh edges of 0.00143 m, fewer than 3" in text
-    assert text.endswith("Use a finer mesh of body tissue there.")
+    assert text.endswith("Use a finer mesh of body tissue near this place.")
 
 
 @pytest.mark.parametrize(("radius", "cells"), [(0.006, 14), (0.003, 26)])

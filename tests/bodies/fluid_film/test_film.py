@@ -281,7 +281,7 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ({"more": TOO_MUCH.replace("1.2", "1.0")}, "1 is above 0.999: a circle"),
         (
             {"shape": SPHEROID, "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
-            "(?s)0.05 would leave 0.033 m between the sides .* apart.*use at least .* times as many nodes",
+            "(?s)0.05 would leave 0.033 m between the sides .* apart.*use a value of at least .* times as many nodes",
         ),
         (
             {"shape": "ellipse = { radius = 1, nodes = 40 }", "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},

@@ -141,7 +141,7 @@ where = { box = { lower = [0.9, -2, -2], upper = [2, 2, 2] } }
 fix = ["x"]
 """
     with pytest.raises(
-        CaseError, match=r"(?s)support `belt` constrains \d+ of the nodes of film film that follow it.*not overlap"
+        CaseError, match=r"(?s)support `belt` constrains \d+ of the nodes of film film that follow this motion.*not overlap"
     ):
         ran(case(loads_of=led() + support))
 

@@ -87,7 +87,7 @@ def test_oblique_gravity():
     ("changes", "place", "words"),
     [
         ({"gravity": (0, 0, 0)}, (), "no gravity"),
-        ({"material": SOLID}, (), "not a fluid at rest under its pressure"),
+        ({"material": SOLID}, (), "is not a fluid, so it cannot be in hydrostatic equilibrium"),
         ({"gravity": (0.0, -1.0, -9.0)}, ("level",), "gravity is not along an axis"),
         ({"hydrostatic": {"level": 0.2}}, (), "this fluid has no state at rest under this gravity above a height of 0.2 m"),
         ({"material": GAS, "hydrostatic": {"level": -1.0}}, (), "above a height of"),

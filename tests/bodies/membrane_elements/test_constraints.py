@@ -87,7 +87,7 @@ SPRINGS = {
     ),
     "area": (
         "area_stiffness = 1e4",
-        r"\(spring\): it oscillates on its area penalty .* a smaller area_stiffness allows longer",
+        r"\(spring\): it oscillates on its area penalty, which limits the step to .* a smaller area_stiffness allows longer",
     ),
     "none": ("area_stiffness = 1e-3", r"\(membrane\): in-plane wave speed"),
 }

@@ -131,7 +131,7 @@ def test_binary_stl_that_was_written_before_its_facets_were_counted(count):
     [
         (b"a poem", "not text with `facet` and `vertex` lines"),
         (b"solid as a rock\n" + 200 * b"-", "it contains no facets"),
-        (binary_stl(count=4_000_000_000), "counts 4000000000 facets, but 2 follow"),
+        (binary_stl(count=4_000_000_000), "states 4000000000 facets, but 2 follow"),
         (("solid\n" + FACET_TEXT[:60]).encode(), "ends within a facet, in line 6"),
         (("solid\n" + FACET_TEXT.replace("endloop", "vertex 0 1 0\nendloop")).encode(), "ends in line 8 has 4 corners, not 3"),
     ],
@@ -228,7 +228,7 @@ def test_binary_ply_of_both_orders_of_bytes(order, mixed):
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("vertex 5", "vertex 500000000000", "counts 500000000000 of `vertex`, which exceeds the size of the file"),
+        ("vertex 5", "vertex 500000000000", "states 500000000000 of `vertex`, which exceeds the size of the file"),
         ("property float z", "property quad z", "header has a property that is not part of the PLY format"),
         ("property float z\n", "", "no x, y and z|not a whole number|negative length"),
         ("end_header", "end", "no header from `ply` to `end_header`"),

@@ -161,7 +161,7 @@ def test_more_than_was_declared_is_an_error(drifting):
     points = body.points
     read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
     for declared in (Declaration(gathers=ZERO_VECTOR), Declaration(gathers=0.0, sums=(STORED,))):
-        with pytest.raises(Exception, match=r"numbers where \d were declared"):
+        with pytest.raises(Exception, match=r"numbers were given, but \d were declared"):
             each_point(pass_points(Drift(), declared, body.mapped.content, read, kept), 0.0)
 
 
