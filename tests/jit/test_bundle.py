@@ -151,7 +151,7 @@ def test_what_cannot_be_kept_is_refused():
     def nothing(bundle):
         return 0
 
-    with pytest.raises(Exception, match="a bundle cannot hold"):
+    with pytest.raises(Exception, match="a bundle cannot contain"):
         nothing(Bundle(Named("text")))
 
 
