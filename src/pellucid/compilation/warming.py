@@ -31,7 +31,7 @@ class Warmed(NamedTuple):
 def warm(cases: "Mapping[str, Case]", progress: Progress | None = None) -> list[Warmed]:
     """Compile the kernels of set-up and first step of the cases, given by name, into the cache. Nothing else is written.
 
-    Of cases that need the same kernels, only the first is compiled. Kernels that are needed later in a run, e.g. when a
+    Only the first of several cases with the same kernels is compiled. Kernels that are needed later in a run, e.g. when a
     membrane tears, are compiled by the run. Raises `UsageError` if the cache cannot be written.
     """
     from pellucid.case import dumps

@@ -19,7 +19,7 @@ import numpy as np
 from pellucid.jit.kernels import LINE
 
 Combine = Literal["sum", "max", "min", "or", "found"]
-"""How contributions of points or conditions to a field are combined; found: a pass over the nodes computes the field."""
+"""Ways to combine the contributions of points or conditions to a field; found: a pass over the nodes computes the field."""
 Cleared = Literal["step", "remap", "run"]
 """When a field is reset to zero: "step": in each step; "remap": before momentum is mapped again; "run": never during a run."""
 SUM: Final = "sum"

@@ -18,8 +18,8 @@ ABOUT = 12  # points by which a deformation gradient is fitted
 class RigidState(Protocol):
     """A rigid body at the start of a step.
 
-    Its centre of mass [m], its change of velocity per unit impulse along the axes [1/kg], (3,), and its change of angular
-    velocity per unit angular impulse [1/(kg m²)], (3, 3).
+    Attributes are the centre of mass [m], the change of velocity per unit impulse along the axes [1/kg], (3,), and the change
+    of angular velocity per unit angular impulse [1/(kg m²)], (3, 3).
     """
 
     @property
