@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from small_cases import SOLID, box, case
 
-import pellucid
 from pellucid.bodies.models import BODIES
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.contact.triangles.pair import TrianglePair
@@ -16,7 +15,7 @@ CELL = 0.25
 LIQUID = {"kind": "fluid", "density": 1000.0, "eos": {"kind": "tait", "sound_speed": 20.0, "carries_tension": True}}
 SHEET = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
 LIPID = {"kind": "lipid-film", "density": 0.05, "viscosity": 0.1, "stiffness": 400.0}
-DOCS = Path(pellucid.__file__).parents[2] / "docs" / "physics" / "contact.md"
+DOCS = Path(__file__).parents[2] / "docs" / "physics" / "contact.md"
 
 
 def points(name, level, plane, material=SOLID, **more):
