@@ -1,4 +1,4 @@
-"""Damping, as the user describes it: keys that bodies with inertia share."""
+"""Settings of damping in a case file, for bodies with inertia."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,8 @@ from pellucid.parts.part import Parts
 
 
 class DampedModel(BodyModel):
-    """A body with an optional drag proportional to velocity; `damping_heat` is the energy that the drag dissipates."""
+    """Base class of settings of bodies with an optional drag proportional to velocity; `damping_heat` is the energy that the
+    drag dissipates."""
 
     damping: float = parameter(
         "1/s",

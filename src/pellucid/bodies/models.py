@@ -1,4 +1,4 @@
-"""The kinds of bodies that a case can name: one line each."""
+"""List of the kinds of bodies that a case can name: one line each."""
 
 from typing import Annotated
 

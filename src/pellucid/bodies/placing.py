@@ -1,4 +1,4 @@
-"""Checks and values common to kinds of bodies: position in the grid, step limits, values for probes."""
+"""Checks of the position of a body in the grid, for several kinds of bodies, and the fields that probes can read."""
 
 from collections.abc import Iterator, Sequence
 
@@ -7,8 +7,8 @@ import numpy as np
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase
 
-BETWEEN = 2.0  # cells, at least, that are left between a body and itself across a seam
-SLACK = 1e-9  # of the extent of the grid, for rounding
+BETWEEN = 2.0  # smallest gap between a body and its periodic image, in cells
+SLACK = 1e-9  # tolerance for round-off, relative to the extent of the grid
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 """Fields that probes read, common to all bodies with unknowns on the grid."""
 
@@ -50,7 +50,7 @@ def place_problems(
 def _seam_problems(
     path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
 ) -> Iterator[Finding]:
-    """Report a body that cannot be placed along a periodic axis."""
+    """Report a body that lies outside the grid along a periodic axis, or would touch itself across the seam."""
     (low, high), d = ends, "xyz".index(axis)
     lower, upper = grid.lower[d], grid.extent_upper()[d]
     period, slack = upper - lower, SLACK * (upper - lower)

@@ -1,4 +1,4 @@
-"""Points of a body on the grid: presence, order and fields."""
+"""Fields, order and number of the points of a body on the grid, some of which may have left the grid."""
 
 import numpy as np
 
@@ -10,7 +10,10 @@ HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn", "viscous_stres
 
 
 class PointFields(GridBody):
-    """Points in slab order; the first `n_there` rows are the points that have not left the grid."""
+    """Base class of bodies of points on the grid: fields of the points for results.
+
+    Points are sorted by slabs (layers of grid cells); the first `n_there` rows are the points that have not left the grid.
+    """
 
     shared: SpreadPoints | WholePoints
     """Distribution of the points among processes."""
@@ -27,7 +30,7 @@ class PointFields(GridBody):
         return int(self.shared.first[-1])
 
     def order(self) -> np.ndarray:
-        """Return the storage rows of the points present, sorted by number; computed once between sortings."""
+        """Return the storage rows of the points present, in the order of their numbers; computed once between sortings."""
         if domain.joins not in self._orders:
             self._orders[domain.joins] = np.argsort(self.shared.joined(self._there("id")))
         return self._orders[domain.joins]

@@ -60,11 +60,11 @@ NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
 class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpulses):
-    """Points whose unknowns are on the grid.
+    """Base class of bodies whose points move with the velocities of grid nodes.
 
-    They are sorted by their nodes when one leaves its slab, or when sorting saves time. A subclass provides the initial
-    arrays, `begin_stress` and `end_stress` (which ends with `_collect_strain_sums`), the kind of stored energy
-    (`energy_kind`), and its own fields.
+    Points are sorted by their nodes when one leaves its slab (layer of grid cells), or when sorting saves time. A subclass
+    provides the initial arrays, `begin_stress` and `end_stress` (which ends with `_collect_strain_sums`), the kind of stored
+    energy (`energy_kind`), and its own fields.
     """
 
     sorting_cost = 1.0
@@ -114,7 +114,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._sort()
 
     def _bind(self) -> None:
-        """Bind the arrays, which remain the same objects when points are sorted. Points have no stress if elements have it."""
+        """Collect the arrays of the points for kernels; they remain the same objects when points are sorted. Points have no
+        stress if elements have it."""
         a = self.arrays
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
@@ -128,7 +129,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._make_bundles()
 
     def _make_bundles(self) -> None:
-        """Build the bundles of points and slabs for kernels."""
+        """Build the kernel arguments for points and slabs (layers of grid cells), and the loops over the points."""
         mapped = MappedPoints(
             functions=self.functions,
             lattice=self.grid.lattice,
@@ -144,11 +145,11 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Nodal velocity that moves points, unless another pass moves them [m/s], shape (nodes, 3)."""
+        """Nodal velocity that moves the points [m/s], shape (nodes, 3), unless they are moved while their strain is updated."""
         return self.grid.nodes.velocity
 
     def _velocity_pass(self) -> Bundle:
-        """Return the pass that updates the velocities of the points. There is one for each value of `keeps_heat`, which may
+        """Return the loop that updates the velocities of the points. There is one for each value of `keeps_heat`, which may
         change during set-up."""
         if self.keeps_heat not in self._velocity_passes:
             heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
@@ -198,7 +199,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # sorting
 
     def sort(self) -> None:
-        """Sort the points by their nodes and divide them into slabs."""
+        """Sort the points by their nodes and divide them into slabs (layers of grid cells)."""
         self.complete_arrays()
         self._sort()
 
@@ -221,31 +222,32 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
-        """Keep all points on every process, since the steps need them as a whole."""
+        """Keep all points on every process from now on, since the steps need them as a whole."""
         if isinstance(self.shared, SpreadPoints):
             self.shared = self.shared.joined_again()
             self._orders.clear()
             self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
-        """Complete the data that other processes need before rows of slabs are redistributed. Returns the function that
-        applies the new distribution."""
+        """Complete the data that other processes need before rows of slabs (layers of grid cells) are redistributed among
+        processes. Returns the function that applies the new distribution."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
         self._orders.clear()
         return self.shared.hand_over()
 
     def complete_arrays(self) -> None:
-        """Complete all arrays with rows of other processes; required before the state of points of other slabs is read."""
+        """Complete all arrays with the rows that other processes computed; required before the state of points of other slabs
+        is read."""
         self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
 
     def sums(self) -> np.ndarray:
-        """Return the sums over the points of all slabs, by the columns of `Slabs.sums`."""
+        """Return the sums over all points, one for each column of `Slabs.sums`: kinetic energy, momentum, power and others."""
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
-        """Store points that have left the grid behind the others; left: mask of these points, shape (n_there,). The points
-        must be sorted."""
+        """Move points that have left the grid behind the others in all arrays; left: mask of these points, shape (n_there,).
+        The points must be sorted."""
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
@@ -253,12 +255,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.shared.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
-        """Sort again if a point left its slab, or if short runs of points with the same nodes cost more than sorting."""
+        """Sort the points again if one left its slab (layer of grid cells), or if short sequences of points with the same nodes
+        cost more than sorting."""
         if self._short_runs.sorting_pays or domain.any(bool(np.count_nonzero(self.slabs.left_slab))):
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
-        """Return the passes of a step by name, for benchmarks, which can run each pass without advancing time."""
+        """Return the loops over the points of a step by name, for benchmarks, which can run each loop without advancing
+        time."""
         velocities, given = self._velocity_pass(), self._to_grid
         traffic = traffic_of(velocities)
 
@@ -274,7 +278,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Apply the drag exactly before the step: point velocities decay as exp(-rate t)."""
+        """Apply the drag before the step, exactly: point velocities decay as exp(-rate t). Returns the kinetic energy that the
+        drag removes [J] and its impulse on the body [N s]."""
         kept, totals = float(np.exp(-rate * dt)), self.totals
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
@@ -307,7 +312,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._lead(remap)
 
     def end_grid_to_particle(self, remap: bool) -> None:
-        """Apply constraints of the body as a whole, and sum the totals."""
+        """Apply constraints that prescribe velocities of the body as a whole, and sum kinetic energy, momentum and transfer
+        losses."""
         self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -362,7 +368,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     def update_positions(self, dt: float) -> None:
-        """Move the points. If a constraint prevents straining by the grid, it sets all positions."""
+        """Move the points over a step dt [s]. If a constraint prevents straining by the grid, it sets all positions."""
         if self.constraint is None or self.constraint.strains:
             self._move_by_nodes(dt)
         self.prescribe_positions()
@@ -377,12 +383,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """Set the positions from a prescribed motion or a rigid body, after the points moved with the grid."""
         if self.constraint is not None:
             self.constraint.prescribe_positions()
-        if self.rigid is not None:  # its velocities have turned with it
+        if self.rigid is not None:  # its velocities have rotated with it
             kernels.sum_momentum(self.n_slabs, self.mapped)
             self._collect_momentum_sums(self.sums())
 
     def _collect_strain_sums(self, last: bool) -> None:
-        """Sum the totals after straining. last: True if straining follows the momentum equation."""
+        """Sum energies, power and heating of the points after their strain was updated. last: True if this follows the momentum
+        equation."""
         sums = self.sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
@@ -397,7 +404,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 
     def step_limit(self) -> StepLimit:
-        """Return the smallest of the limits by signals, prescribed motion and springs."""
+        """Return the smallest of the limits by waves and diffusion, prescribed motion and springs."""
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
@@ -422,7 +429,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
-        """Return the step limit by signals; prescribed motion is not included."""
+        """Return the step limit by waves and diffusion in the body; prescribed motion is not included."""
         return super().step_limit()
 
     def complete(self) -> None:
@@ -443,7 +450,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.grid.nodes.velocity.fill(0.0)
         if self._cells is not None:
             self._cells.found[:, SHIFT] = 0.0
-        self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
+        self.update_stress(0.0, move=False)  # no strain: computes the energies and the step limit
 
     def check(self, n_steps: int, time: float) -> None:
         if not domain.any(bool(np.count_nonzero(self.slabs.fault[:, 0]))):

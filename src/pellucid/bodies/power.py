@@ -1,11 +1,11 @@
-"""Power of forces on the nodes of a body."""
+"""The power of forces on the nodes of a body, summed in a fixed order."""
 
 import numpy as np
 
 from pellucid.jit.loops import parallel_loop
 from pellucid.reductions import ordered_sum
 
-CHUNK = 4096
+CHUNK = 4096  # nodes
 
 
 @parallel_loop()

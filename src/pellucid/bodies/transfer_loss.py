@@ -5,15 +5,16 @@ With FLIP, impulses J_I on the nodes change the nodal velocities by Δv_I = J_I/
 
     L = Σ_p h_p = ½ Σ_I J_I·(v_I + Δv_I - v'_I),    v'_I = v_I + Σ_J M_IJ Δv_J / m_I,    M_IJ = Σ_p m_p N_Ip N_Jp,
 
-where v and v' are the nodal velocities from the points before and after the step. Each impulse has done the work J_I·(v_I +
-v'_I)/2 on the points. (Lumped and consistent masses in FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
+where v and v' are the nodal velocities from the points before and after the step, N_Ip is the function of node I at point p,
+and h_p the loss of point p. Each impulse has done the work J_I·(v_I + v'_I)/2 on the points. (Lumped and consistent masses in
+FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
 
 - Fluids with the conservative update receive the work of their stress along v̄, and h_p point by point: no energy is lost.
 - Other bodies are strained along v' with MUSL. Their stress works along (v + v')/2, as their forces do on the points. Their
-  part of L, ½ Δt Σ f_I·(v_I + Δv_I - v'_I), is therefore no loss; it is subtracted from the work of internal forces along
-  v̄.
-- The contact part of L is likewise subtracted from the work of contact. Second impulses of contact change the velocities of
-  the points once more, after the forces, and the points are strained along q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I
+  part of L, ½ Δt Σ f_I·(v_I + Δv_I - v'_I) with their internal forces f_I, is therefore no loss; it is subtracted from the
+  work of internal forces along v̄.
+- The contact part of L is likewise subtracted from the work of contact. Second impulses of contact Q_I change the velocities
+  of the points once more, after the forces, and the points are strained along q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I
   is moved from contact to the work of internal forces. If no impulse removes the approach that contact removes from the
   straining velocities, this is an error; the same amount is in the error of time integration.
 - The rest of L belongs to supports, loads and driven points. It is counted as heat of the transfers, `transfer_heat`,
@@ -67,8 +68,8 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """Return the part of the transfer loss L (see the module) due to contact, which is subtracted from the contact work along
-    v̄ and from the heat of the transfers."""
+    """Return the part of the transfer loss L (see the module) that is due to contact of these pairs; it is subtracted from the
+    contact work along v̄ and from the heat of the transfers."""
     done = no_work(TRANSFER + 1, 0)
     done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
     return done

@@ -1,4 +1,4 @@
-"""A field that diffuses on fixed nodes, stepped by the generalised trapezoidal rule."""
+"""A concentration that diffuses on fixed nodes, advanced by the generalised trapezoidal rule."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -26,9 +26,9 @@ OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
 class DiffusingField(NodalBody):
     """A concentration c on fixed nodes.
 
-    A step solves (M + α Δt D K) δ = -Δt D K c for the change δ at the nodes that are not prescribed. The change is the
-    unknown so that round-off is relative to the change: if the columns of K sum to zero, the amount Σ_I (M c)_I is
-    conserved.
+    A step solves (M + α Δt D K) δ = -Δt D K c for the change δ at the nodes that are not prescribed, with the diffusivity D and
+    the matrices M and K of `weak_forms`. The change is the unknown so that round-off is relative to the change: if the columns
+    of K sum to zero, the amount Σ_I (M c)_I is conserved.
     """
 
     energy_kind = "internal"

@@ -1,4 +1,4 @@
-"""Domain of a diffusing field."""
+"""Domain of a diffusing field: a line or a closed surface, with its nodes."""
 
 from typing import ClassVar, Self
 

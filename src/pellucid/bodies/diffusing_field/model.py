@@ -1,4 +1,4 @@
-"""Diffusing fields as the user describes them."""
+"""Settings of a diffusing field in a case file, and their checks."""
 
 from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal
@@ -25,7 +25,7 @@ from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.state import Field
 
-STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
+STENCIL_BYTES = 60  # memory per node and squared number of stencil nodes, measured on a sphere of 10 242 nodes
 WIDEST = 1.0
 """Largest half-width of a window divided by the node spacing; in wider windows, oscillations from node to node grow."""
 

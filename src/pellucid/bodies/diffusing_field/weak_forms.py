@@ -1,4 +1,4 @@
-"""The equations of a diffusing field at its nodes, M ċ + D K c = 0, on a line and on a closed surface."""
+"""The matrices of the equations of a diffusing field c at its nodes, M ċ + D K c = 0, on a line and on a closed surface."""
 
 from typing import NamedTuple
 
@@ -14,13 +14,13 @@ from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.triangulation import Triangulation, vertex_normals
 
-CHUNK = 2048  # triangles whose functions are kept at a time
+CHUNK = 2048  # triangles that are processed together
 
 
 class WeakForm(NamedTuple):
-    """Matrices M and K of n nodes.
+    """Matrices M and K of the equation M ċ + D K c = 0 for the concentrations c at n nodes, with the diffusivity D.
 
-    The columns of K sum to 0 if the windows adjoin, or if the test functions are the shape functions.
+    The columns of K sum to 0 if the windows (see `on_line`) adjoin, or if the test functions are the shape functions.
     """
 
     content: csr_array  # M (n, n) [m or m²]
@@ -29,8 +29,8 @@ class WeakForm(NamedTuple):
 
 
 def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
-    """Return M and K from balances over windows around the nodes; the half-width of a window is `window` times the node
-    spacing (Benet 2015, eqs. 4.26 to 4.31)."""
+    """Return M and K for a line from balances over intervals around the nodes, the windows; the half-width of a window is
+    `window` times the node spacing (Benet 2015, eqs. 4.26 to 4.31)."""
     content, outflow = windows_on_line(line.places(), radial, window)
     meeting = windows_on_line(line.places(), radial).content
     return WeakForm(content, outflow, np.asarray(meeting.sum(axis=0)))

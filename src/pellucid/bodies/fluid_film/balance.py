@@ -1,11 +1,12 @@
-"""The motion of a film at an instant and over a step: loads, resistance, constraints.
+"""Balance of forces on a film: computes its nodal velocities, and its motion over a time step, from loads, resistance and
+constraints.
 
 A step is the midpoint rule or, with another weight α, the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first
 velocity v, computed at the start, gives the positions x + α dt v at which the velocity of the step is computed. Stiff modes
-must be able to relax faster than a step. Therefore changes of pressure, tension and curvature over a time c dt resist the
-first velocity, and then the difference between the second velocity and the first; this does not change the order of the
-method. A mode that relaxes instantly has decayed after one step if 1 - 2/c + α/c² = 0 (as in the Rosenbrock method of
-Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); the smaller of the two roots has the smaller error.
+must be able to relax faster than a step. Therefore changes of pressure, tension and curvature over a time c dt resist the first
+velocity, and then the difference between the second velocity and the first; this does not change the order of the method. The
+factor c satisfies 1 - 2/c + α/c² = 0, so that a mode that relaxes instantly has decayed after one step (as in the Rosenbrock
+method of Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); of its two roots the smaller one has the smaller error.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ from pellucid.energy import GRAVITY
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import ActingTraction
 
-ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
+ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # relative errors of iterative solutions for the second and the first velocity
 
 
 class Unbalanced(Exception):
@@ -34,39 +35,39 @@ class Unbalanced(Exception):
 
 
 class Driving(NamedTuple):
-    """Loads and constraints of the film over a step."""
+    """Loads and constraints of a film with n nodes in d dimensions over a step."""
 
     tractions: Sequence[ActingTraction]
-    forces: Sequence[tuple[int, np.ndarray]]  # on the nodes [N], shape (n, d), each with the column of its work
-    known: np.ndarray  # (n, d) components of velocity that are prescribed
-    velocity: np.ndarray  # (n, d) their values [m/s]
-    led: Led
-    volume: float | None  # that the film is to hold at the end of the step [m³]
-    area: float | None  # that it is to have then [m²]
-    after: float = 0.0  # when its own step begins, after the start of that of the clock [s]
+    forces: Sequence[tuple[int, np.ndarray]]  # nodal forces [N], shape (n, d), each with its index in `StepWork.works`
+    known: np.ndarray  # (n, d) mask of the prescribed velocity components
+    velocity: np.ndarray  # (n, d) values of the prescribed components [m/s]
+    led: Led  # nodes with a prescribed velocity along the normal
+    volume: float | None  # prescribed enclosed volume at the end of the step [m³]; None if free
+    area: float | None  # prescribed area at the end of the step [m²]; None if free
+    after: float = 0.0  # start of the film's substep, relative to the start of the step of the run [s]
 
 
 class Found(NamedTuple):
-    """The velocities of a film at an instant, and the forces that determine them."""
+    """The velocities of a film with n nodes in d dimensions at an instant, and the forces that determine them."""
 
-    velocity: np.ndarray  # (n, d) [m/s]
-    parts: Forms
-    tractions: list[tuple[int, np.ndarray]]  # forces on the nodes [N], shape (n, d), each with the column of its work
-    borders: list[tuple[Border, float]]  # constraints and their forces
-    normal: np.ndarray | None  # (n, d) of the film at its nodes, where some are led along it
+    velocity: np.ndarray  # (n, d) nodal velocities [m/s]
+    parts: Forms  # resistance, stiffness and forces of the elements
+    tractions: list[tuple[int, np.ndarray]]  # nodal forces [N], shape (n, d), each with its index in `StepWork.works`
+    borders: list[tuple[Border, float]]  # constraints of volume and area, each with its force
+    normal: np.ndarray | None  # (n, d) normals at the nodes; None if no velocity along them is prescribed
 
 
 class StepDone(NamedTuple):
-    """The result of one step of the film."""
+    """The result of one step of a film with n nodes in d dimensions."""
 
-    x: np.ndarray  # (n, d) at its end [m]
-    velocity: np.ndarray  # (n, d) over it [m/s]
+    x: np.ndarray  # (n, d) nodal positions at the end of the step [m]
+    velocity: np.ndarray  # (n, d) nodal velocities over the step [m/s]
     change: float  # largest change of a velocity component from the first estimate to the last [m/s]
-    loads: Sequence[tuple[int, float]]  # power of each load [W], with its column
-    viscous: float  # [W]
-    drag: float  # [W]
-    prescribed: np.ndarray  # (n, d) forces that lead what is prescribed [N]
-    leading: np.ndarray  # (n, d) forces that lead nodes along the normal [N]
+    loads: Sequence[tuple[int, float]]  # index in `StepWork.works` and power [W] of each load
+    viscous: float  # power dissipated by viscosity [W]
+    drag: float  # power dissipated by drag [W]
+    prescribed: np.ndarray  # (n, d) forces that enforce the prescribed components [N]
+    leading: np.ndarray  # (n, d) forces that enforce the prescribed velocities along the normal [N]
     bordered: float  # power of the constraints of volume and area [W]
 
     @property
@@ -93,7 +94,8 @@ class FilmBalance(FilmForces):
         self._resists_all = min(physics.drag) > 0.0
 
     def step(self, x: np.ndarray, start: Operators, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
-        """Compute a step of length dt [s] with nodes at x, the operators at x, and the weight α with 0 < α ≤ 1."""
+        """Compute a step of length dt [s] from nodes at x [m]. start: operators at x; mass: masses of the film's parts [kg];
+        weight: α of the time integration, 0 < α ≤ 1."""
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
         rates = self._rates(start, driving, dt)
@@ -123,7 +125,7 @@ class FilmBalance(FilmForces):
         )
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
-        """Return the residual of the balance of forces at the nodes [N], shape (n, d)."""
+        """Return the forces that loads and constraints must exert on the nodes at this velocity [N], shape (n, d)."""
         felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 
@@ -161,10 +163,10 @@ class FilmBalance(FilmForces):
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
     def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
-        """Solve the balance with velocities prescribed along the normals, shape (n, d), at some nodes.
+        """Solve the balance of forces with prescribed velocities along the normals, shape (n, d), at some nodes.
 
-        If the film does not pass through its nodes, the prescribed rate is the rate of the film. The difference between the
-        velocities of film and node is computed from the best estimate of the velocity so far.
+        If the film does not pass through its nodes, the velocity of the film is prescribed, not the velocity of the node. The
+        difference between the two is computed from the best estimate of the nodal velocities so far.
         """
         frames, nodes = Frames(normal, led.nodes), self.geometry.nodes
         near = system.guess if system.guess.any() else led.before
@@ -186,7 +188,8 @@ class FilmBalance(FilmForces):
 
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:
-        """Return the rates of the prescribed volume [m³/s] and area [m²/s] that reach the goals at the end of the step."""
+        """Return the rates of change of volume [m³/s] and area [m²/s] with which the film reaches the prescribed values at the
+        end of a step dt [s]; only of those that are prescribed."""
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 class FluidFilm(
     NodalBody, Membrane, TakesExternalForces, TakesTractions, TakesGravity, TakesSupports, TakesNormalMotions, ShowsStart
 ):
-    """A film; its nodes are stored in the order of its geometry.
+    """A fluid film with its own nodes, stored in the order of its geometry.
 
-    State arrays: `x`, nodal positions in the coordinates of the geometry [m], and `part_mass`, masses of the parts of the
-    film [kg].
+    State arrays: `x`, nodal positions in the coordinates of the geometry [m], and `part_mass`, masses of the parts of the film
+    [kg]; a part is the piece of the film that belongs to a node or an element.
     """
 
     energy_kind = "strain"
@@ -65,7 +65,7 @@ class FluidFilm(
         }
         self.areal_density = case.initial_density
         self._full_gravity = np.array(placement.gravity)[list(self.geometry.axes)]
-        self._gravity = self._full_gravity.copy()  # what acts of it [m/s²]
+        self._gravity = self._full_gravity.copy()  # the part that acts now [m/s²], see `share_gravity`
         self._columns = FIRST_LOAD + placement.n_loads
         self._steps = case.steps(self.balance, case.goals(o), self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
@@ -98,7 +98,7 @@ class FluidFilm(
         self._held.rates = rates
 
     def complete(self) -> None:
-        """Raise an error if two conditions prescribe the same node."""
+        """Raise CaseError if a support and a motion along the normal prescribe the same node."""
         self._held.check(self.name)
 
     def share_gravity(self, share: float) -> None:
@@ -120,7 +120,7 @@ class FluidFilm(
         """Do nothing: `update` moves the film."""
 
     def update(self, dt: float) -> None:
-        """Advance the film over a step, in as many substeps as its accuracy needs."""
+        """Advance the film over a step dt [s] of the run, in as many substeps as its accuracy needs."""
         self._work = self._held.no_work(self._columns)
         o = self._steps.over(dt, self._elapsed, self._driving(), self._count)
         self._elapsed += dt
@@ -192,7 +192,7 @@ class FluidFilm(
         return list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """Return a nodal field; element fields are averaged by area."""
+        """Return a field at the nodes, in the order of their numbers; element fields are averaged by area."""
         try:
             return self.stored_field(name)[self.order()]
         except KeyError:

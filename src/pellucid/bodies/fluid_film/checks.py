@@ -16,7 +16,7 @@ from pellucid.parts.part import Parts
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase
 
-THINNEST = 0.05  # of the density of rest
+THINNEST = 0.05  # smallest density of a film, relative to its rest density
 
 
 def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:

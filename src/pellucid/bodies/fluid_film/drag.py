@@ -1,4 +1,4 @@
-"""The drag of the fluid around a film, as the user describes it."""
+"""Settings of the drag of the fluid around a film in a case file."""
 
 from pellucid.model import Model, parameter
 

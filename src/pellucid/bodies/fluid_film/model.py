@@ -1,4 +1,4 @@
-"""Fluid films as the user describes them."""
+"""Settings of a fluid film in a case file, and their checks."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, Literal, Self
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pellucid.parts.body import Body
     from pellucid.parts.placement import Placement
 
-CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`
+CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # memory per node, see `validation/memory`
 
 
 class FluidFilmCase(BodyModel):
@@ -92,7 +92,7 @@ class FluidFilmCase(BodyModel):
         le=1,
     )
 
-    _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
+    _is_shared: bool = PrivateAttr(False)  # True if other bodies share its velocity field
 
     @property
     def initial_density(self) -> float:
@@ -100,7 +100,7 @@ class FluidFilmCase(BodyModel):
         return self.density or self.material.density
 
     def physics(self) -> "FilmPhysics":
-        """Return the properties of material and drag for kernels."""
+        """Return viscosities, bending properties and drag coefficients of the film in the form that kernels use."""
         from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
 
         m = self.material
@@ -123,8 +123,8 @@ class FluidFilmCase(BodyModel):
         return Curve(len(places), self.radial, self.is_around), places
 
     def numbers(self) -> np.ndarray:
-        """Return the number in the shape of each node of the geometry, shape (n,): surfaces store their nodes in spatial
-        order."""
+        """Return for each node of the geometry its number in the initial shape, shape (n,): surfaces store their nodes in
+        spatial order."""
         if self.shape.surface is not None:
             return spatial_order(self.shape.surface.triangulate().vertices)
         return np.arange(len(self.positions()))
@@ -140,7 +140,7 @@ class FluidFilmCase(BodyModel):
         return CurveSolver(geometry.nodes, geometry.held)
 
     def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "OwnSteps":
-        """Build the time stepper of the film. arrays: its state."""
+        """Build the object that moves the film by substeps. arrays: state of the film."""
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
 
         return OwnSteps(balance, goals, self, arrays)
@@ -151,7 +151,7 @@ class FluidFilmCase(BodyModel):
         return max(self.drag.normal, self.drag.tangential) > 0.0
 
     def sides(self) -> np.ndarray:
-        """Return the nodes of the elements at the start, shape (m, corners)."""
+        """Return the nodes of each segment or triangle of the initial shape, shape (m, 2) or (m, 3)."""
         if self.shape.surface is not None:
             return self.shape.surface.triangulate().triangles
         first = np.arange(len(self.positions()))
@@ -170,7 +170,7 @@ class FluidFilmCase(BodyModel):
             goal = start if reduced is None else reduced_to_volume(reduced, area, self.shape.span == "plane")
         return Goals(start, goal, (self.volume and self.volume.over) or 0.0, area if self.area == "kept" else None)
 
-    # what others ask
+    # data for other parts
 
     def channels(self) -> Sequence[Channel]:
         return (VISCOUS_HEAT, DAMPING_HEAT) if self.has_drag else (VISCOUS_HEAT,)
@@ -209,7 +209,7 @@ class FluidFilmCase(BodyModel):
 
     @property
     def deforms_in_contact(self) -> bool:
-        """True: other bodies touch a film that shares their velocity field at its surface."""
+        """True: other bodies touch a film in their velocity field at the surface of the film."""
         return True
 
     def owns_nodes(self, alone: bool) -> bool:
@@ -262,7 +262,7 @@ class FluidFilmCase(BodyModel):
         )
 
     def why_no_motion(self) -> Reason | None:
-        """Return the reason: its nodes do not stay at the same material points."""
+        """Return the reason why no motion can be prescribed: the nodes do not stay at the same material points."""
         text = f"the nodes of film {self.name} do not follow its material, so they cannot get a motion along the axes"
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
@@ -280,7 +280,7 @@ class FluidFilmCase(BodyModel):
         return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report settings that are incompatible."""
+        """Report settings of the film that are incompatible with each other or with other bodies."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from own_problems(self, path)

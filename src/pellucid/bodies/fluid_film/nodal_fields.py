@@ -10,7 +10,7 @@ FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "cur
 
 
 class NodalFields:
-    """The nodal fields of a film.
+    """Computes nodal fields of a film for results.
 
     Updates the arrays `position`, `velocity` and `mass`. is_around: True for a surface of revolution.
     """
@@ -30,7 +30,8 @@ class NodalFields:
         arrays["mass"][:] = self._shared(o.area * density)
 
     def show_velocities(self, v: np.ndarray) -> None:
-        """Update the nodal velocities from the values v of the geometry [m/s], shape (n, d)."""
+        """Update the velocities of the film at its nodes. v: velocities of the nodes (of a Loop surface: control points) [m/s],
+        shape (n, d)."""
         geometry = self._forces.geometry
         self._arrays["velocity"][:] = in_space(geometry.places(v), geometry.axes)
 

@@ -42,11 +42,11 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
-    """Film whose nodes move as points of a velocity field.
+    """Film whose nodes move with a velocity field that other bodies share.
 
-    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
-    shape; `node` is the number of a point in the geometry. `v`, the velocities of the last step [m/s], and `part_mass`, the
-    masses of the parts [kg], are in the order of the geometry.
+    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the shape;
+    the array `node` holds the number of each point in the geometry. `v`, the velocities of the last step [m/s], and
+    `part_mass`, the masses of the parts of the film (those of its nodes or elements) [kg], are in the order of the geometry.
     """
 
     energy_kind = "strain"
@@ -164,7 +164,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return sparse.csr_array(entries, shape=(n, n))
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Limit the step by the contact springs if the film's contact surface is in use; otherwise drop this surface."""
+        """Limit the time step by the contact springs if the contact surface of the film is one of `touching`; otherwise remove
+        this surface."""
         if self.skin is not None and any(other is self.skin for other in touching):
             self._contact_rate = self.skin.rate
         else:
@@ -186,14 +187,15 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         """Do nothing: the strains of a film follow from the motion of its nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the film if `move` is True, and update its state; with dt = 0, sum the totals of the present state."""
+        """Move the film over dt [s] if `move` is True, and update its fields and energies; with dt = 0, only update the
+        energies and the step limit."""
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid with which points are strained [m/s]; a film moves with them, so that no
-        energy is lost between its motion and the work of its forces."""
+        """Return the nodal velocities of the grid that strain the bodies [m/s]; a film moves with them, so that no energy is
+        lost between its motion and the work of its forces."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
@@ -220,7 +222,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._bound_rate(max(self._signals().rate(h) + fastest * h, self._contact_rate))
 
     def _spread(self, moved: np.ndarray) -> None:
-        """Redistribute the nodes evenly along the film, and their mass accordingly. The total momentum is conserved."""
+        """Redistribute nodes and mass evenly along the film, conserving total momentum. moved: displacement of the nodes in the
+        step [m], shape (n, d)."""
         film, points, order = self._film, self.points, self.arrays["node"]
         x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
         stay = np.array_equal(x, film["x"])
@@ -230,7 +233,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
             return
         momentum, before = points.mass @ points.velocity, self._of_grid()
         points.position[:, list(self.geometry.axes)] = x[order]
-        points.velocity[:] += self._of_grid() - before  # of the place where they are now
+        points.velocity[:] += self._of_grid() - before  # change of the grid velocity from the old to the new positions
         points.mass[:] = self._slice * film["mass"][order]
         points.velocity[:] += (momentum - points.mass @ points.velocity) / points.mass.sum()
         self.slabs.left_slab[:] = 1
@@ -241,7 +244,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
-        """Interpolate a velocity of the grid to the nodes of the film [m/s], shape (n, 3)."""
+        """Interpolate the nodal velocities of the grid to the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         self.shared.fill(found)
@@ -260,7 +263,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         done.works[[VISCOUS, INTERNAL]] = self._heat_of_viscosity  # the internal work of the grid has it too
         return done
 
-    # what others ask
+    # data for other parts
 
     def half_width(self) -> tuple[float, float, float]:
         """Return 0: a film has no thickness."""

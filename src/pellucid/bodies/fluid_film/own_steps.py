@@ -20,15 +20,15 @@ from pellucid.system.linear_algebra import on_one_thread
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase
 
-GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
-SHORTEST = 1e-9  # of the step of the clock
+GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # largest and smallest factor between substeps, and safety factor
+SHORTEST = 1e-9  # length of a substep, relative to the step of the run, at which the film fails
 GENTLER = "apply loads and volume changes more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
-STILL = 1e-14  # of its largest coordinate: what moves less in a step is at rest, and its work is rounding
-FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
+STILL = 1e-14  # displacement in a substep, relative to the largest coordinate, below which the film is at rest
+FIRST_SHARE = 1e-3  # length of the first substep, relative to the first step of the run
 
 
 def is_still(done: StepDone, span: float) -> bool:
-    """Return True if a step of this length [s] moves nodes by no more than the round-off of their positions."""
+    """Return True if a substep of length span [s] moves the nodes by no more than the round-off of their positions."""
     return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
 
 
@@ -36,7 +36,8 @@ class OwnSteps:
     """Moves a film by substeps.
 
     Updates the arrays `x` (nodal positions), `v` (nodal velocities), `part_mass`, `own_step` (length of a substep) and
-    `unspread` (displacement of the nodes with the film since they were last redistributed [m]).
+    `unspread` (displacement of the nodes with the film since they were last redistributed [m]). goals: prescribed volume and
+    area; how: settings of the film.
     """
 
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
@@ -45,9 +46,9 @@ class OwnSteps:
         """Reason why the film cannot be moved further; None if it can."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """Move the film over a step dt of the run that begins at time `elapsed` [s], and return the operators at the end.
+        """Move the film over a step of the run from time `elapsed` to `elapsed` + dt [s]; return the operators at the end.
 
-        count: function called with the result of each substep and its length [s].
+        driving: loads and constraints; count: function called with the result of each substep and its length [s].
         """
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
@@ -99,12 +100,12 @@ class OwnSteps:
         return None
 
     def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
-        """Accept a step [s] that began with these operators, redistribute the nodes evenly, and return the operators at the
-        end.
+        """Accept a substep of length span [s] that began with the operators o, redistribute the nodes evenly, and return the
+        operators at the end.
 
-        The surface through the redistributed nodes differs from the surface before by the interpolation error, and may
-        store more energy.
-        Redistribution that can wait is done only if the stored energy grows by at most the work done on the film.
+        The surface through the redistributed nodes differs from the surface before by the interpolation error, and may store
+        more energy. Redistribution that can wait is done only if the stored energy grows by at most the work done on the
+        film.
         """
         arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
         mass, moved = arrays["part_mass"], arrays["unspread"] + (done.x - arrays["x"])
@@ -122,8 +123,8 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """Describe where the film is stretched beyond the range of the model; None if it is not. o: operators of the present
-    state."""
+    """Describe where the film is stretched so much that its density is too low for the model; None if it is not. o: operators
+    of the present state."""
     geometry, rest = balance.geometry, balance.material.density
     density = balance.densities(o, arrays["part_mass"])
     if density.min() >= THINNEST * rest:

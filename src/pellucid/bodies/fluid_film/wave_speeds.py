@@ -1,4 +1,4 @@
-"""Signal speeds in a film that moves with the nodes of the grid."""
+"""Signal speeds in a film that moves with the nodes of the grid; they limit the time step."""
 
 from math import sqrt
 
@@ -10,7 +10,7 @@ from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cel
 
 
 class Signals:
-    """Wave speed [m/s], momentum diffusivity [m²/s] and bending coefficient [m⁴/s²] of a film with its own inertia.
+    """The wave speed [m/s], momentum diffusivity [m²/s] and bending coefficient [m⁴/s²] of a film with inertia.
 
     density: surface density at its nodes or elements [kg/m²].
     """

@@ -1,4 +1,4 @@
-"""The interface of an initial field: an addition to the uniform initial state of a body."""
+"""Interface of an initial field: an addition to the uniform initial state of a body."""
 
 from abc import abstractmethod
 from typing import ClassVar
@@ -18,4 +18,5 @@ class InitialField(Model):
 
     @abstractmethod
     def at(self, position: np.ndarray) -> np.ndarray:
-        """Return the added values at positions [m], shape (n, 3): one row per position, for velocities [m/s] shape (n, 3)."""
+        """Return the values that the field adds at positions [m], shape (n, 3): one row per position, for velocities [m/s]
+        shape (n, 3)."""

@@ -1,4 +1,4 @@
-"""A polynomial, given by its zeros."""
+"""Initial field: a concentration that is a polynomial of one coordinate, given by its zeros."""
 
 from typing import ClassVar, Literal
 

@@ -1,4 +1,4 @@
-"""A sinusoidal velocity."""
+"""Initial field: a sinusoidal velocity."""
 
 from typing import Literal
 

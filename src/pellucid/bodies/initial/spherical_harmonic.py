@@ -1,4 +1,4 @@
-"""A spherical harmonic."""
+"""Initial field: a concentration that is a spherical harmonic around a centre."""
 
 from math import factorial, pi, sqrt
 from typing import ClassVar, Literal, Self

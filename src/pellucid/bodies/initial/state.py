@@ -1,4 +1,5 @@
-"""The state of a body at the start, with the initial fields that add to it."""
+"""Initial velocity, stress and state of the points of a body: a uniform state plus initial fields; and checks of these
+fields."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -14,7 +15,7 @@ from pellucid.parts.part import Parts
 from pellucid.users.users_code import WrongArray, as_array, failing_as, file_of, home_of, is_own, read_only
 
 Stress = tuple[float, float, float, float, float, float]
-"""Components xx, yy, zz, yz, xz, xy."""
+"""Stress components xx, yy, zz, yz, xz, xy [Pa]."""
 
 
 def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A velocity that varies linearly in space, such as a simple shear."""
+"""Initial field: a velocity that varies linearly in space, such as a simple shear."""
 
 from typing import Literal
 

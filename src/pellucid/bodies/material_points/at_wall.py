@@ -18,14 +18,15 @@ from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
 
 LAYER = 2.0
-"""Largest mass that the contact spring of a wall acts on, in layers of points, unless a layer of cells is less: points at the
-wall may move alone. The spring oscillates at the frequency of the fluid: at the highest frequency that the step can resolve,
-oscillating points at the wall would sustain waves."""
+"""Mass on which the contact spring of a wall acts, in layers of points, but at most one layer of cells: points at the wall may
+move alone. The spring oscillates at the frequency of the fluid: at the highest frequency that the step can resolve, oscillating
+points at the wall would sustain waves."""
 
 
 @kernel()
 def _list_beside(position, n, normal, level, most, listed):
-    """List the first n points that are at most `most` above a plane [m] into `listed`; return the number of points listed."""
+    """List into `listed` those of the first n points that lie less than `most` [m] above the plane normal · x = level; return
+    the number of points listed."""
     count = 0
     for p in range(n):
         height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level
@@ -36,10 +37,10 @@ def _list_beside(position, n, normal, level, most, listed):
 
 
 class PointsAtWall(ContactSurface):
-    """The points of a fluid next to a plane, updated in each step.
+    """Contact surface of a fluid at a plane wall: the material points next to the plane, updated in each step.
 
-    density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that returns the nodal forces, shape
-    (nodes, 3), to which the forces on the points are added.
+    density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that returns the nodal forces of the
+    grid, shape (nodes, 3), to which the forces on the points are added.
     """
 
     follows_steps = False

@@ -1,4 +1,4 @@
-"""A fluid or solid body of material points."""
+"""A fluid or solid body of material points, which carry its mass and state through the grid."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -48,7 +48,7 @@ NOBODY = np.zeros(0, dtype=bool)
 class MaterialPoints(
     PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat, WarnsOfApproach
 ):
-    """Points that fill a volume, each with the state variables of its material law."""
+    """A body of material points that fill a volume, each with the state variables of its material law."""
 
     _surface_parts: SurfaceParts | None = None
 
@@ -71,7 +71,7 @@ class MaterialPoints(
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
         here = partial(points_here, velocity_field.grid.lattice, functions)
         arrays, there = _initial_arrays(case, grid_case, here, gravity)
-        self._begun: np.ndarray | None = None  # places of the points by number, where this process has all [m]
+        self._begun: np.ndarray | None = None  # initial positions by point number, if this process stores all [m]
         if not case.material.flows and there == len(arrays["id"]):
             self._begun = arrays["position"][np.argsort(arrays["id"])]
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)
@@ -82,7 +82,7 @@ class MaterialPoints(
     def _bind(self) -> None:
         super()._bind()
         self._stressed: bool | None = None
-        # that of an earlier run holds that of implicit viscosity, or not: frames and checkpoints differ in this
+        # in frames `stress` includes the stress of implicit viscosity, in checkpoints it does not
         self.found_anew = ("stress",) if VISCOUS_STRESS in self.arrays else ()
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
@@ -108,7 +108,7 @@ class MaterialPoints(
 
     @property
     def has_surface(self) -> bool:  # type: ignore[override]
-        """True if its material does not flow."""
+        """True if the material of the body does not flow."""
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
@@ -137,7 +137,8 @@ class MaterialPoints(
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
     def _load_of(self, column: int) -> Callable[[], np.ndarray]:
-        """Return a function that returns the nodal forces whose work is added to a column."""
+        """Return a function that returns the nodal forces of the grid whose work is recorded in column `column` of the works of
+        a step."""
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
@@ -179,7 +180,7 @@ class MaterialPoints(
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
 
     def state_warning(self) -> str | None:
-        """Warn of a liquid compressed beyond its limit."""
+        """Return a warning if a liquid is compressed beyond the limit of its material law; None if not."""
         volume = self.fluid_volume()
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
@@ -233,13 +234,14 @@ class MaterialPoints(
         return {**super().passes(), "straining": straining}
 
     def _strain_alone(self) -> Bundle:
-        """Build the pass that strains the points without moving them, for USF and before the first step."""
+        """Return the loop that updates strain and stress of the points without moving them, for USF and before the first
+        step."""
         if self._strain_at_rest is None:
             self._strain_at_rest = straining(self.law, self.mapped.content, self._state, self._cells, moving=False)
         return self._strain_at_rest
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Sum totals and the step limit; move the points of a rigid body."""
+        """Sum energy and momentum, compute the step limit, and move the points of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         if move:
@@ -280,7 +282,8 @@ class MaterialPoints(
 
     @property
     def may_leave(self) -> bool:  # type: ignore[override]
-        """True if no motion prescribes the body and its pressure does not act on whole cells."""
+        """True if points may leave through open faces: no motion prescribes the body, and its pressure does not act on whole
+        cells."""
         return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
@@ -331,8 +334,7 @@ class MaterialPoints(
 
     @property
     def n_told(self) -> int:
-        """Return the number of points to report: those present if points can enter, otherwise all, including points that
-        left."""
+        """Number of points to report: the points present if points can enter, otherwise all, including points that left."""
         return self.n_there if self._takes_in else self.n_points
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
@@ -358,8 +360,9 @@ class MaterialPoints(
         return self.material.pressed(arrays, more)
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
-        """Add points with these arrays after a step; they must lie in the grid. They use the rows of points that left or
-        have not entered yet. Returns the mass, energy and momentum added. Raises RunStopped if no rows are left."""
+        """Add points with these arrays, e.g. at an inflow, after a step; they must lie in the grid. They use the rows of points
+        that left or have not entered yet. Returns the mass, energy and momentum added. Raises RunStopped if no rows are
+        left."""
         there, mass = self.n_there, arrays["mass"]
         end = there + len(mass)
         if end > self.n_points:
@@ -412,8 +415,8 @@ class MaterialPoints(
 
 
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
-    """Return the arrays of the points that `here` selects, in memory with room for all points, and the number of these
-    points."""
+    """Return the initial arrays of the points that `here` selects, in memory with room for all points of the body, and the
+    number of these points."""
     seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
     arrays = {"id": seeds.number, **_arrays_at(case, seeds.position, seeds.volume, gravity)}
     if case.has_users_fields:
@@ -423,7 +426,8 @@ def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vec
 
 
 def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
-    """Build the arrays of points at positions [m], shape (n, 3), with volumes [m³], shape (n,)."""
+    """Build the initial arrays (mass, velocity, material state) of points at positions [m], shape (n, 3), with volumes [m³],
+    shape (n,)."""
     density, state = _initial_state(case, position, gravity)
     velocity = case.initial_velocity(position)
     arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}

@@ -1,4 +1,4 @@
-"""Checks of a body of material points: grid, planes of symmetry, other bodies."""
+"""Checks of the settings of a body of material points: grid, planes of symmetry, other bodies."""
 
 from collections.abc import Iterator
 
@@ -18,8 +18,8 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Parts
 
-SHORT = 1e-9  # of a cell, for rounding
-NEAR_END = 1e-4  # of the extent of a body: its points lie at least so far from its ends
+SHORT = 1e-9  # tolerance for round-off, relative to a cell
+NEAR_END = 1e-4  # smallest distance of points from the ends of a body, relative to its extent
 
 
 def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
@@ -57,7 +57,7 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
 
 
 def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
-    """Report faces in `cut` that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
+    """Report faces in `cut_at` that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
     if not parts.are_sound(Condition):
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
@@ -178,7 +178,8 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report unsuitable names under `outside`."""
+    """Report names under `outside` that are unknown or repeated, name the body itself, or name bodies that cannot be
+    excluded."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)

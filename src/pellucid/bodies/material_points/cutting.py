@@ -15,24 +15,24 @@ from pellucid.bodies.material_points.seed_lattice import SeedLattice
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.solids import Box
 
-SAMPLES = 512  # of a lattice cell: 8 along each of three axes, 23 of two;
-FEWEST_SAMPLES = 64  # fewer of each where there are many cells, which then are small for what they are cut by,
-SAMPLES_IN_ALL = 8_000_000  # so that seeding takes seconds
-SAMPLES_AT_ONCE = 200_000  # bounds the memory, some 20 MB
-REACH = 1.5  # diagonals of a lattice cell: a sliver farther from every point has nowhere to go
-NEIGHBOURS = 8  # points that may be as near to a sliver as each other: those about the middle of a cell
-AS_NEAR = 1e-6  # relative difference of distances that rounding may make
-LARGEST_SCALE = 0.02  # by which volumes may be corrected
+SAMPLES = 512  # samples per lattice cell: 8 along each of three axes, 23 of two
+FEWEST_SAMPLES = 64  # samples per cell if many cells are cut, which then are small
+SAMPLES_IN_ALL = 8_000_000  # largest number of samples, so that seeding takes seconds
+SAMPLES_AT_ONCE = 200_000  # limits the memory to some 20 MB
+REACH = 1.5  # in diagonals of a lattice cell: largest distance of a sliver from the point that receives it
+NEIGHBOURS = 8  # largest number of equally near points that share a sliver
+AS_NEAR = 1e-6  # relative difference of distances that count as equal
+LARGEST_SCALE = 0.02  # largest relative correction of the volumes
 
 
 class FilledRegion:
-    """A shape minus excluded regions, represented by the cells of a lattice."""
+    """A shape minus excluded regions, `left_out`, that is filled with the points of a lattice, `cells`."""
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
         self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
         edges = cells.spacing[np.array(active)]
         self._cell, self._far = float(np.prod(edges)), REACH * float(np.linalg.norm(edges))
-        self._taken, self._twice = np.zeros(len(left_out)), 0.0  # by what is left out, in samples
+        self._taken, self._twice = np.zeros(len(left_out)), 0.0  # volumes of the excluded regions, in samples
         self._is_cut = np.concatenate([self._cut(cells.places(*layers)) for layers in cells.chunks()])  # a byte a cell
         n = round(max(FEWEST_SAMPLES, min(SAMPLES, SAMPLES_IN_ALL // max(int(self._is_cut.sum()), 1))) ** (1.0 / sum(active)))
         inner = (np.arange(n) + 0.5) / n - 0.5
@@ -112,8 +112,8 @@ class FilledRegion:
         return cut
 
     def _shares(self, centres: np.ndarray, kept: np.ndarray, cut: np.ndarray, own: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fraction of each cell in the region and its centroid [m]; cells in `cut` are sampled. For the `own`
-        cells it counts the volumes excluded by each body, and the volumes excluded twice."""
+        """Return the fraction of each cell in the region and the centroid of this part [m]; cells in `cut` are sampled. For the
+        `own` cells it also counts the samples excluded by each body, and the samples excluded twice."""
         share, middle, offsets = kept.astype(float), centres.copy(), self._offsets
         for chunk in np.array_split(cut, 1 + len(cut) * len(offsets) // SAMPLES_AT_ONCE):
             samples = (centres[chunk, None] + offsets).reshape(-1, 3)
@@ -134,8 +134,8 @@ class FilledRegion:
     def _with_slivers(
         self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shares of the cells, and the shares times their centroids, after adding the slivers of a slice of
-        cells to the points that receive them."""
+        """Add the slivers of a slice of cells to the points that receive them. Returns the volume fractions of the cells, shape
+        (k,), and these fractions times the centroids of the cells, shape (k, 3)."""
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
         if len(slivers) and kept.any():
             given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)
@@ -155,8 +155,9 @@ class FilledRegion:
 def _slivers(
     centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Assign slivers to the nearest points. Returns the slivers, their points, and the fraction of each sliver for each
-    point. Equally near points share a sliver, so that symmetric shapes stay symmetric."""
+    """Assign slivers, i.e. cell parts whose own lattice point is outside, to the nearest points. Returns the cells of the
+    slivers, the cells of their points, and the fraction of each sliver for each point. Equally near points share a sliver, so
+    that symmetric shapes stay symmetric."""
     from scipy.spatial import cKDTree
 
     count = min(NEIGHBOURS, len(kept))
@@ -168,7 +169,7 @@ def _slivers(
 
 
 def _in_a_box(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:
-    """Return True if a shape is a box, rotated or not, that contains the bounds of another."""
+    """Return True if `shape` is a box, rotated or not, that contains the bounds of `other`."""
     corners = np.stack(np.meshgrid(*np.transpose(other.bounds()), indexing="ij"), axis=-1).reshape(-1, 3)
     box, corners = shape.in_own_frame(corners)
     if not isinstance(box, Box):

@@ -1,4 +1,4 @@
-"""Fields computed from the state of the points."""
+"""Pressures and stored energies of material points, computed from their state by the material law."""
 
 import numpy as np
 
@@ -14,8 +14,8 @@ def _fill_pressures(law, state, density, result):
 
 
 def point_pressures(law, state, density: np.ndarray) -> np.ndarray:
-    """Return the pressures from a law [Pa], shape (n,), without artificial viscosity; `state` as from
-    `point_state.in_arrays`."""
+    """Return the pressures that the material law gives for the points [Pa], shape (n,), without artificial viscosity. state: as
+    from `point_state.in_arrays`; density: [kg/m³], shape (n,)."""
     result = np.empty_like(density)
     _fill_pressures(law, state, density, result)
     return result
@@ -28,7 +28,8 @@ def _fill_energies(law, state, density, result):
 
 
 def point_energies(law, state, density: np.ndarray) -> np.ndarray:
-    """Return the internal or strain energies per unit mass [J/kg], shape (n,); `state` as from `point_state.in_arrays`."""
+    """Return the internal or strain energies per unit mass of the points [J/kg], shape (n,). state: as from
+    `point_state.in_arrays`; density: [kg/m³], shape (n,)."""
     result = np.empty_like(density)
     _fill_energies(law, state, density, result)
     return result

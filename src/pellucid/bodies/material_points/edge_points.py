@@ -18,8 +18,8 @@ from pellucid.grid.model import GridCase
 CORNER, EDGE = 0.125, 0.125
 """CORNER: area of a corner divided by the area of a side of the body. EDGE: area of an edge divided by its length times the
 square root of the area of a side. The corners and edges of a square together carry as much load as the square."""
-IN_PLANE = 0.5  # area of a corner in a plane over that of a side
-ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
+IN_PLANE = 0.5  # area of a corner of a plane body divided by the area of a side
+ON_A_FACE = 1e-6  # tolerance of the distance of a point from a face of the grid, in cells
 
 
 class EdgePoints(NamedTuple):

@@ -27,21 +27,21 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 from pellucid.ranks.domain import domain
 
-CHUNK = 256  # points that a thread takes at a time
-ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
-WIDTHS = 2.5  # distances between its points over which the weights of one reach
+CHUNK = 256  # points that a thread processes at a time
+ON_A_FACE = 1e-6  # tolerance of the distance of a point from a face of the grid, in cells
+WIDTHS = 2.5  # range of the weights of a surface point, in distances between the points
 
 
 class MovedSurface(NamedTuple):
-    """Surface points, and the nodal velocities that move them."""
+    """Data for kernels that move surface points: the points, and the nodal velocities that move them."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
-    velocity: np.ndarray  # (nodes, 3) along which internal forces work on the points: that which strains them [m/s]
-    host: np.ndarray  # (m, 3) places of the material points to which they belong, as the step begins [m]
-    offset: np.ndarray  # (m, 3) from these to the points [m]
-    area: np.ndarray  # (m, 3) [m²]
-    motion: np.ndarray  # (m, 3) velocity in the last step [m/s]
+    velocity: np.ndarray  # (nodes, 3) nodal velocities that strain the points [m/s]; internal forces do work on them
+    host: np.ndarray  # (m, 3) positions of the host material points at the start of the step [m]
+    offset: np.ndarray  # (m, 3) vectors from the hosts to the surface points [m]
+    area: np.ndarray  # (m, 3) outward vector areas of the surface points [m²]
+    motion: np.ndarray  # (m, 3) velocities of the surface points in the last step [m/s]
 
 
 @parallel_loop()
@@ -85,7 +85,7 @@ def _put_on_hosts(surface, position, stored, stays, depth, place):
 
 @kernel()
 def _add_forces(surface, listed, force, target):
-    """Add forces on the listed points [N], shape (n, 3), to the nodal forces, shape (nodes, 3)."""
+    """Add forces on the surface points in `listed` [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3)."""
     for e in range(len(listed)):
         p = uintp(listed[e])
         about = stencil(surface.functions, surface.lattice, surface.host, p)
@@ -107,7 +107,7 @@ def _list_pushed(force, listed):
 class GridSurface(ContactSurface):
     """Surface points of a body on the grid, with positions [m] and vector areas [m²], shape (m, 3).
 
-    arrays, mapped: arrays and kernel bundle of the material points of the body; hosts: number (`id`) of the material point
+    arrays, mapped: arrays and kernel data of the material points of the body; hosts: number (`id`) of the material point
     of each surface point, shape (m,); spacing: distance of the surface points [m]; load: function that returns the nodal
     forces, shape (nodes, 3), to which the surface forces are added; edges: points on the edges of a body that does not
     deform, stored last and without area.
@@ -161,7 +161,8 @@ class GridSurface(ContactSurface):
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
     def find_hosts(self) -> None:
-        """Update the storage rows of the host material points; surface points whose hosts left the grid get zero area."""
+        """Update the row of the arrays in which each host material point is stored; surface points whose hosts left the grid
+        get zero area."""
         numbers = self._points["id"]
         stored = np.empty(len(numbers), np.int64)
         stored[numbers] = np.arange(len(numbers))

@@ -1,4 +1,4 @@
-"""Fluids at rest under gravity at the start: each point has the hydrostatic state at its depth."""
+"""Initial states of fluids at rest under gravity: each point has the hydrostatic pressure at its depth."""
 
 from collections.abc import Callable, Mapping
 from math import inf
@@ -42,8 +42,8 @@ def states_by_height(
     position: np.ndarray,
     largest: Callable[[float], float] = float,
 ) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-    """Return the densities [kg/m³], shape (n,), and the state arrays at positions [m], shape (n, 3), of a body with these
-    bounds [m].
+    """Return the hydrostatic densities [kg/m³], shape (n,), and the state arrays of the material at positions [m], shape (n,
+    3), in a body with these bounds [m].
 
     gravity: non-zero [m/s²]; largest: function that returns the largest value over all processes with points of the body.
     Raises NoRest if no state at rest exists.
@@ -65,8 +65,8 @@ def states_by_height(
 def far_level(
     level: float, material: PointMaterial, body: Bounds, grid: Bounds, gravity: Vector
 ) -> tuple[float, float, float] | None:
-    """Return the lowest and highest height of a level outside the grid [m], and the ratio of the density in the body to the
-    density at the level, if it indicates another fluid; None otherwise.
+    """Return the lowest and highest height of the grid [m], and the ratio of the density in the body to the density at a level
+    outside the grid, if this ratio indicates another fluid; None otherwise.
 
     None also if there is no state at rest, which `states_by_height` reports.
     """

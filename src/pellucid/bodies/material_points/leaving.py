@@ -1,8 +1,8 @@
 """Material points that leave and enter through open faces of the grid.
 
 Points that left keep their rows, after the rows of the points present, so that all frames have the same number of points.
-They are not part of the slabs, so kernels do not process them. Their mass, volume and velocity are zero, and they stay at
-the face that they crossed until an entering point uses the row.
+They do not belong to any slab (layer of cells), so kernels do not process them. Their mass, volume and velocity are zero,
+and they stay at the face that they crossed until an entering point uses the row.
 """
 
 from collections.abc import Iterable, Mapping
@@ -28,7 +28,8 @@ class OpenFaces:
             self._open[axis, end] = True
 
     def crossed(self, position: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
-        """Return masks of the points at positions [m], shape (n, 3), beyond an open face, and beyond closed faces only."""
+        """Return two masks, shape (n,), for points at positions [m], shape (n, 3): beyond an open face, and beyond closed faces
+        only."""
         cells = (position - np.array(lattice.lower)) * lattice.inverse_cell  # as kernels judge it
         beyond = np.stack([cells < 0.0, cells > np.array(lattice.counts)], axis=-1)
         beyond[:, [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]] = False  # there it goes on
@@ -39,7 +40,7 @@ class OpenFaces:
 def taken_along(
     arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
 ) -> tuple[Passed, float]:
-    """Return the mass, momentum and energy of leaving points, and the energy of their affine fields [J].
+    """Return the mass, momentum and energy of leaving points, and the energy of their affine velocity fields (APIC) [J].
 
     arrays: arrays of the points present; stored: their internal or strain energies [J], shape (n,); which: selection of the
     leaving points, shape (n,); half_power: half the power of their internal forces [W].
@@ -53,7 +54,7 @@ def taken_along(
 
 
 def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice) -> None:
-    """Set mass, volume and velocity of points to zero, and move them to the face that they crossed."""
+    """Set mass, volume and velocity of the selected points to zero, and move them to the face of the grid that they crossed."""
     for name in ("mass", "volume", "velocity", "affine", "stress", VISCOUS_STRESS):
         if name in arrays:
             arrays[name][which] = 0.0

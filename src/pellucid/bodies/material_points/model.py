@@ -1,4 +1,4 @@
-"""Bodies of material points as the user describes them."""
+"""Settings of a body of material points in a case file, and their checks."""
 
 from collections.abc import Iterator, Sequence
 from math import hypot
@@ -103,8 +103,8 @@ class MaterialPointsCase(SeededBody):
         return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the limit that also includes the initial motion, and for a fluid the artificial viscosity, which raises the
-        signal speed under compression."""
+        """Return the step limit for the initial motion of the body; for a fluid it includes the artificial viscosity, which
+        raises the signal speed under compression."""
         if cell is None:
             return None
         if self.rigid or is_driven:

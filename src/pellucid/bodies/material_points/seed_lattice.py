@@ -9,14 +9,14 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 
-CELLS_AT_ONCE = 100_000  # bounds the memory, to some 10 MB
-FEWEST_LAYERS = 24  # at once: those beside them are looked at too
+CELLS_AT_ONCE = 100_000  # limits the memory to some 10 MB
+FEWEST_LAYERS = 24  # least number of layers processed together, since neighbouring layers are read too
 
 
 class SeedLattice(NamedTuple):
-    """Cells in the order of their numbers: z varies fastest, and layers are normal to x."""
+    """A lattice of cells, numbered so that z varies fastest; layers are normal to x."""
 
-    axes: tuple[np.ndarray, np.ndarray, np.ndarray]  # places of the centres along each axis [m]
+    axes: tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates of the cell centres along each axis [m]
     spacing: np.ndarray  # (3,) edges of a cell [m]
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Initial state of a body of material points: region, material, fields."""
+"""Settings of a body of material points that define its initial state: region, material, initial fields."""
 
 from collections.abc import Mapping, Sequence
 from math import prod
@@ -28,7 +28,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
 from pellucid.users.users_code import file_of, is_own
 
-ON_THE_SEAM = 1e-6  # of a length, by which what lies on a seam may be off it by rounding
+ON_THE_SEAM = 1e-6  # relative tolerance of positions on the seam of a periodic grid
 ZERO = (0.0, 0.0, 0.0)
 SOFT, HARD = 2, 4
 """Minimum number of surface points along the edge of a cell, for bodies that deform (SOFT) and for those that do not
@@ -36,7 +36,7 @@ SOFT, HARD = 2, 4
 
 
 class SeededBody(DampedModel):
-    """A body whose points fill a shape, minus the regions of other bodies, each point with the initial state."""
+    """Settings of a body whose points fill a shape, minus the regions of other bodies, and of its initial state."""
 
     place: ClassVar[str] = "shape"
     start_only: ClassVar[tuple[str, ...]] = (
@@ -126,7 +126,7 @@ class SeededBody(DampedModel):
         return self.shape.geometry().bounds()
 
     def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
-        """Return the selected initial points; the body must have at least one.
+        """Return the initial points that `wanted` selects; the body must have at least one point.
 
         Raises CaseError if no point lies in the shape, or if the remaining part of the shape is too thin.
         """
@@ -199,8 +199,8 @@ class SeededBody(DampedModel):
         return edge_points(found, grid, self.bounds(), spacing, side, left_out if others else None)
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Return the number of points from the volume of the shape, accurate to one layer of points. Excluded regions are
-        subtracted after `with_others`."""
+        """Return an estimate of the number of points from the volume of the shape, accurate to one layer of points. Excluded
+        regions are subtracted after `with_others`."""
         if grid is None:
             raise RuntimeError(f"body {self.name} needs a grid for its points, but there is none")
         x, y, z = (not thin for thin in grid.thin())

@@ -35,20 +35,21 @@ def points_along_axes(
 
 
 Wanted = Callable[[np.ndarray], np.ndarray]
-"""Function that selects positions, shape (k, 3) [m]: returns their indices in ascending order."""
+"""Function that selects points by their positions [m], shape (k, 3): returns the indices of the selected ones in ascending
+order."""
 
 
 class Seeds(NamedTuple):
-    """A selection of the n points that fill a region."""
+    """A selection of m of the n points that fill a region."""
 
-    number: np.ndarray  # (m,) ascending
+    number: np.ndarray  # (m,) numbers of the selected points among all, ascending
     position: np.ndarray  # (m, 3) [m]
     volume: np.ndarray  # (m,) [m³]
-    n: int
+    n: int  # number of all points
 
 
 def everywhere(position: np.ndarray) -> np.ndarray:
-    """Select all positions."""
+    """Return the indices of all positions."""
     return np.arange(len(position))
 
 
@@ -59,14 +60,14 @@ def seed(
     left_out: Sequence[Geometry] = (),
     wanted: Wanted = everywhere,
 ) -> Seeds:
-    """Return the selected points that fill a shape minus the excluded regions.
+    """Return those of the points that fill a shape, minus the excluded regions, that `wanted` selects.
 
     A box, and any other shape that provides its own lattice, is filled by that lattice with equal volumes. Other shapes are
-    filled by the points of the grid's lattice that lie inside: each has the volume of the part of its lattice cell inside
-    the shape, and lies at the centroid of this part. A box with excluded regions is filled in the same way, but its points
-    stay on the lattice (see `pellucid.bodies.material_points.cutting`). The sum of the volumes is exactly the volume of the
-    shape. Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining
-    parts are too thin for the spacing of the points.
+    filled by the points of the grid's lattice that lie inside: each has the volume of the part of its lattice cell inside the
+    shape, and lies at the centroid of this part. A box with excluded regions is filled in the same way, but its points stay on
+    the lattice (see `pellucid.bodies.material_points.cutting`). The sum of the volumes is exactly the volume of the shape.
+    Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining parts are too
+    thin for the spacing of the points.
     """
     if shape.n_own_points() is not None and not left_out:
         position, volume = shape.own_points()

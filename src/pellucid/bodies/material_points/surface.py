@@ -12,7 +12,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 
-ABOUT = 12  # points by which a deformation gradient is fitted
+ABOUT = 12  # number of points used to fit a deformation gradient
 
 
 class RigidState(Protocol):
@@ -44,7 +44,7 @@ class TakesForces(Protocol):
     """True if the body has at least one free degree of freedom."""
 
     def state(self) -> RigidState:
-        """Return the state at the start of a step."""
+        """Return the centre and the mobility of the rigid body at the start of a step."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Add forces [N] at positions [m], shape (m, 3) each, for the coming step."""
@@ -89,11 +89,11 @@ def surface_of(
     hard: bool,
     first: np.ndarray | None = None,
 ) -> GridSurface | None:
-    """Return the surface of the shape of a body within the grid; None if the shape has no surface there.
+    """Build the contact surface of a body from its shape within the grid; None if the shape has no surface there.
 
     arrays: arrays of its material points; load: function that returns the nodal forces, shape (nodes, 3), to which surface
-    forces are added; hard: True if the body does not deform; first: initial positions of the points in an earlier run, by
-    number [m], shape (n, 3).
+    forces are added; rigid: True if forces act on the body as a whole; hard: True if the body does not deform; first: initial
+    positions of the points in an earlier run, by number [m], shape (n, 3).
     """
     place, area = model.boundary(grid_case, hard)
     if not len(place):
@@ -129,7 +129,8 @@ def surface_of(
 def carried(
     place: np.ndarray, area: np.ndarray, nearest: np.ndarray, tree: cKDTree, position: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Move points of a surface [m] with vector areas [m²], shape (m, 3), with the material.
+    """Return the positions [m] and vector areas [m²], shape (m, 3) each, to which the material has carried points of a
+    surface.
 
     Each point follows the material point `nearest` to it, shape (m,), with the deformation gradient fitted to that point's
     neighbours. tree: initial positions of the material points; position: present positions [m], shape (n, 3).

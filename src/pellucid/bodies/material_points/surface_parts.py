@@ -20,14 +20,14 @@ from pellucid.contact.approaching_parts import (
 )
 from pellucid.grid.model import GridCase
 
-DEFORMED = 0.1  # cells by which the surface deforms before parts of it are searched for again
-NEARER = 0.1  # cells by which two places come nearer, about, before their normals are computed
-FOLDED = 4.0  # cells: distance at the start of parts that can be folded on each other; the grid resolves no sharper folds
-SHEARED = 0.5  # cells by which places may lie beside where their material points carry them without strain
+DEFORMED = 0.1  # deformation of the surface between searches, in cells
+NEARER = 0.1  # approach of two points, in cells, before their normals are computed
+FOLDED = 4.0  # smallest initial distance of parts that can fold onto each other, in cells
+SHEARED = 0.5  # largest deviation of points from the rigid motion of their hosts, in cells
 
 
 class SurfaceParts:
-    """About one point per cell of the surface of a body, moving with its material points.
+    """Points on the surface of a body, about one per grid cell, that move with its material points.
 
     begun: initial positions of all material points by number [m], shape (n, 3).
     """
@@ -44,7 +44,8 @@ class SurfaceParts:
         self._searched = self._host.copy()
 
     def has_deformed(self, host: np.ndarray) -> bool:
-        """Return True if the surface has deformed since the last search. host: positions of its `hosts` [m], shape (m, 3)."""
+        """Return True if the surface has deformed since the last search for gaps. host: present positions of its `hosts` [m],
+        shape (m, 3)."""
         self._host = self._host + _shortest(host - self._host, self._periods)
         if not len(host):
             return False
@@ -105,8 +106,8 @@ def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
 
 
 def _after_rigid_motion(before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions [m], shape (n, 3), after the rigid motion that fits them best to `after`, and its transposed
-    rotation matrix (Kabsch 1976, Acta Cryst. A 32, 922)."""
+    """Return the positions `before` [m], shape (n, 3), after the rigid motion that fits them best to `after`, and the
+    transposed rotation matrix of this motion (Kabsch 1976, Acta Cryst. A 32, 922)."""
     first, last = before.mean(axis=0), after.mean(axis=0)
     left, _, right = np.linalg.svd((before - first).T @ (after - last))
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])

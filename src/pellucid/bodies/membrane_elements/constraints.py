@@ -20,18 +20,19 @@ if TYPE_CHECKING:
 
 
 class Kept(NamedTuple):
-    """A quantity Q of the whole membrane, area or volume, whose change is penalised. A volume is negative if the normals point
-    inwards."""
+    """A quantity Q of the whole membrane, area or volume, with a penalty on its change. A volume is negative if the normals
+    point inwards."""
 
-    stiffness: float
-    initial: float
+    stiffness: float  # k [N/m] for the area, [Pa] for the volume
+    initial: float  # Q₀ [m²] or [m³]
 
     def force(self, value: float) -> float:
-        """Return k (Q - Q₀)/|Q₀| for the present value Q: a tension [N/m] for the area, a pressure [Pa] for the volume."""
+        """Return k (Q - Q₀)/|Q₀| for the present value Q, with stiffness k and initial value Q₀: a tension [N/m] for the area,
+        a pressure [Pa] for the volume."""
         return self.stiffness * (value - self.initial) / abs(self.initial)
 
     def energy(self, value: float) -> float:
-        """Return the energy k (Q - Q₀)²/2|Q₀| [J]."""
+        """Return the energy of the penalty, k (Q - Q₀)²/2|Q₀|, for the present value Q [J]."""
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
@@ -41,8 +42,8 @@ class Kept(NamedTuple):
 
 
 class Swings(NamedTuple):
-    """Half the eigenfrequencies of the oscillations of the nodes on the area spring and on the volume spring, each alone
-    [1/s]; 0 if there is no such spring."""
+    """Half the eigenfrequencies [1/s] of the oscillations of the nodes on the penalty springs of area and of volume, each
+    alone; 0 if there is no such spring."""
 
     area: float = 0.0
     volume: float = 0.0
@@ -53,7 +54,7 @@ class Swings(NamedTuple):
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
-        """Return the step limit by the faster of the two oscillations."""
+        """Return the time step limit by the faster of the two oscillations."""
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
@@ -77,8 +78,8 @@ class Constraints(NamedTuple):
         return cls(Kept(area_stiffness, float(mesh.areas(vertices).sum())), Kept(volume_stiffness, volume))
 
     def add_forces(self, surface: "ElementSurface", position: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces of both penalties at the nodes [N], shape (n, 3), for nodes at these positions [m] in storage
-        order."""
+        """Add the nodal forces of both penalties [N] to `target`, shape (n, 3). position: nodal positions in storage order [m],
+        shape (n, 3)."""
         area, volume, growth, outwards = self._measured(surface, position)
         if self.area.stiffness > 0.0:
             target -= self.area.force(area) * growth
@@ -86,17 +87,18 @@ class Constraints(NamedTuple):
             target -= self.volume.force(volume) * outwards
 
     def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
-        """Return the stored energy of both penalties [J] and the oscillation rates of the nodes."""
+        """Return the stored energy of both penalties [J] and half the eigenfrequencies of the nodes on their springs."""
         area, volume, growth, outwards = self._measured(surface, position)
         swings = self.swings(growth, outwards, surface.node_mass[surface.number])
         return self.area.energy(area) + self.volume.energy(volume), swings
 
     def swings(self, growth: np.ndarray, outwards: np.ndarray, mass: np.ndarray) -> Swings:
-        """Return the oscillation rates of nodes with masses [kg], shape (n,), for slopes of area and volume, shape (n, 3)."""
+        """Return half the eigenfrequencies of nodes with masses [kg], shape (n,), on both springs, for the slopes of area and
+        volume with respect to the nodal positions, shape (n, 3) each."""
         return Swings(0.5 * sqrt(self.area.eigenvalue(growth, mass)), 0.5 * sqrt(self.volume.eigenvalue(outwards, mass)))
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
-        """Return the relative changes since the start of the area and the volume, if they are penalised."""
+        """Return the relative changes of area and volume since the start, by name, for those that are penalised."""
         area, volume, _, _ = self._measured(surface, position)
         drifts = {"area_drift": (self.area, area), "volume_drift": (self.volume, volume)}
         return {name: value / kept.initial - 1.0 for name, (kept, value) in drifts.items() if kept.stiffness > 0.0}

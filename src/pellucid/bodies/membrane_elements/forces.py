@@ -1,7 +1,7 @@
-"""Nodal forces of membrane elements: stress, hourglass control, pressure; slopes of the area.
+"""Kernels for the nodal forces of membrane elements (stress, hourglass control, pressure), their stresses and area slopes.
 
-`surface` is the bundle of `StrainedElements`. Kernels over elements write the forces on their corners, and a kernel over
-nodes sums them in a fixed order. There are no atomic operations, and results are bitwise equal for any number of threads.
+`surface` holds the data of `StrainedElements`. Kernels over elements write the forces on their corners, and a kernel over nodes
+sums them in a fixed order. There are no atomic operations, and results are bitwise equal for any number of threads.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,8 @@ from pellucid.jit.loops import parallel_loop
 
 @parallel_loop()
 def internal_forces(chunk, surface, x, forces):
-    """Compute the forces of stress and hourglass control on the corners of each element [N], shape (m, 4, 3)."""
+    """Compute the forces of stress and hourglass control on the corners of each element of a chunk [N]; they are written to
+    `forces`, shape (m, 4, 3)."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     c = numbers(WIDTH * (GIVEN + 3))
     for start in range(first, middle, BLOCK):
@@ -36,8 +37,8 @@ def internal_forces(chunk, surface, x, forces):
 
 @parallel_loop()
 def pressure_forces(chunk, surface, x, forces, pressure):
-    """Compute the forces ∫ p N_K n dA of a pressure p on the corners K of each element [N], shape (m, 4, 3), exact for
-    bilinear and linear surfaces."""
+    """Compute the forces ∫ p N_K n dA of a pressure p, with the normal n, on the corners K of each element of a chunk [N],
+    exact for bilinear and linear surfaces; they are written to `forces`, shape (m, 4, 3)."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
@@ -48,9 +49,9 @@ def pressure_forces(chunk, surface, x, forces, pressure):
 class CornersAbout(NamedTuple):
     """The corners of elements around each node."""
 
-    first: np.ndarray  # (ranges + 1,) nodes first[r]:first[r+1] are worked on together
-    number: np.ndarray  # (n,) of the node in the mesh
-    fan: Fan
+    first: np.ndarray  # (ranges + 1,) nodes first[r]:first[r+1] are processed together
+    number: np.ndarray  # (n,) number in the mesh of the node in each row
+    fan: Fan  # corners around each node of the mesh
 
 
 @parallel_loop()
@@ -58,7 +59,7 @@ def add_corners(r, about, corner_values, target):
     """Add the values at the corners around each node, shape (4 m, 3), to `target`, shape (nodes, 3), for the nodes of range
     r.
 
-    about: the bundle of `CornersAbout`.
+    about: data of `CornersAbout`.
     """
     first, number, fan = about.first, about.number, about.fan
     for p in range(first[r], first[r + 1]):
@@ -71,7 +72,8 @@ def add_corners(r, about, corner_values, target):
 
 @parallel_loop()
 def cauchy_stresses(chunk, surface, x, stress):
-    """Compute the Cauchy stresses of the elements, components xx, yy, zz, yz, xz, xy [Pa], shape (m, 6)."""
+    """Compute the Cauchy stresses of the elements of a chunk, components xx, yy, zz, yz, xz, xy [Pa]; they are written to
+    `stress`, shape (m, 6)."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         quadrilateral_stress(surface, x, stress, e)
@@ -81,7 +83,8 @@ def cauchy_stresses(chunk, surface, x, stress):
 
 @parallel_loop()
 def area_slopes(chunk, surface, x, slopes):
-    """Compute the derivatives ∂A/∂x of the triangle areas with respect to the corners of each triangle [m], shape (m, 4, 3)."""
+    """Compute the derivatives ∂A/∂x of the triangle areas of a chunk with respect to the corners of each triangle [m]; they are
+    written to `slopes`, shape (m, 4, 3)."""
     _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(middle, end):
         chi, psi = geometry.edges(x, surface.corners, e)

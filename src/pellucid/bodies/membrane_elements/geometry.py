@@ -46,8 +46,8 @@ def edges(x, corners, e):
 
 @pointwise
 def area_slopes(chi, psi):
-    """Return the derivatives of the area of a triangle with respect to its second and third corner [m]; the derivative for the
-    first corner is minus their sum."""
+    """Return the derivatives of the area of a triangle with edges χ and ψ with respect to its second and third corner [m]; the
+    derivative for the first corner is minus their sum."""
     n = cross(chi, psi)
     half = 0.5 / sqrt(dot(n, n))
     b, c = cross(psi, n), cross(n, chi)
@@ -72,7 +72,8 @@ def spans(x, corners, e):
 
 @pointwise
 def middle(now, rate, half):
-    """Return three vectors at the middle of a step, from their values at its end and their rates; half: half the step [s]."""
+    """Return three vectors at the middle of a step from `now`, their values at its end, and their rates of change; half: half
+    the step [s]."""
     return (
         (now[0][0] - half * rate[0][0], now[0][1] - half * rate[0][1], now[0][2] - half * rate[0][2]),
         (now[1][0] - half * rate[1][0], now[1][1] - half * rate[1][1], now[1][2] - half * rate[1][2]),
@@ -82,7 +83,8 @@ def middle(now, rate, half):
 
 @pointwise
 def frame_of(chi, psi):
-    """Return e₁, e₂ at 45° to the bisector of the unit tangents, and the normal e₃."""
+    """Return the frame of a quadrilateral with tangents χ and ψ: e₁ and e₂ at 45° to the bisector of the unit tangents, and the
+    unit normal e₃."""
     a, b = 1.0 / sqrt(dot(chi, chi)), 1.0 / sqrt(dot(psi, psi))
     normal = cross(chi, psi)
     c = 1.0 / sqrt(dot(normal, normal))
@@ -100,7 +102,7 @@ def frame_of(chi, psi):
 
 @pointwise
 def within(frame, vectors):
-    """Return the components of three vectors in a frame."""
+    """Return the components of three vectors in an orthonormal frame (e₁, e₂, e₃)."""
     a, b, c = vectors
     e, f, g = frame
     return (
@@ -112,8 +114,8 @@ def within(frame, vectors):
 
 @pointwise
 def gradient(local, rate):
-    """Return the in-plane derivatives ∂v_i/∂x_j of the velocity, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and
-    their rates in the frame."""
+    """Return the in-plane derivatives ∂v_i/∂x_j of the velocity in a quadrilateral, i = 1, 2, 3 and j = 1, 2, row by row.
+    local, rate: (χ, ψ, η) and their rates in the frame of the element."""
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
     inverse = 1.0 / (c[0] * p[1] - c[1] * p[0])
@@ -129,7 +131,8 @@ def gradient(local, rate):
 
 @pointwise
 def steepness(local):
-    """Return Σ_K ∇N_K ∇N_K over the nodes K of a quadrilateral, with the shape functions N_K; components 11, 22, 12 [1/m²]."""
+    """Return Σ_K ∇N_K ∇N_K over the nodes K of a quadrilateral, with the shape functions N_K; components 11, 22, 12 [1/m²].
+    local: (χ, ψ, η) in the frame of the element."""
     c, p = local[0], local[1]
     det = c[0] * p[1] - c[1] * p[0]
     scale = 4.0 / (det * det)
@@ -142,8 +145,8 @@ def steepness(local):
 
 @pointwise
 def size_of(now):
-    """Return the area of a quadrilateral [m²], and (ω/2c)² [1/m²] for its largest eigenfrequency ω and the speed c of plane
-    waves.
+    """Return the area of a quadrilateral with χ, ψ, η = `now` [m²], and (ω/2c)² [1/m²] for its largest eigenfrequency ω and the
+    speed c of plane waves.
 
     Each node has a quarter of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², with k = 4
     nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
@@ -165,17 +168,18 @@ def bisector(chi_1, chi_2, psi_1, psi_2):
 
 @pointwise
 def advanced(z, cosine, sine):
-    """Return z, a unit vector in a plane, rotated counterclockwise by an angle."""
+    """Return z, a unit vector in a plane, rotated counterclockwise by an angle with this cosine and sine."""
     return z[0] * cosine - z[1] * sine, z[0] * sine + z[1] * cosine
 
 
 @pointwise
 def turned(turn, local, rate, spin, half):
-    """Return the rotation of the material relative to the bisector, as (cosine, sine), at the middle and at the end of a
-    step.
+    """Return the rotation of the material relative to the bisector of the tangents, as (cosine, sine), at the middle and at the
+    end of a step.
 
-    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. spin:
-    spin of the material [1/s]; half: half the step [s].
+    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. turn:
+    this rotation at the start of the step; local, rate: (χ, ψ, η) and their rates at the middle of the step, in the frame of
+    the element; spin: spin of the material [1/s]; half: half the step [s].
     """
     c, p, cr, pr = local[0], local[1], rate[0], rate[1]
     x0, y0 = bisector(c[0] - half * cr[0], c[1] - half * cr[1], p[0] - half * pr[0], p[1] - half * pr[1])
@@ -194,7 +198,8 @@ def turned(turn, local, rate, spin, half):
 
 @pointwise
 def rotated(s, cosine, sine):
-    """Return the symmetric tensor (11, 22, 12) rotated counterclockwise by an angle."""
+    """Return the symmetric plane tensor s, components (11, 22, 12), rotated counterclockwise by an angle with this cosine and
+    sine."""
     cc, ss, sc = cosine * cosine, sine * sine, sine * cosine
     return (
         cc * s[0] + ss * s[1] - 2.0 * sc * s[2],

@@ -22,13 +22,13 @@ from pellucid.model import Model, parameter
 class StiffnessControl(NamedTuple):
     """Hourglass control by springs with the coefficient κ (see the module)."""
 
-    share: float
+    share: float  # κ
 
 
 class ViscousControl(NamedTuple):
     """Hourglass control by dashpots with the coefficient κ (see the module)."""
 
-    share: float
+    share: float  # κ
 
 
 class HourglassCase(Model):
@@ -40,7 +40,7 @@ class HourglassCase(Model):
     coefficient: float = parameter("", "hourglass coefficient κ; 0 switches the control off", 0.05, ge=0, le=0.5)
 
     def control(self) -> StiffnessControl | ViscousControl:
-        """Return the control for kernels."""
+        """Return the hourglass control in the form for kernels."""
         return (StiffnessControl if self.kind == "stiffness" else ViscousControl)(self.coefficient)
 
 

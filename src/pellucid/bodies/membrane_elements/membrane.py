@@ -1,4 +1,4 @@
-"""Output of a membrane of elements, on its own nodes or on the grid."""
+"""Base class of membranes of elements, on their own nodes or on the grid: fields, areas and contact data."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from pellucid.parts.capabilities import Membrane
 
 
 class ElementMembrane(Body, Membrane):
-    """A body whose nodes are the nodes of an `ElementSurface`; provides its fields and contact data."""
+    """A body whose nodes are the nodes of an `ElementSurface`; provides its fields, areas and contact data."""
 
     energy_kind = "strain"
     surface: ElementSurface
@@ -18,8 +18,8 @@ class ElementMembrane(Body, Membrane):
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the distance from the mid-surface at which contact begins, as the parameters of the half-width of a contact
-        body."""
+        """Return the distance from the mid-surface at which contact begins [m], as the first of the three half-widths of a
+        contact body."""
         return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:

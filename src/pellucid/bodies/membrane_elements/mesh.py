@@ -14,8 +14,8 @@ class Fan(NamedTuple):
     """The element corners around each node: places[start[K]:start[K+1]] for node K, as k e + corner for element e with k
     corners."""
 
-    start: np.ndarray  # (n+1,)
-    places: np.ndarray
+    start: np.ndarray  # (n+1,) index in `places` of the first corner of each node
+    places: np.ndarray  # corners around the nodes, node by node
 
 
 def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
@@ -28,15 +28,19 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
 
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the edges shared by two triangles, with the two opposite corners, shape (h, 4); triangles: shape (t, 3), with
-    consistent orientation."""
+    """Return for each edge shared by two triangles its two nodes, and the third nodes of the triangles on its left and right,
+    shape (h, 4).
+
+    triangles: shape (t, 3), with consistent orientation.
+    """
     ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
     chosen, partner = pair_edges(triangles)
     return np.column_stack([ends[chosen], across[chosen], across[partner]]).astype(np.int64)
 
 
 class ElementMesh:
-    """Quadrilaterals, then triangles. corners, shape (m, 4): their nodes; triangles repeat the last one."""
+    """Mesh of elements: quadrilaterals first, then triangles. corners, shape (m, 4): nodes of the elements; triangles repeat
+    the last one."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.n_nodes, self.n_quads = len(mesh.vertices), len(mesh.quads)
@@ -63,11 +67,11 @@ class ElementMesh:
 
 
 def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
-    """Return the gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape
-    (t, 4).
+    """Return the gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape (t,
+    4): ∂N₂/∂x₁, ∂N₂/∂x₂, ∂N₃/∂x₁, ∂N₃/∂x₂.
 
-    places: positions of their corners at rest [m], shape (t, 3, 3); direction: the first axis is its projection onto the
-    plane, shape (3,); None: the first axis is along the first edge.
+    places: positions of their corners at rest [m], shape (t, 3, 3); direction: the first axis is its projection onto the plane,
+    shape (3,); None: the first axis is along the first edge.
     """
     chi, psi = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
     if direction is not None:

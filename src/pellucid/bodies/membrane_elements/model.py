@@ -1,4 +1,4 @@
-"""Membranes of finite elements as the user describes them."""
+"""Settings of a membrane of finite elements in a case file, and their checks."""
 
 from collections.abc import Iterator, Sequence
 from math import ceil, hypot, sqrt
@@ -38,7 +38,7 @@ from pellucid.parts.step_limit import (
     waves_in_mesh,
 )
 
-SLACK = 1e-9  # of a length, for rounding
+SLACK = 1e-9  # relative tolerance of lengths, for round-off
 PASS_THROUGH = "other bodies would pass through the membrane between its nodes"
 
 REST_OF_SURFACE = (
@@ -64,7 +64,7 @@ class MembraneElementsCase(MembraneCase):
     bending: BendingCase | None = parameter("", "bending stiffness; default: none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
-    _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
+    _is_shared: bool = PrivateAttr(False)  # True if other bodies share its velocity field
 
     @property
     def probed(self) -> tuple[str, ...]:
@@ -129,7 +129,7 @@ class MembraneElementsCase(MembraneCase):
         return MembraneElements(self, placement)
 
     def start_warnings(self) -> Iterator[str]:
-        """Warn if few elements determine the time step."""
+        """Yield a warning if few elements determine the time step."""
         mesh = self.mesh()
         if found := slowest_of_surface(mesh):
             yield step_warning(self.name, found, mesh.centres())
@@ -146,7 +146,7 @@ class MembraneElementsCase(MembraneCase):
             slopes = slopes_of(elements, mesh.vertices)
             together.append(kept.swings(*slopes, self._node_masses(elements, mesh)).limit())
         apart = [motion_in_cells(cell, self.fastest_at_start(mesh.vertices))] if cell else []
-        if self.bending is not None and self._is_shared and cell:  # the nodes of the grid bend
+        if self.bending is not None and self._is_shared and cell:  # the grid moves the membrane
             apart.append(bending_in_cells(cell, self.bending.rigidity / (self.material.density * self.thickness)))
         elif self.bending is not None:
             mass = self._node_masses(ElementMesh(mesh), mesh)
@@ -245,10 +245,11 @@ def _finer(times: float) -> str:
 
 
 def _remoteness(places: np.ndarray) -> np.ndarray:
-    """Return the distance of the most remote point of each triangle from its nearest corner [m]; places: shape (m, 3, 3).
+    """Return for each triangle the largest distance of its points from the nearest corner [m]. places: corners, shape (m, 3,
+    3).
 
-    This is the circumcentre if no angle is obtuse, else a point of the longest edge. For a square cut in two it is the
-    centre of the square.
+    The most remote point is the circumcentre if no angle is obtuse, else a point of the longest edge. For a square cut in two
+    it is the centre of the square.
     """
     edges = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2)
     a, b, c = np.sort(edges, axis=1).T

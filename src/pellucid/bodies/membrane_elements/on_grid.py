@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 
 class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurface, BoundByContact, WarnsOfContact):
-    """Elements in a shared velocity field; their nodes are material points, as for membrane points.
+    """A membrane of elements in a shared velocity field; its nodes are material points, as for membrane points.
 
-    Mass, momentum and nodal forces are scattered to the grid nodes, and velocities are gathered. The strains of the
-    elements follow from the motion of their nodes on the mesh, not from the velocity gradient on the grid.
+    Mass, momentum and nodal forces are scattered to the grid nodes, and velocities are gathered. The strains of the elements
+    follow from the motion of their nodes on the mesh, not from the velocity gradient on the grid.
     """
 
-    sorting_cost = 3.0  # few of its passes go by vectors
+    sorting_cost = 3.0  # few of its loops are vectorized
     sheet: PointsOfNodes | None = None
     """Contact surface of the body."""
 
@@ -90,7 +90,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return {**super().state_arrays(), **surface, "node_velocity": self.node_velocity}
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Warn of elements that are larger than the cells."""
+        """Return a warning if elements in contact at these grid nodes are larger than the grid cells; None if not."""
         return self.surface.overlong(self.name, self.places(), self.grid, nodes)
 
     # contact
@@ -147,8 +147,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         """Do nothing: the strains of elements follow from the motion of their nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the nodes if `move` is True, and update strains and stresses; with dt = 0, sum the totals of the present
-        state."""
+        """Move the nodes over dt [s] if `move` is True, and update strains and stresses; with dt = 0, only compute stresses,
+        energies and the step limit."""
         if move or dt == 0.0:
             self.update_positions(dt)
 

@@ -1,4 +1,4 @@
-"""Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
+"""Membranes of finite elements whose nodes move by their own equation of motion (Lian, Liu & Zhang 2014, section 4)."""
 
 from collections.abc import Collection, Mapping
 from math import hypot
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 
 class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContactSurface, WarnsOfContact):
-    """Elements in their own velocity field: their nodes move by their own forces; the grid is used for contact only."""
+    """A membrane of elements in its own velocity field: its nodes move by their own forces; the grid is used for contact
+    only."""
 
     def __init__(self, case: "MembraneElementsCase", placement: Placement) -> None:
         self.name = case.name
@@ -110,7 +111,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         return surface
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Warn of elements that are larger than the cells."""
+        """Return a warning if elements in contact at these grid nodes are larger than the grid cells; None if not."""
         return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
 
     # results

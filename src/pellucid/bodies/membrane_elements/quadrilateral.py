@@ -1,9 +1,9 @@
-"""Strains, stresses and forces of quadrilaterals in a step (Lian, Liu & Zhang 2014, section 4), in blocks.
+"""Strains, stresses and forces of quadrilaterals in a step (Lian, Liu & Zhang 2014, section 4), by blocks of elements.
 
 Each has one quadrature point, at its centre. Its strain rate includes the average warping rate over the element, (∂w/∂x
 ∂ẇ/∂y) with w = η₃ ξη/4. A sheet under tension then resists warping like a fully integrated element; a compressed sheet
 warps, which does not change the strain at the centre. Element data of a block are copied into columns; loops that write
-only to columns are vectorized. `surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
+only to columns are vectorized. `surface` holds the data of `StrainedElements`.
 """
 
 from math import inf, sqrt
@@ -45,20 +45,20 @@ SHAPE_LIKE = 0.0, 0.0, 0.0, 0.0
 GRADIENT_LIKE = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 # columns of a block: χ, ψ, η and their rates, first in space, then in the element's frame
 NOW, MOVING = 0, 9
-# cosine and sine of the turn, shape, stress; volume, mass, energies, hourglass forces
+# rotation of the material (cosine, sine), shape, stress; volume, mass, energies, hourglass forces
 TURN, SHAPE, STRESS, VOLUME, MASS, ENERGY, HOURGLASS, WARPED = 18, 20, 24, 27, 28, 29, 30, 32
-# gradient of the velocity in the plane, rate of deformation in the material's frame; area, (ω/2c)², ratio of thickness, waves
+# in-plane velocity gradient, rate of deformation in the material's frame; area, (ω/2c)², thickness ratio, wave speed
 GRADIENT, RATE, AREA, BOUND, RATIO, WAVE = 33, 39, 42, 43, 44, 45
-# what tells faults; bad elements and both energies once more, to be added up, half the largest eigenfrequency
+# values that indicate faults; number of faults and both energies again, for sums; half the largest eigenfrequency
 TURNED_OVER, MAGNITUDE, BAD, SIGNAL, COLUMNS = 46, 47, 48, 51, 52
-SUMS = 3  # from BAD on
-GIVEN = 14  # column of a block whose forces are found: volume and hourglass forces, after spans, turn and stress
+SUMS = 3  # number of summed columns, from BAD on
+GIVEN = 14  # in the columns for forces: first column of volume and hourglass forces, after spans, rotation and stress
 
 
 @pointwise
 def strain_quadrilaterals(surface, x, v, first, n, dt, c):
-    """Compute the new geometry, stresses and energies of n quadrilaterals, starting at `first`, in the columns of the work
-    array `c`. Its columns from BAD on are summed over the elements by the caller."""
+    """Compute the new geometry, stresses and energies of n quadrilaterals, starting with element `first`, in the columns of the
+    work array `c`. Its columns from BAD on are summed over the elements by the caller."""
     _fetch(surface, x, v, first, n, c)
     _find_rates(n, dt, c)
     _respond(surface.law, surface.control, surface.thickness, n, dt, c)
@@ -109,7 +109,8 @@ def _turn_of(here, change, dt):
 
 @pointwise
 def _respond(law, control, thickness, n, dt, c):
-    """Compute shapes, stresses, hourglass forces, energies and the terms of the step limit."""
+    """Compute in-plane deformations, stresses, hourglass forces, energies and the terms of the step limit of the n elements in
+    the columns of c."""
     half = 0.5 * dt
     for q in range(n):
         E, area = take((ZERO_VECTOR, 0.0), c, q + RATE * WIDTH)
@@ -162,7 +163,7 @@ def _keep(law, state, thickness, first, n, dt, c):
 
 @pointwise
 def fault_of(c, q):
-    """Return the fault code of quadrilateral q of a block."""
+    """Return the fault code of quadrilateral q of a block, from the columns of c."""
     if c[uintp(q + TURNED_OVER * WIDTH)] > 0.0:
         return COLLAPSED
     return OK if c[uintp(q + MAGNITUDE * WIDTH)] < inf else NOT_FINITE
@@ -193,7 +194,8 @@ def quadrilateral_forces(surface, x, forces, first, n, c):
 
 @pointwise
 def _span_forces(now, s, V, Q1, Q2):
-    """Return the forces that do work on the rates of χ, ψ and η."""
+    """Return the forces conjugate to χ, ψ and η in space [N], i.e. those that do work on their rates. now: χ, ψ, η; s: stress
+    [Pa]; V: volume [m³]; Q1, Q2: hourglass forces [N]."""
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
     bend = here[2]

@@ -1,7 +1,7 @@
-"""Straining of membrane elements: loops over quadrilaterals and triangles.
+"""Update of the strains and stresses of membrane elements in a step: loops over quadrilaterals and triangles.
 
-`surface` is the bundle of `StrainedElements`. Elements are divided into chunks whose number does not depend on the number
-of threads.
+`surface` holds the data of `StrainedElements`. Elements are divided into chunks whose number does not depend on the number of
+threads.
 """
 
 from typing import Any, NamedTuple
@@ -18,34 +18,34 @@ from pellucid.jit.local import numbers, zeros
 from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, total
 
-CHUNK = 512
+CHUNK = 512  # elements
 STRAIN, HOURGLASS, FREQUENCY, ELEMENT_SUMS = range(4)  # columns of the sums of a chunk
 
 
 class ElementArrays(NamedTuple):
     """State arrays of m elements in the order of the mesh: q quadrilaterals, then triangles."""
 
-    element_mass: np.ndarray  # (m,) [kg]
-    plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; of triangles S in the axes at rest [Pa]
-    thickness: np.ndarray  # (m,) [m]
-    volume: np.ndarray  # (m,) [m³]
+    element_mass: np.ndarray  # (m,) masses of the elements [kg]
+    plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; for triangles S in the axes at rest [Pa]
+    thickness: np.ndarray  # (m,) present thickness [m]
+    volume: np.ndarray  # (m,) present volume [m³]
     strain_energy: np.ndarray  # (m,) work of the stress [J]
     hourglass_energy: np.ndarray  # (m,) work against hourglass forces [J]
-    shape: np.ndarray  # (q, 4) in-plane shape in the material's frame, the law's own
+    shape: np.ndarray  # (q, 4) in-plane deformation in the material's frame, in the form of the law
     turn: np.ndarray  # (q, 2) cosine and sine of the angle from the element's frame to the material's
     hourglass: np.ndarray  # (q, 2) hourglass force Q in the element's frame [N]
-    dissipated_energy: np.ndarray  # (m,) the part of the work of the stress that viscosity took [J]; else of no length
+    dissipated_energy: np.ndarray  # (m,) energy dissipated by viscosity [J]; empty without viscosity
 
 
 class StrainedElements(NamedTuple):
-    """Element data for kernels: of m elements, the first n_quads are quadrilaterals."""
+    """Data of m elements for kernels; the first n_quads are quadrilaterals, the others triangles."""
 
-    corners: np.ndarray  # (m, 4) nodes; of triangles the last one twice
-    n_quads: int
-    law: Any
-    control: Any  # of hourglass modes
+    corners: np.ndarray  # (m, 4) storage rows of the nodes; triangles repeat the last one
+    n_quads: int  # number of quadrilaterals
+    law: Any  # material law in plane stress
+    control: Any  # hourglass control, see `hourglass`
     thickness: float  # at rest [m]
-    rest: np.ndarray  # rest shapes of the triangles
+    rest: np.ndarray  # (triangles, 4) shape of the triangles at rest, see `rest_gradients`
     state: ElementArrays
 
 
@@ -58,8 +58,8 @@ def elements_of(chunk, n_quads, n):
 
 @parallel_loop()
 def strain(chunk, surface, x, v, sums, fault, dt):
-    """Update shapes, stresses and energies of the elements of a chunk; their nodes moved to x with velocities v in the
-    step."""
+    """Update deformations, stresses and energies of the elements of a chunk, after their nodes moved to x with velocities v in
+    a step dt. Sums and the first fault of the chunk are written to `sums` and `fault`."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     first_fault = at_fault = 0
     c, block_sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)

@@ -46,10 +46,10 @@ OVERLONG = (
 
 
 class ElementSurface:
-    """Quadrilaterals and triangles in plane stress; the body stores the nodes.
+    """Elements of a membrane, quadrilaterals and triangles in plane stress; the body stores their nodes.
 
-    arrays: state of the elements, in mesh order. Nodal arrays such as positions have the shape (n, 3), in the storage order
-    of the body.
+    arrays: state of the elements, in mesh order. Nodal arrays such as positions have the shape (n, 3), in the storage order of
+    the body.
     """
 
     def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
@@ -104,10 +104,8 @@ class ElementSurface:
         self._corner_forces = np.zeros((m, 4, 3))
 
     def bind(self, number: np.ndarray, first: np.ndarray) -> None:
-        """Set the storage order of the nodes: their numbers in the mesh, shape (n,).
-
-        Nodes first[r]:first[r+1] are processed together.
-        """
+        """Set the order in which the body stores the nodes. number: number in the mesh of the node in each row, shape (n,);
+        nodes first[r]:first[r+1] are processed together."""
         self.number, self._ranges, self._slopes = number, len(first) - 1, None
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays.get(name, np.zeros(0)) for name in ElementArrays._fields))
@@ -153,13 +151,14 @@ class ElementSurface:
         return self._slice * self.mesh.at_nodes(self.mesh.areas(place))
 
     def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
-        """Describe elements of body `name` with nodes at these positions [m], shape (n, 3), that have become larger than
-        the cells."""
+        """Describe elements of body `name` in contact at these grid nodes that have become larger than the cells; None if there
+        are none. place: nodal positions [m], shape (n, 3)."""
         what = f"body {name} touches another, its element"
         return find_overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
     def strain(self, position: np.ndarray, velocity: np.ndarray, dt: float, totals: Totals) -> float:
-        """Strain the elements over a step dt [s], after their nodes moved to `position` with these velocities [m/s].
+        """Update strains, stresses and energies of the elements over a step dt [s], after their nodes moved to `position` with
+        these velocities [m/s].
 
         Sets the stored energies of `totals`. Returns half the largest eigenfrequency of elements and penalty springs [1/s].
         """
@@ -188,8 +187,8 @@ class ElementSurface:
             self.arrays[name][...] = array  # no strain leaves no viscous stress
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
-        """Return the step limit of the elements at their last strain, of the area and volume penalties, and of nodes at a
-        speed [m/s] in the cells of a grid."""
+        """Return the step limit by waves in the elements at their last strain, by the area and volume penalties, and by nodes
+        that move at a speed [m/s] through the cells of a grid."""
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
         waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
         return tightest([waves, self._swings.limit(), *in_cells])

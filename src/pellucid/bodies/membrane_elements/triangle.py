@@ -25,7 +25,7 @@ from pellucid.materials.membrane import (
     with_viscosity,
 )
 
-NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, and what bears compression has collapsed
+NARROWEST = 1e-3  # smallest principal stretch; below it a triangle that can fold counts as this wide, others have collapsed
 
 
 @pointwise
@@ -165,5 +165,5 @@ def _rest_of(rests, t):
 
 @pointwise
 def _volume_of(rest, thickness):
-    """Return the volume at rest, from the gradients at rest."""
+    """Return the volume of a triangle at rest [m³]. rest: gradients of its shape functions at rest; thickness: at rest [m]."""
     return 0.5 * thickness / abs(rest[0] * rest[3] - rest[1] * rest[2])

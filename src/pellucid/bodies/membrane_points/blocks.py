@@ -1,4 +1,4 @@
-"""Membrane points in blocks: the inputs of straining are copied to columns, and its results are copied back.
+"""Update of membrane points in blocks: the inputs are copied to the columns of a work array, and the results copied back.
 
 Loops that write only to columns are vectorized. Failed points are processed like the others, but their results are not
 copied back. The records of damage are updated point by point.
@@ -29,19 +29,20 @@ from pellucid.materials.membrane import (
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
 
 NO_SHAPE = (0.0, 0.0, 0.0, 0.0)
-# columns of a block: velocity gradient, frame, sum of the normals about a point, share of area, shape, 1 where it bears stress,
-# stretching, cosine of its old normal with the new, the strain that drives damage
+# columns of a block: velocity gradient, frame, sum of the normals around a point, share of area, shape, 1 for a point that has
+# not failed, rate of deformation, cosine of the angle between old and new normal, strain that drives damage
 GRADIENT, FRAME, NORMALS, SHARE, SHAPE, BEARS, STRETCHING, COSINE, STRAIN = 0, 9, 18, 21, 22, 26, 27, 30, 31
-# mass, strain energy, speed, volume, stress in the frame, shares of the stiffness left and kept, what the law says
+# mass, strain energy, speed, volume, stress in the frame, remaining stiffness and its ratio to the one before, thickness ratio
 MASS, ENERGY, SPEED, VOLUME, PLANE_STRESS, LEFT, KEPT, RATIO = 32, 33, 34, 35, 36, 39, 40, 41
-# stress in space; what tells faults; bad points, STORED and POWER, and the fastest signal
+# stress in space; value that indicates faults; number of faults, STORED, POWER, largest signal rate
 STRESS, MAGNITUDE, BAD, FASTEST, COLUMNS = 44, 50, 51, 54, 55
-SUMS = 3  # from BAD on
+SUMS = 3  # number of summed columns, from BAD on
 
 
 @pointwise
 def fetch_shapes(surface, start, n, c):
-    """Copy frames, shapes and velocity gradients of n points to columns; `start` is the first of them in slab order."""
+    """Copy frames, in-plane deformations and velocity gradients of n points to the columns of c; `start` is the first of them
+    in the order of slabs (layers of grid cells)."""
     index, damage, record, state = surface.index, surface.damage, surface.record, surface.state
     fetch(index, (IDENTITY, IDENTITY), (surface.gradient, state.frame), start, n, c, GRADIENT * WIDTH)
     fetch(index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -60,10 +61,10 @@ def all_bear(c, n):
 
 @pointwise
 def turn_and_stretch(surface, dt, start, n, c, stress_too):
-    """Compute the new frames and shapes from the moved triangles and the velocity gradients, and the strains that drive
-    damage.
+    """Compute the new frames and in-plane deformations of n points from the moved triangles and the velocity gradients, and the
+    strains that drive damage.
 
-    stress_too: True if stresses are computed in the same pass; inputs of the stress update are then prefetched.
+    stress_too: True if stresses are computed in the same loop; inputs of the stress update are then prefetched.
     """
     index, law, damage = surface.index, surface.law, surface.damage
     first, triangle, normals = surface.fans.start, surface.fans.triangle, surface.fans.normals
@@ -112,7 +113,7 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
 
 @pointwise
 def keep_shapes(surface, start, n, c):
-    """Copy the new frames and shapes of a block from columns back to the points."""
+    """Copy the new frames and in-plane deformations of a block from columns back to the points."""
     index, state, whole = surface.index, surface.state, all_bear(c, n)
     keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
     keep_where(BEARS, whole, index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -132,9 +133,10 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Update damage from the strains that drive it.
+    """Update the damage of n points from the strains that drive it.
 
-    Returns the fraction of the stiffness that remains, and its ratio to the fraction before.
+    Writes to the columns the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for
+    failed points.
     """
     index, damage, record = surface.index, surface.damage, surface.record
     for q in range(n):
@@ -146,7 +148,7 @@ def weaken_points(surface, start, n, c):
 
 @pointwise
 def respond_to_shapes(law, lattice, thickness, dt, n, c):
-    """Compute volumes, stresses, strain energies and the terms of the step limit."""
+    """Compute volumes, stresses, strain energies and the terms of the step limit of the n points in the columns of c."""
     h = lattice.inverse_cell
     for q in range(n):
         share, shape, bears = take((0.0, NO_SHAPE, 0.0), c, q + SHARE * WIDTH)
@@ -188,7 +190,7 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
 
 @pointwise
 def fault_in(c, q):
-    """Return the fault code of point q of a block."""
+    """Return the fault code of point q of a block, from the columns of c."""
     if c[uintp(q + BEARS * WIDTH)] > 0.0:
         if c[uintp(q + COSINE * WIDTH)] < -0.999:
             return FOLDED

@@ -37,10 +37,11 @@ if TYPE_CHECKING:
 
 
 class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
-    """Points of a triangulated surface, with their tangent frames and the triangles between them."""
+    """A membrane of material points: the vertices of a triangulated surface, with their tangent frames and the triangles
+    between them."""
 
     energy_kind = "strain"
-    sorting_cost = 8.0  # the triangles about each point are found anew
+    sorting_cost = 8.0  # the triangles around each point are listed again
 
     def __init__(
         self,
@@ -126,8 +127,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the straining velocity for points with bending, so that bending forces do the same work on points and on the
-        grid."""
+        """Nodal velocity that moves the points [m/s]; with bending it is the straining velocity, so that bending forces do the
+        same work on points and on the grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
     @property
@@ -156,7 +157,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return Cells(triangles=self._triangles)
 
     def state_warning(self) -> str | None:
-        """Warn of a membrane without damage that was torn because its points are too far apart for the grid."""
+        """Return a warning if the membrane was torn without damage because its points are too far apart for the grid; None if
+        not."""
         failed = np.zeros(self.n_points, bool)
         if len(self._record.failed):
             failed[self.arrays["id"]] = self._record.failed > 0.0
@@ -169,13 +171,13 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the distance from the mid-surface at which contact begins, as the parameters of the half-width of a contact
-        body."""
+        """Return the distance from the mid-surface at which contact begins [m], as the first of the three half-widths of a
+        contact body."""
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
         """Return the vector areas of the points [m²], shape (n, 3), in storage order; in plane problems, of the slice."""
-        thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
+        thickness = self.thickness  # the thickness of failed points is meaningless, and others thin by a few per cent
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
     def pressed_areas(self) -> np.ndarray:
@@ -213,7 +215,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return forces
 
     def _count_bending(self, dt: float) -> None:
-        """Add the bending energy to the totals, and half the power of the bending forces over the step dt [s]."""
+        """Add the bending energy of the present positions to the totals, and half the power of the bending forces over the step
+        dt [s]."""
         if self.bending is None:
             return
         self.totals.stored -= self.totals.parts.get("bending", 0.0)

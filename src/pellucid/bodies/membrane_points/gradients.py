@@ -1,5 +1,5 @@
-"""The pass that gathers the velocity gradients of membrane points and moves the points. It is separate because straining
-requires all points at their new positions."""
+"""Loop over membrane points that gathers their velocity gradients from the grid and moves the points. It is separate because
+straining requires all points at their new positions."""
 
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ class Kept(NamedTuple):
 
 
 class GatherGradient(NamedTuple):
-    """Gathers velocity gradients, and new positions if points move."""
+    """Task of the loop: gather velocity gradients, and compute new positions if points move."""
 
     moving: float  # 1 if they move, else 0
 
@@ -44,8 +44,8 @@ def _move(task, lattice, dt, p, known, g):
 
 
 def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
-    """Return the pass for the points of a membrane. gradient: output array, shape (points, 9); moving: True if the points
-    move."""
+    """Build the loop over the points of a membrane that writes their velocity gradients to `gradient`, shape (points, 9) [1/s],
+    and moves them if `moving`."""
     declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), places=True)
     position = mapped.points.position
     return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

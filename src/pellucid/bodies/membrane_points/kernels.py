@@ -41,7 +41,7 @@ from pellucid.jit.point_rows import cross, vector_at_point, with_last
 from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
-CHUNK = 1024  # triangles that a thread takes at a time
+CHUNK = 1024  # triangles that a thread processes at a time
 
 
 @parallel_loop()
@@ -59,7 +59,7 @@ def find_normals(chunk, position, fans):
 
 @pointwise
 def _sum_up(c, start, n, surface, s, sums):
-    """Add the sums over a block of points to those of slab s, and record the first fault in the slab."""
+    """Add the sums over a block of points to `sums`, the sums of slab s, and record the first fault in the slab."""
     slabs = surface.slabs
     add_columns(c, BAD, n, sums, 0, SUMS)
     largest_of_column(c, FASTEST, n, sums, SUMS)
@@ -84,7 +84,8 @@ def _keep_sums(slabs, s, sums):
 
 @parallel_loop()
 def strain(s, surface, dt):
-    """Update frames, shapes, volumes and stresses of the points of slab s from the new gradients and positions."""
+    """Update frames, in-plane deformations, volumes and stresses of the points of slab s (a layer of grid cells) from the new
+    velocity gradients and positions."""
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -104,14 +105,14 @@ def strain(s, surface, dt):
 
 @parallel_loop()
 def stretch(s, surface, number, torn, local, kinematics, dt):
-    """Update frames and shapes of the points of slab s, and write the strains that drive damage to `local`, shape
+    """Update frames and deformations of the points of slab s, and write the strains that drive damage to `local`, shape
     (points,), in the order of point numbers.
 
     The strain of a point that failed by its own strain also includes its opening since then, which `torn`, shape (points,
     3), accumulates in the frame of the point: the opening of a crack does not depend on the grid, but its strain does. For
     a point that failed only because of the strain of its neighbours, the strain at failure is used; otherwise failure would
-    spread without limit. `kinematics`, shape (points, 5), contains data for `respond`: stretching, cosine of the rotation
-    of the normal, share of area.
+    spread without limit. `kinematics`, shape (points, 5), contains data for `respond`: rate of deformation, cosine of
+    the rotation of the normal, share of area.
     """
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
     if slabs.first[s] == slabs.first[s + 1]:
@@ -141,8 +142,8 @@ def stretch(s, surface, number, torn, local, kinematics, dt):
 
 @parallel_loop()
 def respond(s, surface, number, mean, kinematics, dt):
-    """Update volumes and stresses of slab s after `stretch`, with damage from the strains `mean`, shape (points,), by
-    number."""
+    """Update volumes and stresses of the points of slab s after `stretch`, with damage from the strains `mean`, shape
+    (points,), by point number."""
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return

@@ -1,4 +1,4 @@
-"""Membranes of material points as the user describes them."""
+"""Settings of a membrane of material points in a case file, and their checks."""
 
 from collections.abc import Iterator
 from math import ceil
@@ -23,9 +23,9 @@ from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, bending_in_cells, signals_in_cells, tightest
 
-FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
-ALIKE = 1e-6  # of a cell; points that differ by less are one
-COMFORTABLE = 0.6  # length of an edge in cells that gives enough points
+FEWEST_PER_CELL = 2.0  # least number of membrane points for each cell that the surface crosses
+ALIKE = 1e-6  # distance below which two points count as one, in cells
+COMFORTABLE = 0.6  # recommended length of an edge, in cells
 
 
 class MembranePointsCase(MembraneCase):
@@ -67,7 +67,7 @@ class MembranePointsCase(MembraneCase):
         return len(self.surface.triangulate().vertices)
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the time step in which in-plane waves cross one cell."""
+        """Return the step limit by in-plane waves, viscosity and bending across one cell."""
         if cell is None:
             return None
         fastest = self.fastest_at_start(self.surface.triangulate().vertices)
@@ -76,7 +76,7 @@ class MembranePointsCase(MembraneCase):
         return tightest([signals, bending_in_cells(cell, rigidity / (self.material.density * self.thickness))])
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report settings that do not fit the grid."""
+        """Report settings that do not fit the grid, damage with bending, and points that are too far apart."""
         yield from super().problems(path, parts)
         grid, place = parts.grid, (*path, self.place)
         if grid is None:

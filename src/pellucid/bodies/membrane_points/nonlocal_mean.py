@@ -2,8 +2,8 @@
 
 Weights are (1 - r²/R²)² times the area share of the neighbour, divided by their sum, with the straight distance r at the
 start: Pijaudier-Cabot & Bažant 1987, J. Eng. Mech. 113, 1512; the bell function of Bažant & Ožbolt 1990, J. Eng. Mech. 116,
-2485. All arrays are in seeding order and independent of sorting, and each sum has a fixed order: results are bitwise equal
-for any number of threads.
+2485. All arrays are in the order of point numbers, independent of sorting, and each sum has a fixed order: results are
+bitwise equal for any number of threads.
 """
 
 from typing import NamedTuple
@@ -15,17 +15,17 @@ from scipy.spatial import cKDTree
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 
-CHUNK = 256  # points that a thread takes at a time
+CHUNK = 256  # points that a thread processes at a time
 
 
 class Neighbours(NamedTuple):
     """The neighbours of n points in one array, with weights, and the field to be averaged."""
 
-    start: np.ndarray  # (n + 1,) where those of each point begin
-    neighbour: np.ndarray
-    weight: np.ndarray
-    local: np.ndarray  # (n,) the field
-    mean: np.ndarray  # (n,)
+    start: np.ndarray  # (n + 1,) index in `neighbour` of the first neighbour of each point
+    neighbour: np.ndarray  # numbers of the neighbours, point by point
+    weight: np.ndarray  # their weights
+    local: np.ndarray  # (n,) the field to be averaged
+    mean: np.ndarray  # (n,) the weighted means
 
 
 @parallel_loop()
@@ -39,10 +39,10 @@ def _mean(chunk, about):
 
 
 class NonlocalMean:
-    """Weighted means over a radius R [m] around n points with initial positions [m], shape (n, 3), and areas [m²], shape
-    (n,).
+    """Computes weighted means of a field over a radius R [m] around n points with initial positions [m], shape (n, 3), and
+    areas [m²], shape (n,).
 
-    Callers write the field to `local`; `update` computes `mean`. Both have the shape (n,), in seeding order.
+    Callers write the field to `local`; `update` computes `mean`. Both have the shape (n,), in the order of point numbers.
     """
 
     def __init__(self, position: np.ndarray, area: np.ndarray, radius: float) -> None:

@@ -1,4 +1,4 @@
-"""Update of one membrane point in a step: its frame rotates, and its stress with it.
+"""Update of one membrane point in a step: rotation of its frame, and rate of deformation and stress in the frame.
 
 Branches only select between numbers, so that loops over points are vectorized.
 """
@@ -17,8 +17,8 @@ from pellucid.materials.damage import DamageRecord, upright
 class MembraneArrays(NamedTuple):
     """State of membrane points, in addition to mass, volume and stress."""
 
-    frame: np.ndarray  # (n, 9) rows t₁, t₂, normal
-    in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own
+    frame: np.ndarray  # (n, 9) tangents t₁, t₂ and normal of each point
+    in_plane: np.ndarray  # (n, 4) in-plane deformation in the frame, in the form of the law
     plane_stress: np.ndarray  # (n, 3) σ'₁₁, σ'₂₂, σ'₁₂ in the frame [Pa]
     strain_energy: np.ndarray  # (n,) work of the stress [J/kg]
 
@@ -29,19 +29,20 @@ class StrainedMembrane(NamedTuple):
     lattice: Lattice
     points: PointArrays
     slabs: Slabs
-    index: Any  # as in `MappedPoints`
-    fans: Any  # the triangles about each point
-    gradient: np.ndarray  # (n, 9) of the velocity [1/s]
-    law: Any
+    index: Any  # storage order of the points, as in `MappedPoints`
+    fans: Any  # the triangles around each point, see `Fans`
+    gradient: np.ndarray  # (n, 9) velocity gradients [1/s]
+    law: Any  # material law in plane stress
     state: MembraneArrays
-    thickness: float  # [m]
-    damage: Any
+    thickness: float  # at rest [m]
+    damage: Any  # damage law
     record: DamageRecord
 
 
 @pointwise
 def in_frame(L, frame):
-    """Return the rate of deformation in a fixed frame, components 11, 22, 12."""
+    """Return the rate of deformation in the plane of a fixed frame [1/s], components 11, 22, 12, for the velocity gradient
+    L."""
     tx, ty, tz, sx, sy, sz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
     ax, ay, az = L[0] * tx + L[1] * ty + L[2] * tz, L[3] * tx + L[4] * ty + L[5] * tz, L[6] * tx + L[7] * ty + L[8] * tz
     bx, by, bz = L[0] * sx + L[1] * sy + L[2] * sz, L[3] * sx + L[4] * sy + L[5] * sz, L[6] * sx + L[7] * sy + L[8] * sz
@@ -51,8 +52,8 @@ def in_frame(L, frame):
 
 @pointwise
 def turned(damage, total, frame):
-    """Return the new first tangent and normal, and the cosine of the angle between the old and the new normal. total: sum
-    of the normals of the triangles."""
+    """Return the new first tangent and normal of a point, and the cosine of the angle between the old and the new normal.
+    total: sum of the normals of the triangles around the point; frame: the old frame."""
     ux, uy, uz, _, _, _, mx, my, mz = frame
     nx, ny, nz = total
     length = sqrt(nx * nx + ny * ny + nz * nz)
@@ -73,9 +74,10 @@ def turned(damage, total, frame):
 
 @pointwise
 def spun(L, before, tangent, normal, dt):
-    """Return the frame with a new normal and first tangent, rotated by the spin about the normal, and the stretching in it.
+    """Return the frame with a new normal and first tangent, rotated by the spin about the normal, and the rate of deformation
+    in it.
 
-    before: stretching in the old frame.
+    L: velocity gradient; before: rate of deformation in the old frame.
     """
     tx, ty, tz = tangent
     nx, ny, nz = normal

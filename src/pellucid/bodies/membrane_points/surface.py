@@ -15,16 +15,16 @@ class Fans(NamedTuple):
     Triangles are numbered in the order of their points, so that neighbouring triangles are close in memory.
     """
 
-    start: np.ndarray  # (n+1,)
-    corners: np.ndarray  # (3 m, 2) for m triangles
-    triangle: np.ndarray  # (3 m,) the number of each
-    triangles: np.ndarray  # (m, 3)
-    normals: np.ndarray  # (4 m,) rows of unit normal and area [m²] of each triangle, as `find_normals` finds them
+    start: np.ndarray  # (n+1,) index in `corners` and `triangle` of the first triangle of each point
+    corners: np.ndarray  # (3 m, 2) the two other corners of each triangle around each point, for m triangles
+    triangle: np.ndarray  # (3 m,) numbers of these triangles
+    triangles: np.ndarray  # (m, 3) corners
+    normals: np.ndarray  # (4 m,) unit normal and area [m²] of each triangle, computed by `find_normals`
 
 
 def fans_of(triangles: np.ndarray, n: int) -> Fans:
-    """Return the fans of n points; triangles, shape (m, 3), counterclockwise around the normal. Their normals are not
-    computed yet."""
+    """List the triangles around each of n points. triangles: shape (m, 3), counterclockwise around the normal. The normals are
+    not computed yet."""
     triangles = triangles[np.argsort(triangles.min(axis=1), kind="stable")].astype(np.int32)
     a, b, c = triangles.T
     owner = np.concatenate([a, b, c])
@@ -43,8 +43,8 @@ def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
-    """Return frames (rows t₁, t₂, n), shape (n, 9); n is the normalised mean of the unit normals around a point (Gan 2011,
-    eq. 8).
+    """Return the initial frames of the points (rows t₁, t₂, n), shape (n, 9); n is the normalised mean of the unit normals of
+    the triangles around a point (Gan 2011, eq. 8).
 
     direction: t₁ is along its projection onto the surface, shape (3,); None: any tangent.
     """

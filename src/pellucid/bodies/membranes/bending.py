@@ -15,12 +15,15 @@ from pellucid.parts.constraint import LeadsPoints, PointConstraint
 if TYPE_CHECKING:
     from pellucid.bodies.membranes.bending_case import BendingCase
 
-ON_FACE = 1e-6  # of a cell, within which a point lies on a face of the grid
+ON_FACE = 1e-6  # tolerance of the distance of a point from a face of the grid, in cells
 
 
 class Resistance(Protocol):
-    """Bending resistance of a closed or an open membrane. Positions [m] have the shape (n, 3), in the storage order of the
-    nodes."""
+    """Interface of the bending resistance of a closed or an open membrane.
+
+    energies: bending energies of the nodes in mesh order [J]; rate: upper bound of half the largest eigenfrequency of the nodes
+    [1/s]; rigidity: bending rigidity κ [J]. Positions [m] have the shape (n, 3), in the storage order of the nodes.
+    """
 
     energies: np.ndarray
     rate: float
@@ -35,7 +38,7 @@ class Resistance(Protocol):
 def make_bending(
     case: "BendingCase", material: MembraneMaterial, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray
 ) -> Bending | PlateBending:
-    """Build the bending of a surface: on a closed surface the energy depends on the mean curvature, an open surface
+    """Build the bending resistance of a surface: on a closed surface the energy depends on the mean curvature, an open surface
     bends like a plate.
 
     triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,).

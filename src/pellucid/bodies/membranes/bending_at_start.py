@@ -9,11 +9,11 @@ from pellucid.geometry.algorithms.lids import rims_of
 
 
 def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float) -> float:
-    """Return an upper bound of half the largest eigenfrequency of the nodes [1/s], for positions [m], shape (n, 3), and
-    masses [kg], shape (n,).
+    """Return an upper bound of half the largest eigenfrequency of bending of a membrane [1/s]. position: nodal positions [m],
+    shape (n, 3); mass: nodal masses [kg], shape (n,); rigidity: κ [J].
 
-    `Bending` and, for an open membrane without supports, `PlateBending` compute the same bound in a run. It depends on
-    lengths and areas, not on angles. rigidity: κ [J].
+    `Bending` and, for an open membrane without supports, `PlateBending` compute the same bound in a run. It depends on lengths
+    and areas, not on angles.
     """
     n, hinges = len(position), hinges_of(triangles)
     if len(rims_of(triangles).edges):

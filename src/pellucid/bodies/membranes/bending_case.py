@@ -1,4 +1,4 @@
-"""Bending of membranes as the user describes it."""
+"""Settings of the bending resistance of a membrane in a case file, and their checks."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -12,7 +12,7 @@ from pellucid.geometry.surfaces.surface import Surface
 from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.model import Model, check, parameter
 
-FLUID = 1.0 - 1e-9  # from here on a Poisson's ratio leaves no resistance against twist
+FLUID = 1.0 - 1e-9  # Poisson's ratio from which on there is no resistance to twist
 
 
 class BendingCase(Model):

@@ -28,34 +28,35 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 from pellucid.reductions import ordered_sum
 
-CHUNK = 512
+CHUNK = 512  # hinges, triangles or nodes
 ENERGY, RATE, SUMS = range(3)  # columns of the sums of a chunk
-OWN = 4  # columns of the values of a corner of a hinge: the force, and the bound on the step
+OWN = 4  # columns of the values of a corner of a hinge: force and stiffness bound
 
 
 class Hinges(NamedTuple):
-    """Hinges: h pairs of triangles with a common edge, among t triangles and n nodes, with the numbers of the mesh."""
+    """Data of the bending kernels: h hinges (pairs of triangles with a common edge), t triangles and n nodes, in mesh order
+    unless stated otherwise; symbols as in the module."""
 
-    corners: np.ndarray  # (h, 4) the edge from a to b, then what is left of the triangle on its left, and on its right
-    triangles: np.ndarray  # (t, 3)
-    places: np.ndarray  # (h, 4) where the corners are stored
-    triangle_places: np.ndarray  # (t, 3)
-    where: np.ndarray  # (n,) the place at which a node is stored
-    about: Fan  # places 4 e + corner of the hinges about each node
-    round: Fan  # places 3 e + corner of the triangles about each node
+    corners: np.ndarray  # (h, 4) nodes a and b of the edge, then the third node of the triangle on its left and on its right
+    triangles: np.ndarray  # (t, 3) nodes
+    places: np.ndarray  # (h, 4) storage rows of the corners of the hinges
+    triangle_places: np.ndarray  # (t, 3) storage rows of the corners of the triangles
+    where: np.ndarray  # (n,) storage row of each node
+    about: Fan  # hinge corners around each node, as 4 e + corner for hinge e
+    round: Fan  # triangle corners around each node, as 3 e + corner for triangle e
     rigidity: float  # κ [J]
-    reference: np.ndarray  # (n,) c₀ [1/m]
-    mass: np.ndarray  # (n,) [kg]
+    reference: np.ndarray  # (n,) spontaneous curvature c [1/m]
+    mass: np.ndarray  # (n,) nodal masses [kg]
     bent: np.ndarray  # (h, 2) l φ [m], and Σ_corners ½ l |∇φ|
     slope: np.ndarray  # (n, 3) κ g, κ (c g + ½ g²), κ/A Σ_hinges ½ l |∇φ|
-    energy: np.ndarray  # (n,) [J]
-    hinge_values: np.ndarray  # (h, 4, OWN)
-    triangle_forces: np.ndarray  # (t, 3, 3) [N]
-    sums: np.ndarray  # (chunks of nodes, SUMS)
+    energy: np.ndarray  # (n,) bending energies of the nodes [J]
+    hinge_values: np.ndarray  # (h, 4, OWN) forces on the corners [N] and stiffness bounds [N/m]
+    triangle_forces: np.ndarray  # (t, 3, 3) forces on the corners [N]
+    sums: np.ndarray  # (chunks of nodes, SUMS) energy and largest squared eigenfrequency bound
 
 
 class Bending:
-    """The bending of a closed membrane of triangles."""
+    """Bending energy and forces of a closed membrane of triangles (see the module)."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
         """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,)."""
@@ -67,11 +68,11 @@ class Bending:
         self.energies = np.zeros(n)
         self.rate = 0.0
         """Upper bound of half the largest eigenfrequency of the nodes [1/s]."""
-        self._bent: tuple[np.ndarray, np.ndarray] | None = None  # the positions and the reference of what was found last
+        self._bent: tuple[np.ndarray, np.ndarray] | None = None  # positions and reference of the last evaluation
         self.bind(np.arange(n))
 
     def bind(self, where: np.ndarray) -> None:
-        """Set the storage rows of the nodes by number, shape (n,)."""
+        """Set the storage row of each node, in the order of the node numbers, shape (n,)."""
         h, t, n = len(self._corners), len(self._triangles), len(self._mass)
         self._bent = None
         self._sums = np.zeros((self._chunks[2], SUMS))
@@ -92,7 +93,7 @@ class Bending:
         return float(ordered_sum(self._sums)[ENERGY])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the nodal forces [N], shape (n, 3), in storage order, and update `rate`."""
+        """Add the nodal forces [N] at these positions to `target`, shape (n, 3), in storage order, and update `rate`."""
         self._bend(position)
         _push_hinges(self._chunks[0], self._bundle, position)
         _push_triangles(self._chunks[1], self._bundle, position)
@@ -137,7 +138,7 @@ def _bend_hinges(chunk, of, x):
 
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
-    """Compute the energies of the nodes, and their derivatives with respect to curvature and area."""
+    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to curvature and area."""
     bent, slope, triangles = of.bent, of.slope, of.triangle_places
     about, whole, total = of.about, of.round, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(slope))):
@@ -163,7 +164,7 @@ def _bend_nodes(chunk, of, x):
 
 @parallel_loop()
 def _push_hinges(chunk, of, x):
-    """Compute the nodal forces of hinges, and the terms that limit the time step."""
+    """Compute the bending forces on the nodes of the hinges of a chunk, and the terms that limit the time step."""
     corners, places, values, slope = of.corners, of.places, of.hinge_values, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, places, e)

@@ -1,4 +1,4 @@
-"""Keys shared by all kinds of membranes, as the user describes them."""
+"""Settings that all kinds of membranes share in a case file, and their checks."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar
@@ -23,12 +23,12 @@ from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 TINY = 1e-300
-ACROSS = 1e-4  # of 1, the cosine of a direction with the normal that it lies along but for an angle of 0.8°
+ACROSS = 1e-4  # difference from 1 of the cosine of an angle of 0.8° between a direction and the normal
 CLOSE_IT = "use a surface that encloses a volume; for a file of a closed surface set `closed = true`"
 
 
 class MembraneCase(DampedModel):
-    """A membrane on a surface."""
+    """Base class of the settings of membranes: initial surface, thickness, tension, velocity."""
 
     place: ClassVar[str] = "surface"
     start_only: ClassVar[tuple[str, ...]] = (*DampedModel.start_only, "thickness", "tension", "inflation")
@@ -99,7 +99,7 @@ class MembraneCase(DampedModel):
         return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report initial fields that a membrane cannot have."""
+        """Report initial fields, fibre directions and initial tensions that a membrane cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from plane_velocity_problems(self, path, parts)

@@ -30,14 +30,14 @@ from pellucid.grid.vectors import scatter_listed, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
 
-DEGREES = {"gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # of the functions of a plate on such a grid
-REACH = 2.0  # cells on both sides of the edge of a clamp within which functions join held nodes and free points
-ASIDE = 4.0  # cells from the tangent plane of a clamp within which a membrane stays near its edge
-DONORS = 2  # free nodes from which a held one takes its velocity
-FARTHEST = 5  # cells from a held node to such nodes
-ON_EDGE = 1e-6  # cells within which a node lies on the edge of a clamp
-LEAST_SHARE = 1e-9  # of a point in a node that it reaches
-NEAR = 7.0  # cells from the edge of a clamp within which points may reach any of these nodes
+DEGREES = {"gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # B-spline degree of the functions of a plate on such a grid
+REACH = 2.0  # distance from the edge of a clamp within which prescribed nodes are extrapolated, in cells
+ASIDE = 4.0  # distance from the tangent plane of a clamp within which nodes are extrapolated, in cells
+DONORS = 2  # number of free nodes from which the velocity of a prescribed node is extrapolated
+FARTHEST = 5  # largest distance between these nodes, in cells
+ON_EDGE = 1e-6  # tolerance of the distance of a node from the edge of a clamp, in cells
+LEAST_SHARE = 1e-9  # smallest weight of a point at a node that counts
+NEAR = 7.0  # distance from the edge of a clamp within which points may have weight at these nodes, in cells
 
 
 def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
@@ -54,10 +54,10 @@ def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
 class ClampEdges(NamedTuple):
     """The e edges between triangles of a clamp and other triangles."""
 
-    start: np.ndarray  # (e, 3) [m]
-    along: np.ndarray  # (e, 3) from the start to the end [m]
-    inward: np.ndarray  # (e, 3) unit vector in the plane of the held triangle, away from it
-    normal: np.ndarray  # (e, 3) of the held triangle
+    start: np.ndarray  # (e, 3) start points of the edges [m]
+    along: np.ndarray  # (e, 3) vectors from the start to the end [m]
+    inward: np.ndarray  # (e, 3) unit vectors in the plane of the clamped triangle, pointing away from it
+    normal: np.ndarray  # (e, 3) unit normals of the clamped triangles
 
 
 def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
@@ -80,8 +80,8 @@ def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarra
 
 
 class Extension:
-    """Extrapolated velocities of prescribed grid nodes near the edges of clamps, for the motion of the free points of a
-    membrane."""
+    """Extrapolates the velocities of prescribed grid nodes near the edges of clamps (see the module), for the motion of the
+    free points of a membrane."""
 
     def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
         """held: mask of the nodes that are fixed along all axes; free: mask of the nodes that are free along all axes;
@@ -120,13 +120,13 @@ class Extension:
         self._weights = np.zeros(self.donors.shape)
         self._sources = np.unique(self.donors)
         self._touched = np.union1d(self.nodes, self._sources)
-        self._buffer = np.zeros((grid.n_nodes, 3))  # of other nodes it has no meaning
+        self._buffer = np.zeros((grid.n_nodes, 3))  # only the values at `_touched` nodes are valid
 
     def share_forces(self, body: PointsOnGrid, listed: np.ndarray, forces: np.ndarray, target: np.ndarray) -> None:
-        """Transfer forces on constrained nodes to free nodes.
+        """Transfer the normal forces on prescribed nodes near clamps to free nodes.
 
-        listed: rows of the points that may reach these nodes; forces: on the points [N], shape (n, 3), already on the
-        nodes; target: the nodal forces [N], shape (nodes, 3).
+        listed: rows of the points whose functions may be non-zero at these nodes; forces: forces on the points [N], shape (n,
+        3), already scattered to the nodes; target: the nodal forces [N], shape (nodes, 3), which are changed.
         """
         values = np.zeros((len(listed), 3))
         values[:, 0] = body.points.mass[listed]
@@ -175,17 +175,17 @@ def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) ->
 
 
 class BendsOnGrid(PointsOnGrid):
-    """A membrane whose points move with the nodes of the grid, with optional bending."""
+    """A membrane whose points move with the nodes of the grid, with or without resistance to bending."""
 
     _held_rows: np.ndarray | None = None
     _extension: Extension | None = None
-    _held: np.ndarray  # numbers of the points that clamps hold,
-    _anchors: np.ndarray  # held nodes near them,
-    _near: np.ndarray  # and numbers of the points near clamps
+    _held: np.ndarray  # numbers of the points that clamps fix
+    _anchors: np.ndarray  # prescribed node nearest to each of these points
+    _near: np.ndarray  # numbers of the points near the edges of clamps
 
     @property
     def resistance(self) -> Resistance | None:
-        """The bending of the membrane; None without bending resistance."""
+        """Bending resistance of the membrane; None without one."""
         raise NotImplementedError
 
     @property
@@ -203,8 +203,8 @@ class BendsOnGrid(PointsOnGrid):
         super().complete()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Update the constraints of the points and the clamps of the bending after supports with these numbers were
-        released."""
+        """Release the points and the bending clamps of supports with these numbers, after the supports released the grid
+        nodes."""
         bending, start = self.resistance, self.start_positions
         if bending is None:
             return
@@ -246,21 +246,22 @@ class BendsOnGrid(PointsOnGrid):
             self._near = np.flatnonzero(np.linalg.norm(start - foot, axis=1) <= NEAR * grid.lattice.cell)
 
     def _reached_by(self, chosen: np.ndarray) -> np.ndarray:
-        """Return a mask of the nodes with weight from the chosen points, shape (nodes,). chosen: mask of the points in
-        storage order, (n,)."""
+        """Return a mask of the grid nodes at which functions of the chosen points are non-zero, shape (nodes,). chosen: mask of
+        the points in storage order, shape (n,)."""
         listed, found = np.flatnonzero(chosen), np.zeros((self.grid.n_nodes, 3))
         scatter_listed(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
         return found[:, 0] > LEAST_SHARE
 
     def _scatter_internal_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces of the points [N], shape (n, 3), to the nodal forces, shape (nodes, 3)."""
+        """Scatter forces on the points [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3); forces on clamped
+        points act on prescribed nodes."""
         extension = self._extension
         if extension is None:
             scatter_vectors(self.n_slabs, self.mapped, forces, target)
             return
         where = np.argsort(self.arrays["id"])
         held = where[self._held]
-        np.add.at(target, self._anchors, forces[held])  # the support bears them, wherever functions of the points reach
+        np.add.at(target, self._anchors, forces[held])  # the support carries these forces
         forces[held] = 0.0
         scatter_vectors(self.n_slabs, self.mapped, forces, target)
         extension.share_forces(self, where[self._near], forces, target)
@@ -278,7 +279,7 @@ class BendsOnGrid(PointsOnGrid):
 
 
 def _find_beyond(grid: Grid, edges: ClampEdges, nodes: np.ndarray) -> np.ndarray:
-    """Return a mask of the nodes that lie on the free side of the nearest edge of a clamp, shape (k,)."""
+    """Return a mask of the grid nodes in `nodes` that lie on the free side of the nearest edge of a clamp, shape (k,)."""
     place = grid.find_positions(nodes)
     foot, edge = _find_feet(edges, place)
     return np.asarray(np.sum((place - foot) * edges.inward[edge], axis=1) > ON_EDGE * grid.lattice.cell)

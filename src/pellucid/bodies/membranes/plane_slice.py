@@ -1,4 +1,5 @@
-"""Membranes in plane problems: bands along the thin axes. The computed part is a slice with the thickness of the grid."""
+"""Membranes in plane problems: the surface is a band (strip) along a thin axis, of which a slice with the thickness of the grid
+is computed."""
 
 from collections.abc import Iterator
 
@@ -8,15 +9,16 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.meshes.triangulation import Triangulation, directed_edges
 from pellucid.grid.model import GridCase
 
-FLAT = 1e-6  # of the largest extent
-LEANING = 1e-3  # of a length, by which a band may be off its axis; files have single precision
+FLAT = 1e-6  # smallest extent along an axis that counts, relative to the largest extent
+LEANING = 1e-3  # relative deviation of a band from its axis that is allowed, since files have single precision
 
 
 def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
-    """Return the factor that converts mass and forces of a membrane with these vertices [m], shape (n, 3), to the slice.
+    """Return the factor by which mass and forces of the surface with these vertices [m], shape (n, 3), are multiplied to get
+    those of the computed slice.
 
-    For each thin axis along which the surface extends, this is the thickness of the slice divided by the extent of the
-    surface. An axis without extent is normal to the membrane, which is included with its full thickness.
+    For each thin axis along which the surface extends, this is the thickness of the slice divided by the extent of the surface.
+    An axis without extent is normal to the membrane, which is included with its full thickness.
     """
     if grid is None:
         return 1.0

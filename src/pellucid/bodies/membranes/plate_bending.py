@@ -22,28 +22,28 @@ from pellucid.reductions import ordered_sum
 
 
 class Folds(NamedTuple):
-    """Hinges of a membrane: h hinges between n nodes."""
+    """Data of the bending kernels: h hinges (edges between two triangles) and n nodes; symbols as in the module."""
 
-    corners: np.ndarray  # (h, 4) places where the corners are stored
-    mirror: np.ndarray  # (h,) axis across which the fourth corner is the image of the third, else -1
-    start: np.ndarray  # (h+1,) rows of the stiffness
-    columns: np.ndarray
-    stiffness: np.ndarray  # S [J]
-    rest: np.ndarray  # (h,) φ₀
-    moves: np.ndarray  # (h, 4) 1 where a corner moves by itself, else 0
-    about: Fan  # places 4 e + corner of the hinges about each node
-    where: np.ndarray  # (n,) the place at which a node is stored
-    mass: np.ndarray  # (n,) [kg]
+    corners: np.ndarray  # (h, 4) storage rows of the corners of the hinges
+    mirror: np.ndarray  # (h,) axis across which the fourth corner is the mirror image of the third, else -1
+    start: np.ndarray  # (h+1,) start of the entries of each row of S
+    columns: np.ndarray  # columns of the entries of S
+    stiffness: np.ndarray  # entries of S [J]
+    rest: np.ndarray  # (h,) fold angles φ₀ in the unbent state
+    moves: np.ndarray  # (h, 4) 1 for a corner that can move freely, else 0
+    about: Fan  # hinge corners around each node, as 4 e + corner for hinge e
+    where: np.ndarray  # (n,) storage row of each node
+    mass: np.ndarray  # (n,) nodal masses [kg]
     fold: np.ndarray  # (h, 2) φ - φ₀, and Σ_corners |∂φ/∂x|
     turn: np.ndarray  # (h, 2) S (φ - φ₀) [J], and |S| Σ_corners |∂φ/∂x|
-    values: np.ndarray  # (h, 4, OWN)
-    energy: np.ndarray  # (n,) [J]
-    sums: np.ndarray  # (chunks of nodes, SUMS)
-    hinge_sums: np.ndarray  # (chunks of hinges, 1)
+    values: np.ndarray  # (h, 4, OWN) forces on the corners [N] and stiffness bounds [N/m]
+    energy: np.ndarray  # (n,) bending energies of the nodes [J]
+    sums: np.ndarray  # (chunks of nodes, SUMS) column RATE: largest squared eigenfrequency bound
+    hinge_sums: np.ndarray  # (chunks of hinges, 1) energies [J]
 
 
 class PlateBending:
-    """The bending of an open membrane of triangles, with the interface of `Bending`."""
+    """Bending energy and forces of an open membrane of triangles (see the module), with the interface of `Bending`."""
 
     def __init__(
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
@@ -58,7 +58,7 @@ class PlateBending:
         self.rigidity, self.poisson_ratio = rigidity, poisson_ratio
         self._relaxed: tuple[float, np.ndarray | None] = (0.0, None)
         self._where = np.arange(len(vertices))
-        self._bent: np.ndarray | None = None  # the positions of what was found last
+        self._bent: np.ndarray | None = None  # positions of the last evaluation
         self.energies = np.zeros(len(vertices))
         self.rate = 0.0
         """Upper bound of half the largest eigenfrequency of the nodes [1/s]."""
@@ -87,7 +87,7 @@ class PlateBending:
         self.bind(self._where)
 
     def bind(self, where: np.ndarray) -> None:
-        """Set the storage rows of the nodes by number, shape (n,)."""
+        """Set the storage row of each node, in the order of the node numbers, shape (n,)."""
         self._where, self._bent = where, None
         operators = self._operators
         corners, rows = operators.corners, operators.stiffness
@@ -111,7 +111,7 @@ class PlateBending:
         return float(ordered_sum(self._hinge_sums)[0])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the nodal forces [N], shape (n, 3), in storage order, and update `rate`."""
+        """Add the nodal forces [N] at these positions to `target`, shape (n, 3), in storage order, and update `rate`."""
         self._bend(position)
         _push_corners(self._chunks[0], self._bundle, position)
         _gather(self._chunks[1], self._bundle, target)
@@ -129,7 +129,7 @@ class PlateBending:
 
 @pointwise
 def _unfolded(x, corners, mirror, e):
-    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals of the two
+    """Return the edge of hinge e, the vectors from its start to the left and right corners, and the normals of the two
     triangles.
 
     A hinge in a plane of symmetry moves with the plane.
@@ -157,7 +157,8 @@ def _places(along, left, right):
 
 @pointwise
 def _turned(length, n1, n2, s, t):
-    """Return |∂φ/∂x| of the fold angle φ for the four corners of a hinge; upper bounds for the ends of its edge."""
+    """Return |∂φ/∂x| of the fold angle φ for the four corners of a hinge; for the two ends of its edge these are upper bounds.
+    length: length of the edge; n1, n2: normals of the triangles, as long as twice their area; s, t: see `_places`."""
     one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
     return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two
 
@@ -192,7 +193,7 @@ def _turn(chunk, of):
 
 @parallel_loop()
 def _share_energy(chunk, of):
-    """Compute the energies of the nodes: half the energy of each hinge at each end of its edge."""
+    """Compute the bending energies of a chunk of nodes: half the energy of each hinge for each end of its edge."""
     about, fold, turn = of.about, of.fold, of.turn
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         total = 0.0

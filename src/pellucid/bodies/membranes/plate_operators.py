@@ -31,17 +31,17 @@ import scipy.sparse as sp
 from pellucid.geometry.meshes.triangulation import pair_edges
 
 TINY = 1e-12
-RANK = 2.5e-3  # of the largest eigenvalue: below it the folds of a patch do not determine a curvature
-LEAVES = 0.5  # cosine of the angle with the normal of a plane from which on a triangle goes on beyond it as its image
-BACK = 0.1  # 1 + cosine of the angle between normals of a patch from which on it counts as folded back
+RANK = 2.5e-3  # eigenvalue, relative to the largest, below which the folds of a patch do not determine a curvature
+LEAVES = 0.5  # cosine of the angle with the plane's normal from which on a triangle has a mirror image
+BACK = 0.1  # 1 + cosine of the angle between normals of a patch below which it counts as folded back
 
 
 class BendingSupports(NamedTuple):
     """Supports that affect the bending of a mesh of t triangles and n nodes."""
 
-    led: np.ndarray  # (t,) whether a triangle moves as a clamp does
-    on_plane: np.ndarray  # (n, 3) whether a node lies in a plane of symmetry across each axis
-    fixed: np.ndarray  # (n,) whether a node moves in no direction by itself
+    led: np.ndarray  # (t,) True for triangles that move as a clamp
+    on_plane: np.ndarray  # (n, 3) True if a node lies in a plane of symmetry normal to the axis
+    fixed: np.ndarray  # (n,) True for nodes that cannot move freely in any direction
 
 
 def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
@@ -70,13 +70,13 @@ def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndar
 
 
 class PlateOperators(NamedTuple):
-    """The h hinges of a mesh with n nodes, and the linear operators on their folds."""
+    """The h hinges (edges between two triangles) of a mesh with n nodes, and the linear operators on their fold angles."""
 
-    corners: np.ndarray  # (h, 4) the edge from a to b, the third corner of the triangle on its left, that on its right
-    mirror: np.ndarray  # (h,) axis across which the right corner is the image of the left one, else -1
-    unit: np.ndarray  # (h,) fold of a surface with the curvature 1 1/m along all directions [m]
+    corners: np.ndarray  # (h, 4) nodes a and b of the edge, then the third corners of the triangles on its left and right
+    mirror: np.ndarray  # (h,) axis across which the right corner is the mirror image of the left one, else -1
+    unit: np.ndarray  # (h,) fold angles per curvature of a surface with equal curvature along all directions [m]
     stiffness: sp.csr_array  # (h, h) S [J]
-    curvature: sp.csr_array  # (n, h) 2H at the nodes [1/m]
+    curvature: sp.csr_array  # (n, h) maps folds to 2H, the sum of the principal curvatures, at the nodes [1/m]
 
     def folds(self, position: np.ndarray) -> np.ndarray:
         """Return the angles between the normals of both triangles at each hinge, positive if the normals diverge, shape
@@ -86,10 +86,10 @@ class PlateOperators(NamedTuple):
         return np.arctan2(np.sum(along * np.cross(n1, n2), axis=1) / length, np.sum(n1 * n2, axis=1))
 
     def rate(self, position: np.ndarray, mass: np.ndarray, fixed: np.ndarray) -> float:
-        """Return an upper bound of half the largest eigenfrequency [1/s] of nodes with masses [kg], shape (n,), from the
-        rows of the stiffness.
+        """Return an upper bound of half the largest eigenfrequency [1/s] of nodes with masses [kg], shape (n,), at these
+        positions [m], shape (n, 3), from the rows of the stiffness.
 
-        fixed: mask of the nodes that cannot move, (n,).
+        fixed: mask of the nodes that cannot move, shape (n,).
         """
         along, left, right, n1, n2 = self._unfolded(position)
         square = np.sum(along * along, axis=1)

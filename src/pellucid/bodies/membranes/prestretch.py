@@ -1,4 +1,4 @@
-"""Initial tension of membranes: from the equal biaxial stretch that produces it, or from a given stretch."""
+"""Initial tension of membranes: computes the equal biaxial stretch that produces it, or the tension for a given stretch."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -7,18 +7,18 @@ from pellucid.materials.law import Law
 from pellucid.materials.membrane import InPlane, Shape, initial_shape, plane_response, shape_of
 
 ISOTROPIC = (1.0, 1.0, 0.0)
-LARGEST, THINNEST = 10.0, 0.05  # stretch, and thickness over that at rest, up to which a tension is looked for
+LARGEST, THINNEST = 10.0, 0.05  # largest stretch and smallest relative thickness in the search for a tension
 
 
 class Prestretch(NamedTuple):
     """State of a membrane that is stretched equally in all in-plane directions."""
 
-    stretch: float
-    stress: InPlane  # [Pa], the same along all directions but in a law with directions
-    ratio: float  # of its thickness to that at rest
-    shape: Shape  # as the law has it
-    energy: float  # on unit of volume as it is now [J/m³]
-    law: Law
+    stretch: float  # in-plane stretch relative to the rest state
+    stress: InPlane  # in-plane stress [Pa], equal along all directions unless the law has directions
+    ratio: float  # ratio of the present thickness to the thickness at rest
+    shape: Shape  # deformation in the form of the law
+    energy: float  # stored energy per present volume [J/m³]
+    law: Law  # law of the membrane with its thickness at rest
 
 
 def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float, inflation: float = 0.0) -> Prestretch:

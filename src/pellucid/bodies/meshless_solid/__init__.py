@@ -1,1 +1,2 @@
-"""Solids on their own nodes with shape functions over a background mesh, in total-Lagrangian form."""
+"""Meshless solids: nodes that move by their own equation of motion, with shape functions over a background mesh, in
+total-Lagrangian form."""

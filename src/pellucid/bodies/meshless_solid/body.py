@@ -1,4 +1,5 @@
-"""Solids on their own nodes in total-Lagrangian explicit dynamics (Mountris et al. 2019, section 4)."""
+"""Meshless solids: nodes that move by their own equation of motion, in total-Lagrangian explicit dynamics (Mountris et al.
+2019, section 4)."""
 
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
@@ -34,13 +35,13 @@ from pellucid.state import with_owner
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 
-HELD = 1e-9  # of the extent of a body: a displacement that is rounding
-OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
+HELD = 1e-9  # displacement, relative to the extent of the body, that counts as round-off
+OVERESTIMATE = 1.05  # safety factor of the largest frequency: power iteration converges from below
 
 
 class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
-    """Nodes with shape functions over a background mesh; the functions are built when all conditions are known
-    (`complete`)."""
+    """A meshless solid: nodes with shape functions over a background mesh. The functions are built when all conditions are
+    known (`complete`)."""
 
     energy_kind = "strain"
 
@@ -51,7 +52,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._volume = np.zeros(n)
         self.skin: Skin | None = None
         self._volume_inertia: VolumeInertia | None = None
-        self._shifted = 0.0  # work in this step of what forces change by it
+        self._shifted = 0.0  # work in this step of the force changes by the volume inertia [J]
         self._start: Mapping[str, np.ndarray] = {}
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
@@ -98,7 +99,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self._find_fastest()
 
     def _find_fastest(self) -> None:
-        """Compute the largest frequency of the present state, starting from a random vector."""
+        """Compute the largest natural frequency of the body in its present state, starting from a random vector; then forces
+        and step limit."""
         self._fastest = self._power_iteration()
         self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
         self._find_forces()
@@ -123,8 +125,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Prepare a relaxation. If `scaled`, the inertia of the nodes is set in proportion to bounds on the rows of the
-        stiffness; its total is the mass of the body. Nearly incompressible solids get an inertia against changes of volume."""
+        """Prepare a relaxation to a steady state. If `scaled`, the inertia of each node is set in proportion to a bound of its
+        stiffness; the total is the mass of the body. Nearly incompressible solids get an inertia against changes of volume."""
         if scaled:
             row_sums = self._functions.tables.row_sums
             self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
@@ -161,8 +163,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
-        """Compute the internal forces and the energy at the nodal positions, which were reached in a step dt [s]. iterate:
-        True to also update the estimate of the largest frequency."""
+        """Compute internal forces and stored energy for the present nodal positions. dt: length of the step that led to them
+        [s]; iterate: True to also update the estimate of the largest frequency."""
         displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
         if iterate:
             self._forces.find_and_iterate(displacement, force, dt, self._fastest)
@@ -184,7 +186,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return told(self.totals.rate, [modes, *moves, springs_of_contact(self.contact_rate)])
 
     def renew_totals(self) -> None:
-        """Sum the totals of the present state, and compute the largest frequency of the initial state."""
+        """Sum energy and momentum of the present state, and compute the largest natural frequency."""
         self._fastest = self._power_iteration()
         super().renew_totals()
         self._find_fastest()
@@ -206,7 +208,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().check(n_steps, time)
 
     def whereabouts(self, p: int) -> str:
-        """Return the initial position of a node for messages, since its present position may not be finite."""
+        """Describe the initial position of node p for messages, since its present position may not be finite."""
         return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
@@ -216,7 +218,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return self.mesh.sets
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """Return the means of the shape functions over outer faces, shape (f, 3), once all conditions are known."""
+        """Return the means of the shape functions over outer faces with corners `faces`, shape (f, 3); available once all
+        conditions are known."""
         return self._functions.face_shares(faces)
 
     @property

@@ -1,4 +1,7 @@
-"""Deformation gradients of packs from nodal displacements, and nodal forces from stresses of packs."""
+"""Kernels for deformation gradients from nodal displacements, and nodal forces from stresses.
+
+They process packs of four quadrature points (SIMD vectors). A block is a group of packs with a common list of nodes.
+"""
 
 import numpy as np
 
@@ -44,7 +47,8 @@ def deform(pack, solid, u, F, at, step):
 def pull(pack, solid, P, at, f):
     """Subtract P ∇p_a, with the first Piola-Kirchhoff stress P, from the forces f on the nodes a of a block.
 
-    The array contains P times the weights: the first component at index `at`, the others a column apart.
+    The array P contains the stresses of the pack times the quadrature weights: the first component at index `at`, the others
+    COLUMN apart.
     """
     K, k = solid.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -67,7 +71,7 @@ def pull(pack, solid, P, at, f):
 
 @kernel(inner=True, allocates=True)
 def displacements(start, m, solid):
-    """Return the displacements of the m nodes of a block, one vector each."""
+    """Return the displacements of the m nodes of a block [m], padded to one SIMD vector for each node."""
     u = np.zeros(LANES * m)
     for k in range(m):
         for d in range(3):
@@ -77,7 +81,7 @@ def displacements(start, m, solid):
 
 @kernel(inner=True)
 def deform_block(block, solid):
-    """Compute the deformation gradients of a block, and its contributions to the volumes around the nodes."""
+    """Compute the deformation gradients at the points of a block, and its contributions to the volumes around the nodes."""
     start, end = solid.blocks.first[block], solid.blocks.first[block + 1]
     u, volume, corners = displacements(start, end - start, solid), solid.block_volume[start:end], solid.corners
     volume[:] = 0.0

@@ -1,7 +1,7 @@
 """Essential boundary conditions by constraint forces, for shape functions that do not interpolate nodal values.
 
-After the free update, impulses λ_j are distributed to the nodes with the weights s_ja, so that the field takes the
-prescribed values:
+After the velocity update without constraints, impulses λ_j are distributed to the nodes with the weights s_ja, so that the
+field takes the prescribed values v̄_i. With the nodal velocities v_a, masses m_a and changes of velocity Δv_a,
 
     Σ_j V_ij λ_j = v̄_i - Σ_a s_ia v_a,  V_ij = Σ_a s_ia s_ja/m_a,  m_a Δv_a = Σ_j s_ja λ_j .
 
@@ -31,11 +31,12 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """Computes the impulses with which the field follows the prescribed displacement.
+    """Computes the constraint impulses that make the field follow the prescribed displacement.
 
-    values: shape functions at all nodes, shape (n, n); position: array of the body [m], shape (n, 3); inertia: [kg], shape
-    (n,); motions: first row of the motions and the row after the last; spread: True to distribute forces over faces
-    (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
+    values: shape functions at all nodes, shape (n, n); position: nodal positions of the body [m], shape (n, 3), read at each
+    call; inertia: nodal masses [kg], shape (n,); motions: first row of the prescribed values that belongs to a motion, and the
+    row after the last; spread: True to distribute forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are
+    nearly identical.
     """
 
     def __init__(
@@ -85,7 +86,8 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """Return the weights s_ja (see the module) of the prescribed nodes j, shape (m, n), over the chosen faces of the boundary.
+    """Return the weights s_ja (see the module) of the prescribed nodes j, shape (m, n), by means over the boundary faces
+    `chosen`.
 
     A node without such a face has a point force at its position, with the shape functions there: `values`, shape (m, n).
     """
@@ -107,7 +109,8 @@ def spread_over_faces(
 
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
-    """Return a function that computes the impulses for given velocity errors."""
+    """Return a function that computes the impulses λ from velocity errors, for the weights s_ja (see the module), shape (m,
+    n)."""
     if shares.shape[0] == 0:
         return np.copy
     V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)

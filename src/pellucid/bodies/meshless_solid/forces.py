@@ -38,17 +38,18 @@ from pellucid.tensors import cofactor, determinant
 
 @generic
 def find_stresses(points: Any, first: int, n: int, solid: Any, dt: float, keep: bool, averaged: bool, s: Any) -> float:
-    """Compute the stresses of a batch of n packs, starting at `first`.
+    """Compute the stresses of a batch of n packs of four quadrature points each, starting with pack `first`.
 
-    Writes to the columns of s: stored energy and first Piola-Kirchhoff stress P, both times the weights, and the volume ratio.
-    Returns the energy dissipated so far by these points [J]. dt: the step that ended with the present deformation gradients
-    [s]; keep: True to store the new states.
+    Reads the deformation gradients and weights from the columns of s, and writes to its columns: stored energy and first
+    Piola-Kirchhoff stress P, both times the weights, and the volume ratio. Returns the energy dissipated so far at these points
+    [J]. dt: length of the step that ended with the present deformation gradients [s]; keep: True to store the new states of the
+    material; averaged: True if the volume ratio is averaged.
     """
 
 
 @kernel(inner=True)
 def gradient_at(s, i):
-    """Return the deformation gradient of point i of a batch."""
+    """Return the deformation gradient of point i of a batch, read from the columns of s."""
     return (
         s[i],
         s[COLUMN + i],
@@ -102,7 +103,7 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 @kernel(inner=True)
 def _average_chunk(chunk, solid):
-    """Compute the averaged volume ratios of the nodes, their volumetric energy and stresses."""
+    """Compute the averaged volume ratios of a chunk of nodes, and their volumetric energies and stresses."""
     blocks, least, stored = solid.blocks, np.inf, 0.0
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(solid.volume))):
         volume = 0.0
@@ -117,8 +118,8 @@ def _average_chunk(chunk, solid):
 
 @kernel(inner=True)
 def _fill_batch(first, n, solid, averaged, mean, u, s):
-    """Copy deformation gradients, weights and nodal means of n packs to columns of s; u, mean: displacements and mean
-    stresses of the nodes of the block."""
+    """Copy deformation gradients, weights and averaged volumetric stresses of n packs to the columns of s. u, mean:
+    displacements and mean volumetric stresses of the nodes of the block."""
     corners = solid.corners
     for k in range(n):
         pack, here = first + k, 9 * LANES * (first + k)
@@ -146,7 +147,8 @@ def _mean_stresses(start, m, solid):
 
 @kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
-    """Compute the forces of a block on its nodes; also the deformation gradients, unless the volume ratio is averaged."""
+    """Compute the forces that the points of a block exert on its nodes; also the deformation gradients, unless the volume ratio
+    is averaged."""
     blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
     u = displacements(start, m, solid)
@@ -181,8 +183,8 @@ def _add_blocks(chunk, solid, force):
 
 @kernel()
 def internal_forces(n_blocks, chunks, solid, dt, keep, force):
-    """Compute the nodal forces `force` (n, 3) [N], the deformation gradients, and the sums of blocks and chunks; dt, keep:
-    see `find_stresses`."""
+    """Compute the internal nodal forces `force` (n, 3) [N], the deformation gradients, and the energies and smallest volume
+    ratios of the blocks; dt, keep: see `find_stresses`."""
     if len(solid.block_volume) > 0:
         parallel_for(deform_block, n_blocks, solid)
         parallel_for(_average_chunk, chunks, solid)

@@ -24,12 +24,13 @@ from pellucid.parts.body import in_metres
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 
-MISSED = 0.01  # share of other nodes in a node that is prescribed
+MISSED = 0.01  # weight of other nodes at a prescribed node from which a warning is issued
 
 
 @contextmanager
 def refused(case: "MeshlessSolidCase", key: str | None = None) -> Iterator[None]:
-    """Raise CaseError at `key`, by default the mesh, if the block finds no shape functions or refuses the settings."""
+    """Convert errors about shape functions or settings that are raised inside the `with` statement to CaseError at `key`
+    (default: the mesh)."""
     approximant, body = case.approximant, f"body.{case.name}"
     try:
         yield
@@ -95,8 +96,8 @@ class SolidFunctions:
         return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
-        """Return the constraint forces for the prescribed field; None if nodal coefficients are prescribed directly, or no
-        node is prescribed. See `ForceCorrection`."""
+        """Return the object that computes constraint forces for the prescribed field; None if nodal coefficients are prescribed
+        directly, or no node is prescribed. Arguments as for `ForceCorrection`."""
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
         how = position, inertia, motions, self._case.essential == "ebciem"
@@ -104,10 +105,10 @@ class SolidFunctions:
             return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """Return the means of the shape functions over outer faces, shape (f, 3)."""
+        """Return the means of the shape functions over outer faces with corners `faces`, shape (f, 3)."""
         with refused(self._case):
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
-        """Build the surface points; see `skin_points`."""
+        """Build the contact points on the outer faces; arguments as for the function `skin_points`."""
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)

@@ -1,4 +1,4 @@
-"""Meshless solids as the user describes them."""
+"""Settings of a meshless solid in a case file, and their checks."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from pellucid.parts.body import Body
     from pellucid.parts.placement import Placement
 
-ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
-QUADRATURE_BYTES = 300  # place, fit, deformation gradient
-MOST_TRIED = 10_000  # cells: their functions are found in a second
+ENTRY_BYTES = 60  # memory per quadrature point and node: shape function, gradient, node number, data of a step
+QUADRATURE_BYTES = 300  # memory per quadrature point: position, fit, deformation gradient
+MOST_TRIED = 10_000  # largest number of cells for the check, whose functions are computed in a second
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
@@ -96,7 +96,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def density(self) -> float:
-        """Density at rest [kg/m³]."""
+        """Density of the material at rest [kg/m³]."""
         return self.material.density
 
     def law(self) -> Law:
@@ -104,7 +104,7 @@ class MeshlessSolidCase(DampedModel):
         return self._at_rest.law()
 
     def viscous(self) -> "Viscous | None":
-        """Return the law with history and its initial state; None for a hyperelastic solid."""
+        """Return the material law with history variables and its initial state; None for a hyperelastic solid."""
         from pellucid.bodies.meshless_solid.viscous_forces import Viscous
 
         if isinstance(self.material, HyperelasticMaterial):
@@ -152,8 +152,8 @@ class MeshlessSolidCase(DampedModel):
             check_functions(self, mesh)
 
     def start_warnings(self) -> Iterator[str]:
-        """Warn if few elements determine the time step, for approximants whose functions follow the elements; the functions of
-        others extend beyond single elements."""
+        """Yield a warning if few elements determine the time step, for approximants whose functions follow the elements; the
+        functions of others extend beyond single elements."""
         mesh = self.mesh.mesh()
         if self.approximant.follows_cells and (found := slowest_of_solid(mesh)):
             yield step_warning(self.name, found, mesh.nodes[mesh.cells].mean(axis=1))

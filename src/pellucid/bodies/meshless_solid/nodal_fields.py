@@ -20,12 +20,12 @@ LOST = "dissipated_energy"  # a field of viscous solids
 
 
 class AtPoints(NamedTuple):
-    """Values at the points, without the effect of averaged volume ratios: Cauchy stress [Pa], shape (n, 6); strain energy
-    and, for laws that compute it, dissipated energy per unit reference volume [J/m³], shape (n,)."""
+    """Values at the n quadrature points, without the effect of averaged volume ratios: Cauchy stress [Pa], shape (n, 6); strain
+    energy and, for laws that compute it, dissipated energy per unit reference volume [J/m³], shape (n,)."""
 
-    stress: np.ndarray
-    stored: np.ndarray
-    lost: np.ndarray | None = None
+    stress: np.ndarray  # Cauchy stress
+    stored: np.ndarray  # strain energy
+    lost: np.ndarray | None = None  # dissipated energy
 
 
 @kernel(inner=True)
@@ -55,7 +55,7 @@ def _elastic(block, solid, stress, stored):
 
 
 def elastic_points(solid: Solid, n: int) -> AtPoints:
-    """Return the stresses and energies of a hyperelastic solid at n points, from their deformation gradients."""
+    """Return stresses and energies of a hyperelastic solid at its n quadrature points, from their deformation gradients."""
     found = AtPoints(np.zeros((n, 6)), np.zeros(n))
     _elastic(len(solid.sums), Bundle(solid), found.stress, found.stored)
     return found

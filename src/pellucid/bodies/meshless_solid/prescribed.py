@@ -1,4 +1,4 @@
-"""Prescribed values of the field of a meshless solid, and the residuals of the field."""
+"""Prescribed displacements of a meshless solid, and the difference between its displacement field and these values."""
 
 import numpy as np
 from scipy import sparse
@@ -19,10 +19,10 @@ _ON_FACE = np.array(
 class PrescribedField:
     """The nodes with a prescribed displacement, and the boundary faces on which the field is prescribed.
 
-    number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n,
-    3): one number for all rows that never differ; displacement: prescribed so far [m], shape (rows, 3); faces: numbers of
-    the boundary faces whose nodes are all in one group along an axis; held: mask of the axes for which this is so, shape
-    (faces, 3).
+    number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n, 3):
+    one number for all supports and motions that always prescribe the same displacement; displacement: displacement prescribed
+    so far by each row [m], shape (rows, 3); faces: numbers of the boundary faces whose nodes are all in one group along an
+    axis; held: mask of the axes for which this is so, shape (faces, 3).
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
@@ -78,7 +78,7 @@ class PrescribedField:
         return nodes, missed
 
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
-        """Build the evaluator of the residuals; values: functions at all nodes, shape (n, n)."""
+        """Build the object that evaluates the residuals of the field. values: shape functions at all nodes, shape (n, n)."""
         on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])
         first = self.mesh.faces[0][self.faces][:, 0]
         n = len(_ON_FACE)
@@ -87,12 +87,13 @@ class PrescribedField:
         return Residuals(self, (values[on_boundary], self.number[on_boundary]), (self._on_faces(evaluator), between))
 
     def at(self, number: np.ndarray) -> np.ndarray:
-        """Return the prescribed displacements [m] for constraint numbers of shape (m, 3); 0 if free."""
+        """Return the prescribed displacements [m], shape (m, 3). number: 0 for a free component, else 1 + the row of its
+        support or motion, shape (m, 3)."""
         rows = np.concatenate([np.zeros((1, 3)), self.displacement])
         return np.asarray(np.take_along_axis(rows, number, axis=0))
 
     def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
-        """Return the shape functions at points on the prescribed faces, face by face."""
+        """Return the shape functions at the points `_ON_FACE` of the prescribed faces, face by face, one row for each point."""
         faces, owners = self.mesh.faces
         places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
         n, normals = len(_ON_FACE), unit_normals(self.mesh.nodes, faces[self.faces])
@@ -100,7 +101,8 @@ class PrescribedField:
 
 
 class Residuals:
-    """The residuals |Σ_a p_a(x) u_a - ū| along the prescribed axes, at boundary nodes and at points on faces between them."""
+    """The differences |Σ_a p_a(x) u_a - ū| between the field and the prescribed displacement ū along the prescribed axes, at
+    boundary nodes and at points on faces between them."""
 
     def __init__(
         self,
@@ -108,8 +110,8 @@ class Residuals:
         at_nodes: tuple[sparse.csr_array, np.ndarray],
         between: tuple[sparse.csr_array, np.ndarray],
     ) -> None:
-        """at_nodes, between: functions at m positions, shape (m, n), and the numbers of the constraints there, shape (m,
-        3)."""
+        """at_nodes, between: shape functions at m positions, shape (m, n), and the numbers of the constraints there (see
+        `PrescribedField`), shape (m, 3)."""
         self._prescribed, self._sets = prescribed, {"nodes": at_nodes, "between": between}
 
     def largest(self, displacement: np.ndarray) -> dict[str, float]:
@@ -126,7 +128,8 @@ class Residuals:
 def values_at(
     mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray, normals: np.ndarray = NO_NORMALS
 ) -> sparse.csr_array:
-    """Return the shape functions at positions [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n).
+    """Return the values of the shape functions at positions [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m,
+    n).
 
     normals: normals of the faces that contain the positions, shape (m, 3), if they are on faces.
     """
@@ -135,7 +138,7 @@ def values_at(
 
 
 def values_at_nodes(mesh: SimplexMesh, evaluator: Evaluator) -> sparse.csr_array:
-    """Return the shape functions at the nodes, shape (n, n)."""
+    """Return the values of all shape functions at the nodes, shape (n, n), one row for each node."""
     cells = np.zeros(len(mesh.nodes), np.int64)
     corners = mesh.cells.shape[1]
     cells[mesh.cells.ravel()] = np.repeat(np.arange(len(mesh.cells)), corners)

@@ -14,14 +14,14 @@ from pellucid.bodies.meshless_solid.solid import COLUMN, STORED, STRESS, WEIGHT,
 from pellucid.jit import point_function
 from pellucid.jit.vector import LANES
 
-ROWS = ((0, 5, 4), (5, 1, 3), (4, 3, 2))  # of a symmetric tensor among xx, yy, zz, yz, xz, xy
+ROWS = ((0, 5, 4), (5, 1, 3), (4, 3, 2))  # indices of the rows of a symmetric tensor in its components xx, yy, zz, yz, xz, xy
 
 
 class Prestressed(NamedTuple):
-    """Points with initial stresses [Pa], shape (lanes, 6), added to the stresses of the law."""
+    """Material points of a solid with an initial stress S₀ [Pa], shape (lanes, 6), that is added to the stress of the law."""
 
-    points: Any
-    stress: np.ndarray
+    points: Any  # points without the initial stress, see `find_stresses`
+    stress: np.ndarray  # components xx, yy, zz, yz, xz, xy of S₀
 
 
 def prestressed(solid: Solid, stress: np.ndarray | None) -> Solid:
@@ -59,8 +59,8 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 
 def with_prestress(found: AtPoints, solid: Solid, F: np.ndarray) -> AtPoints:
-    """Return the stresses and energies of points including the initial stress, if there is one. F: deformation gradients,
-    shape (n, 3, 3)."""
+    """Return the stresses and energies of points including those of the initial stress, if there is one. F: deformation
+    gradients, shape (n, 3, 3)."""
     if not isinstance(solid.points, Prestressed):
         return found
     S = solid.points.stress[: len(F)][:, np.array(ROWS)]

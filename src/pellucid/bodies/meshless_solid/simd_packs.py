@@ -16,17 +16,18 @@ from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES
 from pellucid.tensors import cofactor, determinant
 
-CHUNK = 256  # packs that one thread takes at a time
-DIGITS = 24  # of a number in single precision
+CHUNK = 256  # packs that one thread processes at a time
+DIGITS = 24  # binary digits of a number in single precision
 
 
 class Source(NamedTuple):
-    """Node lists of the cells and of the packs, and data at the points: for each node of the cell, component by component."""
+    """Data to be rearranged: node lists of the cells and of the packs, and numbers at the points, by component for each node of
+    the cell."""
 
-    n_points: int  # of a cell
-    cells: Lists
-    packs: Lists
-    numbers: np.ndarray
+    n_points: int  # quadrature points per cell
+    cells: Lists  # nodes of each cell
+    packs: Lists  # nodes of each pack
+    numbers: np.ndarray  # data, point by point
 
 
 def pack_lists(cells: Lists, n_points: int) -> Lists:
@@ -45,7 +46,8 @@ def pack_lists(cells: Lists, n_points: int) -> Lists:
 
 @kernel(inner=True)
 def _take(pack, source, parts, out):
-    """Fill `out` with the data of a pack: `parts` components of LANES points for each node; zero for missing points."""
+    """Fill `out` with the numbers of a pack: for each of its nodes `parts` components at LANES points; zero for missing
+    points."""
     nq, cells, packs = source.n_points, source.cells, source.packs
     start, end = packs.first[pack], packs.first[pack + 1]
     out[: parts * LANES * (end - start)] = 0.0
@@ -122,7 +124,8 @@ def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
-    """Rearrange data with one number per node and point into packs: LANES numbers per entry of the packs' node lists."""
+    """Rearrange data with one number per node and quadrature point into packs: LANES numbers per entry of the packs' node
+    lists."""
     out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
     _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
     return out

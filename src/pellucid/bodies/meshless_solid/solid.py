@@ -1,10 +1,10 @@
-"""A meshless solid in the form for kernels: shape functions and points in packs, packs in blocks.
+"""Data of a meshless solid for kernels: quadrature points in packs, packs in blocks, and shape functions at the points.
 
-A pack is four points in the lanes of a vector. Gradients are stored as ∇p_a = Kᵀ g_a. The g_a are in single precision and
-sum to exactly zero; K, one per point, restores linear reproduction to double precision. Forces and torques of the whole
-solid therefore vanish to double-precision round-off, whatever the precision of the g_a. Packs are divided into blocks that
-do not depend on the number of threads. A block sums the forces on its own nodes; each node then sums the contributions of
-its blocks in a fixed order.
+A pack is four points in the lanes of a SIMD vector. Gradients are stored as ∇p_a = Kᵀ g_a. The g_a are in single precision and
+sum to exactly zero; K, one per point, restores linear reproduction to double precision. Forces and torques of the whole solid
+therefore vanish to double-precision round-off, whatever the precision of the g_a. Packs are divided into blocks that do not
+depend on the number of threads. A block sums the forces on its own nodes; each node then sums the contributions of its blocks
+in a fixed order.
 """
 
 from typing import Any, NamedTuple
@@ -15,21 +15,28 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit.vector import LANES
 from pellucid.parts.body import in_metres
 
-PACKS = 512  # of a block
-BATCH = 8  # packs whose stresses are found side by side
+PACKS = 512  # packs in a block
+BATCH = 8  # packs whose stresses are computed together
 COLUMN = BATCH * LANES
 CHUNK = 2048  # nodes
-ENERGY, LEAST_J, LOST = range(3)  # columns of the sums of a block
-NODAL, WEIGHT, STRESS, STORED, RATIO, COLUMNS = 9, 10, 11, 20, 21, 22  # of a batch, behind deformation gradients
+ENERGY, LEAST_J, LOST = range(3)  # columns of `sums`: energy, smallest volume ratio, dissipated energy
+NODAL, WEIGHT, STRESS, STORED, RATIO, COLUMNS = (
+    9,
+    10,
+    11,
+    20,
+    21,
+    22,
+)  # columns of a batch after the nine of the deformation gradient
 
 
 class Blocks(NamedTuple):
     """The nodes of each block of packs, and the positions of each node in the blocks."""
 
-    first: np.ndarray  # (blocks + 1,)
-    nodes: np.ndarray  # those of block b from first[b] to first[b + 1]
-    node_first: np.ndarray  # (n + 1,)
-    places: np.ndarray  # of node a in `nodes`, from node_first[a] to node_first[a + 1], ascending
+    first: np.ndarray  # (blocks + 1,) index in `nodes` of the first node of each block
+    nodes: np.ndarray  # (places,) nodes of block b from first[b] to first[b + 1]
+    node_first: np.ndarray  # (n + 1,) index in `places` of the first entry of each node
+    places: np.ndarray  # (places,) indices in `nodes` of node a, from node_first[a] to node_first[a + 1], ascending
 
 
 class Functions(NamedTuple):
@@ -37,37 +44,37 @@ class Functions(NamedTuple):
     has one entry for each of its nodes: the node's index in the block times the number of lanes, and the values at the
     points of the pack, component by component."""
 
-    first: np.ndarray  # (packs + 1,)
-    place: np.ndarray
-    numbers: np.ndarray
+    first: np.ndarray  # (packs + 1,) index of the first entry of each pack
+    place: np.ndarray  # (entries,) index of the node in the block, times the number of lanes
+    numbers: np.ndarray  # values at the points of the pack, entry by entry
 
 
 class Elastic(NamedTuple):
-    """Points whose stresses depend on the deformation only."""
+    """Material points whose stresses depend on the present deformation only."""
 
-    law: Any
+    law: Any  # hyperelastic law
 
 
 class Solid(NamedTuple):
-    """Data of a solid for kernels."""
+    """Data of a meshless solid for kernels; see the module for packs, lanes, blocks, g_a and K, and `forces` for w, J and U."""
 
-    law: Any  # hyperelastic
-    points: Any  # what finds the stresses of its points: `Elastic`, or what has a history of them
-    n_points: int  # of a cell
-    gradients: Functions  # g_a [1/m], 3 × LANES numbers to an entry
-    turns: np.ndarray  # K - I of the points, 9 × LANES to a pack
-    corners: Functions  # w N_a [m³] of the corners, LANES to an entry
-    weights: np.ndarray  # w [m³], LANES to a pack; no volume where there is no point
+    law: Any  # hyperelastic law
+    points: Any  # material points, see `find_stresses`: `Elastic`, or a type with history variables
+    n_points: int  # quadrature points per cell
+    gradients: Functions  # g_a [1/m], 3 × LANES numbers per entry
+    turns: np.ndarray  # K - I of the points, 9 × LANES numbers per pack
+    corners: Functions  # w N_a [m³] of the corners a of the cells, LANES numbers per entry
+    weights: np.ndarray  # quadrature weights w [m³], LANES numbers per pack; 0 for lanes without a point
     blocks: Blocks
-    displacement: np.ndarray  # (n, 3) [m]
-    deformation: np.ndarray  # deformation gradients, 9 × LANES to a pack
-    block_force: np.ndarray  # (places, 3) [N]
-    block_volume: np.ndarray  # (places,) Σ w N_a J of each block, no rows where J is not averaged
-    volume: np.ndarray  # (n,) V_a [m³]
-    volume_ratio: np.ndarray  # (n,) J̄_a
-    mean_stress: np.ndarray  # (n,) U'(J̄_a) [Pa]
-    sums: np.ndarray  # (blocks, 3)
-    node_sums: np.ndarray  # (chunks, 2)
+    displacement: np.ndarray  # (n, 3) nodal displacements [m]
+    deformation: np.ndarray  # deformation gradients, 9 × LANES numbers per pack
+    block_force: np.ndarray  # (places, 3) forces of each block on its nodes [N]
+    block_volume: np.ndarray  # (places,) Σ w N_a J of each block [m³]; empty unless J is averaged
+    volume: np.ndarray  # (n,) reference volume V_a around each node [m³]
+    volume_ratio: np.ndarray  # (n,) averaged volume ratio J̄_a
+    mean_stress: np.ndarray  # (n,) mean volumetric stress U'(J̄_a) [Pa]
+    sums: np.ndarray  # (blocks, 3) columns ENERGY, LEAST_J and LOST
+    node_sums: np.ndarray  # (chunks, 2) columns ENERGY and LEAST_J of chunks of nodes
 
 
 def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:

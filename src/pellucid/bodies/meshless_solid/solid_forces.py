@@ -1,4 +1,4 @@
-"""The forces of a hyperelastic meshless solid, their energy, and the frequency that limits the step."""
+"""The internal forces of a hyperelastic meshless solid, their energy, and the largest frequency, which limits the time step."""
 
 from collections.abc import Mapping
 
@@ -32,34 +32,34 @@ class ElasticForces:
         internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
-        """Compute the forces at trial displacements that are reached within the reciprocal of a frequency. Hyperelastic forces
-        do not depend on this time."""
+        """Compute the forces at trial displacements that are reached within the time 1/frequency. Hyperelastic forces do not
+        depend on this time."""
         self.find(displacement, force, 0.0)
 
     def stored(self) -> float:
-        """Return the strain energy [J]."""
+        """Return the strain energy of the solid [J]."""
         nodal = float(self.solid.node_sums[:, ENERGY].sum()) if len(self.solid.block_volume) else 0.0
         return float(self.solid.sums[:, ENERGY].sum()) + nodal
 
     @property
     def lost(self) -> float | None:
-        """Return the energy dissipated so far by the material [J]; None for materials that do not compute it."""
+        """Energy dissipated so far by the material [J]; None for materials that do not compute it."""
         return None
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Iterate towards the largest frequency with `converge`, around displacements [m], shape (n, 3). Forces and energy
-        must be computed again afterwards."""
+        """Estimate the largest frequency by power iteration around displacements [m], shape (n, 3). Forces and energy must be
+        computed again afterwards."""
         converge(iteration, self._try, displacement)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Like `find`, with one more iteration towards the largest frequency."""
+        """Compute the forces as `find` does, and perform one more power iteration towards the largest frequency."""
         there = np.empty_like(force)
         self._try(displacement + iteration.trial(), there, iteration.frequency)
         self.find(displacement, force, dt)
         iteration.learn(force - there)
 
     def at_points(self, n: int) -> AtPoints:
-        """Return the stresses and energies at the n points."""
+        """Return the stresses and energies at the n quadrature points."""
         return with_prestress(
             self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
         )

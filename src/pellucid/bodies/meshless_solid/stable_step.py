@@ -1,17 +1,18 @@
-"""The largest frequency of a solid around its present state, by power iteration; it limits the step of central differences.
+"""Estimate of the largest natural frequency of a solid in its present state, by power iteration; it limits the time step of
+central differences.
 
-The iteration continues during a run: one iteration every `INTERVAL` steps, starting from the vector of the last one, and
-one in each step while the frequency grows, for example while a solid is compressed.
+The iteration continues during a run: one iteration every `INTERVAL` steps, starting from the vector of the last one, and one in
+each step while the frequency grows, for example while a solid is compressed.
 """
 
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
-ITERATIONS = 30  # at first, from a vector without preference
+ITERATIONS = 30  # number of iterations from a random vector
 INTERVAL = 20  # steps between iterations while the frequency does not grow
 GROWING = 0.003  # relative growth of the frequency in an iteration after which the next step has one too
-SMALL = 1e-7  # of the extent of the solid: the displacement with which forces are differenced
+SMALL = 1e-7  # trial displacement for differences of forces, relative to the extent of the solid
 
 Forces = Callable[[np.ndarray, np.ndarray, float], None]
 """Function that computes internal forces [N] at displacements [m], both of shape (n, 3), which are reached within the
@@ -19,16 +20,16 @@ reciprocal of a frequency [rad/s]."""
 
 
 class PowerIteration:
-    """The estimate of the fastest mode of nodes with an inertia [kg], shape (n,), that are free along `free`, shape (n, 3).
-    extent: size of the solid [m].
+    """Estimates the mode of highest frequency of nodes with an inertia [kg], shape (n,), that are free along `free`, shape (n,
+    3). extent: size of the solid [m].
 
-    With v of unit length in the norm of the inertia M, the estimate is the square root of the norm of M⁻¹ K v. Its square
-    never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
+    With v of unit length in the norm of the inertia M and the stiffness K, the estimate is the square root of the norm of M⁻¹ K
+    v. Its square never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
 
-    Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M -
-    dt² K - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the
-    stiffness for a displacement that takes the time 1/s. s is therefore computed together with the vector; each iteration
-    at least halves an error in s. For one mode of damping ratio ξ the limit is dt = 2/ω (√(1 + ξ²) - ξ).
+    Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M - dt² K
+    - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the stiffness for a
+    displacement that takes the time 1/s. s is therefore computed together with the vector; each iteration at least halves an
+    error in s. For one mode of damping ratio ξ the limit is dt = 2/ω (√(1 + ξ²) - ξ).
     """
 
     def __init__(
@@ -52,12 +53,12 @@ class PowerIteration:
         self._vector, self._waits, self._renewing = self._without_preference(), 0, ITERATIONS
 
     def is_due(self) -> bool:
-        """Return True if the coming step has an iteration; call this once per step."""
+        """Return True if the coming step includes a power iteration; call this once per step."""
         self._waits -= 1
         return self._waits <= 0
 
     def trial(self) -> np.ndarray:
-        """Return the trial displacement of the nodes [m], shape (n, 3)."""
+        """Return the small trial displacement of the nodes for the next power iteration [m], shape (n, 3)."""
         self._vector /= self._size(self._vector) or 1.0
         self._scale = SMALL * self._extent / (float(abs(self._vector).max()) or 1.0)
         return self._scale * self._vector
@@ -94,7 +95,7 @@ class PowerIteration:
 def converge(
     iteration: PowerIteration, forces: Forces, displacement: np.ndarray, start: float = 0.0, renewed: int = ITERATIONS
 ) -> None:
-    """Perform the first iterations around displacements [m], shape (n, 3).
+    """Perform the first power iterations around displacements [m], shape (n, 3).
 
     The forces must be computed again afterwards. start: initial frequency [rad/s] passed to `forces`; renewed: number of
     iterations after which the frequency passed to `forces` is updated.

@@ -1,4 +1,5 @@
-"""Tables of the approximant of a meshless solid: gradients and weights at the quadrature points, and lumped masses."""
+"""Shape-function data of a meshless solid, computed at the start: gradients and weights at the quadrature points, and nodal
+volumes."""
 
 from math import sqrt
 from typing import Any, NamedTuple
@@ -19,12 +20,12 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
-STORAGE: Any = np.float32  # of gradients: doubles take a third more time and nearly twice the memory
+STORAGE: Any = np.float32  # number type of gradients: double precision needs a third more time and nearly twice the memory
 
 
 class Tables(NamedTuple):
-    """A solid for kernels; for each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which bounds its row of the
-    stiffness when multiplied by a modulus; shape (n,) each."""
+    """The data of a solid for kernels (`solid`), the volume of each node [m³], shape (n,), and Σ_q w |∇p_a| Σ_b |∇p_b| of each
+    node a [m], shape (n,), which times a modulus bounds its row of the stiffness matrix."""
 
     solid: Solid
     node_volume: np.ndarray
@@ -44,10 +45,11 @@ def quadrature_places(mesh: SimplexMesh, n_points: int) -> np.ndarray:
 def make_tables(
     mesh: SimplexMesh, evaluator: Evaluator, law: Any, n_points: int, consistent: bool, averaged: bool, storage: Any = None
 ) -> Tables:
-    """Compute the shape functions at the quadrature points of a mesh whose cells are in spatial order.
+    """Compute the shape functions at the quadrature points of a mesh whose cells are in spatial order, and arrange them for
+    kernels.
 
-    consistent: True to correct the gradients for consistent quadrature; averaged: True to average the volume ratio around
-    the corners; storage: number type of the gradients, by default `STORAGE`. Raises NoFunctions if the approximant has no
+    consistent: True to correct the gradients for consistent quadrature; averaged: True to average the volume ratio around the
+    corners; storage: number type of the gradients, by default `STORAGE`. Raises NoFunctions if the approximant has no
     functions, Refusal if a node has no volume or no correction exists.
     """
     weights = np.repeat(mesh.volumes / n_points, n_points)
@@ -116,16 +118,16 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 
 def _measure_volumes(solid: Solid) -> None:
-    """Compute the volume around each corner node with the same sums as in a step, so that the volume ratio at rest is exactly
-    1."""
+    """Compute the reference volume around each node with the same sums as in a step, so that the volume ratio at rest is
+    exactly 1."""
     internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
 def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
-    """Return the blocks of packs, and for each entry of their node lists the position of its node in the block, times the
-    lanes of a vector."""
+    """Return the blocks of packs, and for each entry of the packs' node lists the index of its node in the block, times the
+    number of lanes of a SIMD vector."""
     n_blocks = (len(packs.first) - 2) // PACKS + 1
     block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
     pairs, local = np.unique(block * n_nodes + packs.items, return_inverse=True)

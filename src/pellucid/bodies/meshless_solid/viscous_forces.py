@@ -22,8 +22,8 @@ from pellucid.materials.law import ZERO_GRADIENT, Law, diffusivity, dissipated_e
 from pellucid.materials.point_state import PointState, in_arrays, initial_arrays, load, store
 from pellucid.tensors import cofactor, determinant, multiply, piola_transform
 
-SUDDEN = 1e-6  # of the time of the fastest mode: nothing relaxes in it
-RETOLD = 3  # power iterations after which forces that diffuse are told the frequency anew
+SUDDEN = 1e-6  # duration of a trial displacement without relaxation, times the largest frequency
+RETOLD = 3  # power iterations between updates of the frequency for materials that diffuse momentum
 
 
 class Viscous(NamedTuple):
@@ -36,9 +36,9 @@ class Viscous(NamedTuple):
 class History(NamedTuple):
     """The law with history variables and the states of its points; the solid itself stores only the hyperelastic law."""
 
-    law: Any
-    states: Any  # of the points, in arrays; those of the lanes without a point stand at their end
-    density: float  # at the start [kg/m³]
+    law: Any  # law with history variables
+    states: Any  # states of the points, in arrays; lanes without a point are at the end
+    density: float  # initial density [kg/m³]
 
 
 @kernel(inner=True)
@@ -90,7 +90,7 @@ def _energies(block, history, stored, lost):
 
 
 class ViscousForces(ElasticForces):
-    """Internal forces of a law with history variables; this class stores these variables."""
+    """Internal forces of a material law with history variables, which this class stores."""
 
     def __init__(
         self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None
@@ -102,7 +102,7 @@ class ViscousForces(ElasticForces):
         super().__init__(solid._replace(points=history), initial_stress)
         self.arrays, self._history = arrays, Bundle(history)
         self._bound = wave_number * signal_speed(law, state, density, ZERO_GRADIENT, 0.0)
-        self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
+        self._diffuses = diffusivity(law, density) > 0.0  # the stiffness grows without limit with the strain rate
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
         """Compute the forces and advance the viscous states. A step with dt = 0 does not change states or forces."""
@@ -116,12 +116,13 @@ class ViscousForces(ElasticForces):
         return float(self.solid.sums[:, LOST].sum())
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Iterate towards the largest frequency as for elastic forces, including viscous forces and the branches of the law
-        that have not relaxed."""
+        """Estimate the largest frequency as for elastic forces, including viscous forces and the viscoelastic branches of the
+        law that have not relaxed."""
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Like the method of `ElasticForces`; all forces of the iteration start from the states at the end of the step."""
+        """Compute the forces and perform one power iteration, as in `ElasticForces`; all forces of the iteration start from the
+        states at the end of the step."""
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)
         told = iteration.frequency or self._bound

@@ -23,12 +23,12 @@ from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import volumetric_stress
 from pellucid.tensors import cofactor
 
-SOFT = 100.0  # U'' over the shear modulus up to which factors cost more than the steps that they save
-MOST_NODES = 10_000  # whose factors take some seconds and some 100 MB
-WORN = 1.0  # change of a deformation gradient, in roots of the shear modulus over U'', after which B is found anew
-CALMS = 0.9  # what is left of the rate of wear after a step in which there is less
-CALM = 0.1  # rate of wear over the largest frequency, below which it bounds steps no more
-STRAIN = 1e-6  # with which U'' is differenced
+SOFT = 100.0  # smallest ratio of U'' to the shear modulus for which the factors save time
+MOST_NODES = 10_000  # largest number of nodes, with factors of some seconds and some 100 MB
+WORN = 1.0  # change of a deformation gradient, over √(shear modulus / U''), after which B is recomputed
+CALMS = 0.9  # smallest ratio of `rate` between steps
+CALM = 0.1  # ratio of `rate` to the largest frequency below which it no longer limits the step
+STRAIN = 1e-6  # strain of the finite difference for U''
 
 
 def pays(solid: Solid, shear: float) -> bool:
@@ -37,7 +37,7 @@ def pays(solid: Solid, shear: float) -> bool:
 
 
 class VolumeInertia:
-    """Inertia against changes of volume, for a solid with averaged volume ratio.
+    """An inertia against changes of volume, for a solid with averaged volume ratio (see the module).
 
     inertia: M of the nodes [kg], shape (n,); free: mask of the free components, shape (n, 3); shear: shear modulus at rest
     [Pa]; frequency: largest frequency with M alone [rad/s].
@@ -47,7 +47,7 @@ class VolumeInertia:
         self._solid, self._inertia, self._free = solid, inertia[:, None], free
         self._found = VolumeRates(solid)
         self._bulk = stiffness_of_volume(solid)
-        squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: what shear alone would have
+        squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: squared frequency of shear alone
         self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
         """Nodal displacements at which B (see the module) was computed [m], shape (n, 3)."""
@@ -58,7 +58,7 @@ class VolumeInertia:
         self.renew()
 
     def renew(self) -> None:
-        """Compute B (see the module) in the present state."""
+        """Compute the derivatives B of the volumes around the nodes (see the module) in the present state."""
         self.displacement[:] = self._solid.displacement
         self._deformation, self._change = self._solid.deformation.copy(), 0.0
         self._rates = self._found.find()
@@ -68,8 +68,8 @@ class VolumeInertia:
         self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def wears(self, dt: float, frequency: float) -> bool:
-        """Return True if the solid has deformed so much since B was computed that volume changes by B are inaccurate. Called
-        after a step dt [s]; frequency: the largest one now [rad/s]."""
+        """Return True if the solid has deformed so much that the volume derivatives B have become inaccurate. Called after each
+        step dt [s]; frequency: present largest frequency [rad/s]."""
         before, self._change = self._change, float(abs(self._solid.deformation - self._deformation).max())
         if self.rate:
             wear = (self._change - before) / (self._tolerated * dt)
@@ -79,11 +79,13 @@ class VolumeInertia:
         return self._change > self._tolerated
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the displacements at which B was computed, and its error indicators."""
+        """Return, for a checkpoint, the nodal displacements at which the volume derivatives B were computed, and indicators of
+        their error."""
         return {"volume_inertia": self.displacement, "volume_wear": np.array([self._change, self.rate])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint, with the solid at the displacements at which B was computed."""
+        """Restore the arrays of a checkpoint; the solid must have the displacements at which the volume derivatives B were
+        computed."""
         self.renew()
         self._change, self.rate = arrays["volume_wear"].tolist()
 
@@ -94,7 +96,8 @@ class VolumeInertia:
         self.renew()
 
     def shift(self, force: np.ndarray) -> np.ndarray:
-        """Return the change of forces on the nodes [N], shape (n, 3): -Bᵀ y."""
+        """Return the change that turns forces on the nodes [N], shape (n, 3), into effective forces for the nodal masses: -Bᵀ y
+        (see the module)."""
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
 
@@ -107,7 +110,7 @@ def stiffness_of_volume(solid: Solid) -> float:
 
 @kernel(inner=True)
 def _rates_of_pack(pack, block, solid, at, values):
-    """Write the contributions of the points of a pack to B, starting at `at`."""
+    """Write the contributions of the points of a pack to B (see the module) to `values`, from row `at` on."""
     k = 9 * LANES * pack
     C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -133,8 +136,8 @@ def _find_rates(block, solid, first, values):
 
 
 class VolumeRates:
-    """B: the derivatives of the volumes around the nodes with respect to the nodal coefficients, a matrix with a constant
-    sparsity pattern."""
+    """Computes B: the derivatives of the volumes around the nodes with respect to the nodal coefficients, a matrix with a
+    constant sparsity pattern."""
 
     def __init__(self, solid: Solid) -> None:
         self._solid, n = solid, len(solid.volume)

@@ -47,15 +47,15 @@ class ExplicitNodes(
     TakesSecondImpulses,
     Relaxable,
 ):
-    """Nodes that move by their own forces; the grid, if there is one, is used for contact.
+    """A body whose nodes move by their own forces; the grid, if there is one, is used for contact.
 
-    A step consists of `begin`, the conditions, `predict`, `correct` after contact was resolved, and `update`. Nodes are
-    stored in mesh order. Subclasses compute the internal forces, `motion.internal`, and stresses and energies.
+    A step consists of `begin`, the conditions, `predict`, `correct` after contact was resolved, and `update`. Nodes are stored
+    in mesh order. Subclasses compute the internal forces, `motion.internal`, and stresses and energies.
     """
 
     contact_surface: PointsOfFaces | PointsOfNodes | None = None
     """Contact surface of the body; None if contact is computed on the grid nodes."""
-    _contact_row = 0  # of the loads, of contact by surfaces
+    _contact_row = 0  # row of `motion.loads` for the forces of contact surfaces
     contact_rate = 0.0
     """Reciprocal of the longest step for which the springs of contact are stable [1/s]."""
 
@@ -87,7 +87,7 @@ class ExplicitNodes(
                 raise ValueError(f"the velocity field {field.name} moves its bodies, which have no own nodes")
             self.functions = grid_functions(
                 grid_case.functions, (2, 2, 2), thin, grid_case.is_periodic()
-            )  # nodes have no extent: GIMP takes half a cell
+            )  # nodes have no extent: GIMP assumes half a cell
             self.coupling = GridCoupling(field, self.functions, position, velocity, mass, volume)
         increment = self.coupling.increment if self.coupling else np.zeros((n, 3))
         self.motion = NodalMotion(self.arrays, self.grid, thin, placement.gravity, placement.n_loads, increment)
@@ -155,7 +155,7 @@ class ExplicitNodes(
         self._left_grid = self.coupling.check_positions() if self.coupling else None
 
     def _count_power(self) -> None:
-        """Store half the power of the internal forces at the end of the step [W]; zero during a relaxation."""
+        """Store half the power of the internal forces at the end of the step [W] in the totals; zero during a relaxation."""
         self.totals.half_power = 0.0 if self.relaxes else 0.5 * self.motion.power()
 
     def renew_totals(self) -> None:
@@ -185,7 +185,7 @@ class ExplicitNodes(
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         self.relaxes = True
-        self.motion.top_speed = 0.0  # that of the time of the loads
+        self.motion.top_speed = 0.0  # limits the step in the time of the loads only
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
         self.load_rate = load_rate
         self.motion.share_gravity(gravity_share)
@@ -209,8 +209,8 @@ class ExplicitNodes(
         return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Drop the contact surface if no body touches it. Otherwise limit the step to the initial step, since the stiffness
-        of the contact springs is chosen for it."""
+        """Remove the contact surface if it is not one of `touching`. Otherwise limit the step to the initial step, since the
+        stiffness of the contact springs is chosen for it."""
         surface = self.contact_surface
         if surface is None or not any(other is surface for other in touching):
             self.contact_surface, self.contact_rate = None, 0.0
@@ -227,7 +227,7 @@ class ExplicitNodes(
         return self.coupling
 
     def gather(self) -> np.ndarray:
-        """Return the velocity increments from contact over this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes from contact over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
 
     def take_second_impulses(self, dt: float) -> float:
@@ -237,22 +237,22 @@ class ExplicitNodes(
         return 0.0
 
     def scatter_momentum(self) -> None:
-        """Scatter the momentum to the grid again, after the nodal velocities changed."""
+        """Scatter the momentum of the nodes to the grid again, after the nodal velocities changed."""
         self._coupled().scatter_momentum()
 
     @property
     def mapped(self) -> Bundle:
-        """The kernel bundle of the nodes as points of the grid."""
+        """Data of the nodes as points of the grid, for kernels."""
         return self._coupled().mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs of the index of the nodes."""
+        """Number of slabs (layers of grid cells) by which the nodes are sorted."""
         return self._coupled().n_slabs
 
     @abstractmethod
     def half_width(self) -> tuple[float, float, float]:
-        """Return the extent of the body beyond its nodes; see `pellucid.contact.contact_body`."""
+        """Return the three parameters of the extent of the body beyond its nodes; see `pellucid.contact.contact_body`."""
 
     # checkpoint
 

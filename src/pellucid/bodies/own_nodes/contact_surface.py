@@ -23,14 +23,14 @@ from pellucid.contact.contact_surface import ContactSurface, MovingTriangles
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.lattice import Grid
 
-SPACINGS = 2.5  # between points, over which the weights of one reach
-ITERATIONS, ABOVE = 60, 1.02  # of a power iteration, and the factor by which its result may be too low
-FLAT = 1e-6  # of the largest extent, along a thin axis
-LONGEST = 1.0  # cells: longest edge of the equal triangles
+SPACINGS = 2.5  # range of the weights of a contact point, in distances between points
+ITERATIONS, ABOVE = 60, 1.02  # number of power iterations, and safety factor of their result
+FLAT = 1e-6  # smallest extent along a thin axis that counts, relative to the largest extent
+LONGEST = 1.0  # longest edge of the equal triangles, in cells
 
 
 class PointsOfFaces(ContactSurface):
-    """n points within triangles.
+    """Contact surface with points within the triangles between nodes.
 
     triangles: corners, shape (t, 3); places, velocities: functions that return positions [m] and velocities [m/s] of the
     corners, shape (n, 3); take: function that adds forces on the corners [N], shape (n, 3), to the body; hard: True if all
@@ -71,11 +71,11 @@ class PointsOfFaces(ContactSurface):
         self._weights = self.sizes()
 
     def weights(self) -> np.ndarray:
-        """The initial areas of the points [m²]; the present areas if the body is hard."""
+        """Return the initial areas of the points [m²]; the present areas if the body is hard."""
         return self.sizes() if self.is_hard else self._weights
 
     def begin(self) -> None:
-        """Move the points with the corners; all values are constant along thin axes."""
+        """Update positions, velocities and areas of the points from the corners; all values are constant along thin axes."""
         places = self._places()
         self.place[...], self.velocity[...] = self._shares @ places, self._shares @ self._velocities()
         self.area[...] = self._part * vector_areas(places, self._triangles)[self._owner]
@@ -90,7 +90,8 @@ class PointsOfFaces(ContactSurface):
         self._take(self._to_corners @ force)
 
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
-        """Set the response of the points to forces on the nodes; values: as in `mass_per_area_of`."""
+        """Set the object that computes the response of the points to forces on the nodes; values, motion: weights of the nodes
+        in the corners, as in `mass_per_area_of`, and motion of the nodes."""
         self.response = NodalResponse(sparse.csr_array(self._shares @ values), motion)
         if self.triangles is not None:
             self.triangles = self.triangles._replace(response=NodalResponse(sparse.csr_array(values), motion))
@@ -125,11 +126,11 @@ def moving_triangles(
     velocities: Callable[[], np.ndarray],
     take: Callable[[np.ndarray], None],
 ) -> MovingTriangles | None:
-    """Return the moving triangles between corners for contact between surfaces of triangles. In a plane problem the surface is
-    a band, which gets the depth of the cell.
+    """Build the moving triangles for contact between surfaces of triangles. In a plane problem the surface is a band, which
+    gets the depth of the cell.
 
-    Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the
-    thin axis.
+    Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the thin
+    axis.
     """
     axes = np.flatnonzero(grid.thin)
     if not len(axes):
@@ -150,8 +151,8 @@ def moving_triangles(
 
 
 class NodalResponse:
-    """Response of contact points to forces, through the nodes that move them. shares: weights of the nodes in the points,
-    shape (m, nodes)."""
+    """Computes the response of contact points to forces, through the nodes that move them. shares: weights of the nodes in the
+    points, shape (m, nodes); motion: motion of the nodes."""
 
     def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
         self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion
@@ -167,7 +168,7 @@ class NodalResponse:
 
 
 class PointsOfNodes(ContactSurface):
-    """The nodes of a membrane as contact points.
+    """Contact surface of a membrane, with its nodes as contact points.
 
     Parameters
     ----------
@@ -218,11 +219,11 @@ class PointsOfNodes(ContactSurface):
         self.begin()
 
     def weights(self) -> np.ndarray:
-        """The initial nodal areas [m²]."""
+        """Return the initial nodal areas [m²]."""
         return self._weights
 
     def begin(self) -> None:
-        """Move the points with the nodes; all values are constant along thin axes."""
+        """Update positions, velocities and areas of the points from the nodes; all values are constant along thin axes."""
         places, velocities = self._places(), self._velocities()
         if self._smooth is not None:
             places, velocities = self._smooth @ places, self._smooth @ velocities
@@ -269,8 +270,8 @@ def _without_hourglass(quads: np.ndarray, places: np.ndarray) -> sparse.csr_arra
 
 
 def _middles(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the contact points of triangles divided into n parts along each edge (`parts`): the triangle of each point,
-    shape (m,), and its barycentric coordinates, shape (m, 3)."""
+    """Return the contact points of triangles that are divided into n² equal ones, n = `parts` for each: the triangle of each
+    point, shape (m,), and its barycentric coordinates, shape (m, 3)."""
     owners, shares = [], []
     for n in np.unique(parts):
         here = np.flatnonzero(parts == n)

@@ -1,4 +1,4 @@
-"""Contact of a body with its own nodes: transfers to and from the grid through an index of the nodes by cell."""
+"""Transfers between a body with its own nodes and the grid, for contact; the nodes are indexed by grid cell."""
 
 from collections.abc import Callable, Mapping
 
@@ -16,11 +16,11 @@ from pellucid.ranks.domain import domain
 
 
 class GridCoupling:
-    """The nodes of a body on the grid for contact with other bodies.
+    """Transfers mass, momentum and contact velocities between the nodes of a body and the grid, for contact with other
+    bodies.
 
-    Uses the arrays of the body and keeps an index of its nodes by cell, so that the nodes stay in mesh order. Scatters mass
-    and momentum, and gathers the velocity increments from contact. position, velocity: shape (n, 3) [m], [m/s]; mass: shape
-    (n,) [kg]; volume: shape (n,) [m³], None for membranes.
+    Uses the arrays of the body and keeps an index of its nodes by cell, so that the nodes stay in mesh order. position,
+    velocity: shape (n, 3) [m], [m/s]; mass: shape (n,) [kg]; volume: shape (n,) [m³], None for membranes.
     """
 
     def __init__(
@@ -52,29 +52,30 @@ class GridCoupling:
         self.sort()
 
     def sort(self) -> None:
-        """Update the index."""
+        """Sort the index of the nodes by grid cell."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         self._spare = sort_by_nodes(ordered, self._spare, self.velocity_field.grid.lattice, self.functions, self.slabs)
         if domain.is_cut and not self._whole:
             self._shared.share_out()
 
     def hand_over(self) -> Callable[[], None]:
-        """Complete the data that other processes need before rows are redistributed."""
+        """Complete the data that other processes need before rows are redistributed among processes. Returns the function that
+        applies the new distribution."""
         domain.complete(self.slabs.left_slab)
         return self._shared.hand_over()
 
     def sort_if_needed(self) -> None:
-        """Update the index if a node left its slab; call this before the first scatter of a step."""
+        """Sort the index again if a node left its slab (layer of grid cells); call this before the first scatter of a step."""
         if domain.any(bool(self.slabs.left_slab.any())):
             self.sort()
 
     def scatter(self, force: np.ndarray | None = None) -> None:
-        """Scatter mass and momentum of the nodes to the grid, and the forces on the nodes until the end of the step [N],
-        (n, 3)."""
+        """Scatter mass and momentum of the nodes to the grid, and forces on the nodes that act until the end of the step [N],
+        shape (n, 3)."""
         self.velocity_field.scatter(self.n_slabs, self.mapped, force)
 
     def scatter_momentum(self) -> None:
-        """Scatter the momentum only, after the nodal velocities changed."""
+        """Scatter only the momentum of the nodes to the grid, after the nodal velocities changed."""
         self.velocity_field.scatter_momentum(self.n_slabs, self.mapped)
 
     def gather(self) -> np.ndarray:
@@ -87,14 +88,14 @@ class GridCoupling:
         return self.increment
 
     def gather_second(self) -> np.ndarray:
-        """Return the second velocity increments of the nodes from contact in this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes from second impulses of contact in this step [m/s], shape (n, 3)."""
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
         return self._shared.fill(second, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
-        """Mark slabs that a node left, after the nodes moved. Returns a fault (of `pellucid.grid.points`) and its node, if
-        any."""
+        """Mark the slabs (layers of grid cells) that a node left in this step. Returns a fault code (of `pellucid.grid.points`)
+        and its node; None without fault."""
         move_points(self._staying, 0.0)
         found = np.flatnonzero(domain.complete(self.slabs.fault)[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None

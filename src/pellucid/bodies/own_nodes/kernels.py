@@ -1,4 +1,4 @@
-"""The equation of motion of nodes in mesh order.
+"""Kernels of the equation of motion of nodes in mesh order, with constraints, drag and works.
 
 The work of an impulse is computed with the mean of the velocities before and after the step, so that the sum of all works
 is exactly the change of kinetic energy. Nodes are divided into chunks whose number does not depend on the number of
@@ -19,15 +19,15 @@ from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NO
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
 
-CHUNK = 512
-FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
+CHUNK = 512  # nodes
+FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, after those of the motion of points
 
 
 class Drag(NamedTuple):
     """Drag over a step: the factor k of the velocity and the factor g of the acceleration."""
 
-    keep: float
-    gain: float
+    keep: float  # k
+    gain: float  # g
 
 
 UNDAMPED = Drag(1.0, 1.0)
@@ -36,30 +36,30 @@ UNDAMPED = Drag(1.0, 1.0)
 class NodeForces(NamedTuple):
     """Forces and constraints on the nodes over a step."""
 
-    position: np.ndarray  # (n, 3) [m]
-    velocity: np.ndarray  # (n, 3) [m/s]
-    mass: np.ndarray  # (n,) [kg], on which gravity acts
-    inertia: np.ndarray  # (n,) [kg], the same but where a steady state scales it
-    internal: np.ndarray  # (n, 3) of stress and hourglass control [N]
+    position: np.ndarray  # (n, 3) nodal positions [m]
+    velocity: np.ndarray  # (n, 3) nodal velocities [m/s]
+    mass: np.ndarray  # (n,) masses on which gravity acts [kg]
+    inertia: np.ndarray  # (n,) inertia [kg]: the masses, unless a relaxation scales them
+    internal: np.ndarray  # (n, 3) internal forces: stress and hourglass control [N]
     loads: np.ndarray  # (channels, n, 3) external forces [N]
-    gravity: np.ndarray  # (3,) [m/s²]
-    increment: np.ndarray  # (n, 3) of velocity, by contact [m/s]
-    lead: np.ndarray  # (2, n, 3) of velocity, by supports and motions that act on the field [m/s]; (0, 0, 0) where none does
-    prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `rows`
+    gravity: np.ndarray  # (3,) applied gravity [m/s²]
+    increment: np.ndarray  # (n, 3) velocity increments from contact [m/s]
+    lead: np.ndarray  # (2, n, 3) velocity increments by supports and motions that act on the field [m/s]; (0, 0, 0) if none
+    prescribed: np.ndarray  # (n, 3) 0 for free components, else 1 + the row in `rows`
     rows: np.ndarray  # (rows, 3) prescribed velocities [m/s]
-    motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
-    faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
-    walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
-    friction: np.ndarray  # (3, 2) their coefficients of friction; no rows where none rubs
-    work: np.ndarray  # (chunks, ...) rows of works, as in `pellucid.energy`, impulses of the constraints, then of all else
+    motions: tuple[int, int]  # first row of the prescribed motions in `rows`, and the row after the last; supports come before
+    faces: np.ndarray  # (3, 2) coordinates of the lower and upper faces of the grid [m]
+    walls: np.ndarray  # (3, 2) faces that no node can pass: 1 + the row of their support; 0 for other faces
+    friction: np.ndarray  # (3, 2) friction coefficients of these faces; empty without friction
+    work: np.ndarray  # (chunks, ...) works, as in `pellucid.energy`, impulses of the constraints, other impulses
 
 
 @kernel(inner=True)
 def _constrained(forces, p, d, old, new, gain, dt, chunk):
-    """Apply the constraints of node p along axis d. Returns the constrained velocity, the mean of the old and the constrained
-    velocity, and the constraint impulse.
+    """Apply the constraints of node p along axis d to its new velocity. Returns the constrained velocity, the mean of the old
+    and the constrained velocity, and the constraint impulse.
 
-    Adds this impulse, and its work at the mean velocity, to the sums.
+    Adds this impulse, and its work at the mean velocity, to the sums of the chunk.
     """
     row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0
@@ -78,7 +78,8 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
 
 @pointwise
 def _gained(forces, p, d, dt):
-    """Return the velocity increment of node p along axis d by forces [m/s], and the external force on it [N]."""
+    """Return the velocity increment of node p along axis d by internal and external forces and gravity [m/s], and the external
+    force on it [N]."""
     m, external = forces.inertia[p], 0.0
     for k in range(len(forces.loads)):
         external += forces.loads[k, p, d]
@@ -105,7 +106,7 @@ def _rubbed(forces, p, drag, dt, chunk):
 def advance_velocities(chunk, forces, drag, dt):
     """Update the nodal velocities: v + dt (f/m + g), damped, plus the increment from contact, then the constraints.
 
-    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`; drag: a `Drag`.
+    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: data of `NodeForces`; drag: a `Drag`.
     """
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
     columns, led, rubs = FIRST_LOAD + len(loads), len(forces.lead) > 0, len(forces.friction) > 0

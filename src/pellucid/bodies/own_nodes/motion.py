@@ -1,4 +1,5 @@
-"""The motion of a body's own nodes: external forces, supports, prescribed motions, works, and walls of the grid."""
+"""Equation of motion of a body's own nodes: advances them under forces, supports, prescribed motions, contact and walls of the
+grid, and records the works."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -45,7 +46,7 @@ class NodalMotion:
         self.chunks = (n + CHUNK - 1) // CHUNK
         self._sums, self._fault = np.zeros((self.chunks, NODE_SUMS)), np.zeros((self.chunks, 2), np.int64)
         self.supports: Sequence[NodalSupport] = ()
-        self._gone: Collection[int] = ()  # the numbers of those that let their nodes go
+        self._gone: Collection[int] = ()  # numbers of the released supports
         self.motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
         self._condition: FieldCondition | None = None
@@ -111,7 +112,7 @@ class NodalMotion:
 
     @property
     def motion_rows(self) -> tuple[int, int]:
-        """The first of the `rows` that belong to motions, and the one after the last."""
+        """First of the `rows` that belong to motions, and the row after the last."""
         return len(self.supports), len(self.supports) + len(self.motions)
 
     @property
@@ -214,7 +215,7 @@ class NodalMotion:
         return np.where(self.free, dt * self.drag.gain / self.inertia[:, None], 0.0)
 
     def drag_forces(self, dt: float) -> np.ndarray:
-        """Return the mean drag forces on free nodes over a step dt [s]: shape (n, 3) [N]."""
+        """Return the mean drag forces on free nodes over a step dt [s] [N], shape (n, 3)."""
         keep, gain = self.drag
         momentum = self.inertia[:, None] * self._arrays["velocity"]
         return np.asarray((keep - 1.0) / dt * momentum + (gain - 1.0) * self.forces())
@@ -239,7 +240,8 @@ class NodalMotion:
         return of_rows / self.drag.gain
 
     def leading_forces(self, dt: float) -> np.ndarray:
-        """Return the forces of supports and motions on the field, for a completed step dt [s] [N], shape (n, 3)."""
+        """Return the forces [N], shape (n, 3), that supports and motions exerted on the interpolated field in a completed step
+        dt [s]."""
         return (
             np.asarray(self.inertia[:, None] * self._lead.sum(axis=0) / dt) if len(self._lead) else np.zeros_like(self.internal)
         )

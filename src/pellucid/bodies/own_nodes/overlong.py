@@ -12,12 +12,12 @@ LONGEST = 1.5
 """Longest admissible edge in cells. Elements are at most one cell long at the start; from two cells on, grid nodes between
 their nodes have no contact. Longer faces of solids have more points, but only their corners carry a load."""
 PASSES = sqrt(0.5)
-"""Limit of the half-width of a body divided by the edge length of a sheet's elements: a narrower body may pass between four
-nodes at the corners of a square."""
-WAYS = 12  # along a sheet, in which widths are measured
-SPACINGS = 2.5  # between points of a surface, over which one reaches
-HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes
-ABOUT = 3.0  # edges about the foremost place, within which such a part lies
+"""Smallest admissible half-width of a body divided by the edge length of a sheet's elements: a narrower body may pass between
+four nodes at the corners of a square."""
+WAYS = 12  # number of directions along a sheet in which widths are measured
+SPACINGS = 2.5  # range of a contact point, in distances between the points of its surface
+HIGH = 2.0  # in element edges: height of the approaching part of a body whose width is measured
+ABOUT = 3.0  # in element edges: distance of this part from the closest point of the body
 
 
 def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
     Parameters
     ----------
     sheet, other
-        Contact surfaces of the sheet and of the body.
+        Contact surfaces of the sheet (a membrane with contact at its nodes) and of the body.
     ahead
         Largest decrease of the distance of the surfaces until the next check [m].
     """
@@ -86,8 +86,8 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
 
 
 def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarray:
-    """Return the positions of the points of a sheet that are close to another surface [m], shape (n, 3), whether or not
-    they overlap with it: within the point spacing of the other surface."""
+    """Return the positions of the points of a sheet that are close to another surface [m], shape (n, 3): within the distance
+    between the points of that surface, whether or not the surfaces overlap."""
     distance = float(np.max(other.reach)) / SPACINGS + float(np.max(sheet.half_width))
     lower, upper = other.place.min(axis=0) - distance, other.place.max(axis=0) + distance
     near = sheet.place[((sheet.place >= lower) & (sheet.place <= upper)).all(axis=1)]

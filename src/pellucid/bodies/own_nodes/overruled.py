@@ -8,16 +8,16 @@ import numpy as np
 from pellucid.findings import listed
 from pellucid.parts.capabilities import NodalSupport
 
-ALIKE = 1e-6  # relative difference of velocities below which the two agree, but for rounding
+ALIKE = 1e-6  # relative difference of velocities that counts as round-off
 
 
 class Overruled(NamedTuple):
     """A support and a motion that prescribe the same nodes along some axes."""
 
     support: NodalSupport
-    motion: int
-    nodes: int
-    axes: tuple[int, ...]
+    motion: int  # index of the motion
+    nodes: int  # number of nodes that both prescribe
+    axes: tuple[int, ...]  # axes along which both prescribe them
 
     def differ(self, velocity: np.ndarray) -> list[str]:
         """Return the axes along which motion and support prescribe different velocities. velocity: velocities of all motions

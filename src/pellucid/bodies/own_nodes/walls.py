@@ -9,7 +9,7 @@ from math import sqrt
 from pellucid.energy import FIRST_LOAD, FRICTION, SUPPORT
 from pellucid.jit import pointwise
 
-SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
+SHORT = 1.0 - 1e-9  # largest fraction of the way to a wall, so that round-off moves no node through it
 
 
 @pointwise

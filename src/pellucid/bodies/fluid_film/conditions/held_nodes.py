@@ -1,4 +1,4 @@
-"""Nodes of a film whose velocity is prescribed: by supports in space, by motions along the normal."""
+"""Nodes of a film with a prescribed velocity: components along the axes by supports, or along the normal by motions."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from pellucid.parts.support_precedence import find_owners
 
 
 class HeldNodes:
-    """Prescribed velocities of n nodes along d axes of space, and their work over a step of the run.
+    """Stores the prescribed velocities of n nodes along d axes of space, and records the work of prescribing them.
 
     is_around: True for a surface of revolution, on which forces perpendicular to the axis cancel.
     """
@@ -24,7 +24,7 @@ class HeldNodes:
         self.supports: Sequence[NodalSupport] = ()
         self._owner = np.zeros((n, 3), np.int64)
         self.motions: Sequence[str] = ()
-        self.numbers = np.zeros(n, np.int64)  # 1 + that of a node's motion, else 0
+        self.numbers = np.zeros(n, np.int64)  # of each node: 1 + index of its motion, or 0 without a motion
         self.rates = np.zeros(0)  # of the motions along the normal [m/s]
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
@@ -42,7 +42,7 @@ class HeldNodes:
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
 
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return a mask of the components prescribed by supports and their values [m/s], shape (n, d)."""
+        """Return a mask of the velocity components prescribed by supports and their values [m/s], shape (n, d) each."""
         known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))
         for number, support in enumerate(self.supports):
             chosen = self._constrained(number)
@@ -56,12 +56,13 @@ class HeldNodes:
         return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
 
     def no_work(self, columns: int) -> StepWork:
-        """Return the works and impulses of a step, all zero."""
+        """Return the record of work and impulses of a step with all entries zero. columns: number of kinds of work."""
         motions = {name: np.zeros(3) for name in self.motions}
         return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
 
     def count(self, done: StepDone, dt: float, work: StepWork) -> None:
-        """Add the work and impulses of one substep of the film; dt: its length [s]."""
+        """Add the work and impulses of supports and motions in one substep of the film to `work`; dt: length of the substep
+        [s]."""
         for number in range(len(self.supports)):
             forces = np.where(self._constrained(number), done.prescribed, 0.0)
             work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)
@@ -78,5 +79,5 @@ class HeldNodes:
         return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
 
     def _constrained(self, number: int) -> np.ndarray:
-        """Return a mask of the velocity components that a support prescribes, shape (n, d)."""
+        """Return a mask of the velocity components that support `number` prescribes, shape (n, d)."""
         return np.asarray(self._owner[:, self._axes] == number + 1)

@@ -15,9 +15,9 @@ from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 class Led(NamedTuple):
     """Nodes whose velocity along the normal of the film is prescribed."""
 
-    nodes: np.ndarray  # (n,) whether a node is
-    rate: np.ndarray  # (n,) along the outward normal [m/s]
-    before: np.ndarray  # (n, d) velocities in the step before [m/s]
+    nodes: np.ndarray  # (n,) True for these nodes
+    rate: np.ndarray  # (n,) prescribed velocity along the outward normal [m/s]
+    before: np.ndarray  # (n, d) nodal velocities in the previous step [m/s]
 
 
 class Frames:
@@ -26,7 +26,7 @@ class Frames:
 
     def __init__(self, normal: np.ndarray, led: np.ndarray) -> None:
         d = normal.shape[1]
-        self._way = np.where(normal[:, -1] < 0.0, 1.0, -1.0)  # of the last direction along the normal
+        self._way = np.where(normal[:, -1] < 0.0, 1.0, -1.0)  # sign of the last direction relative to the normal
         w = np.eye(d)[-1] - self._way[:, None] * normal
         mirrored = np.eye(d) - 2.0 * w[:, :, None] * w[:, None] / np.einsum("ni,ni->n", w, w)[:, None, None]
         self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
@@ -37,7 +37,8 @@ class Frames:
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
     def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
-        """Convert rows over nodal components along the axes of space to rows over the components along these directions.
+        """Convert linear forms of nodal vectors, `forms`, from components along the axes of space to components along these
+        directions.
 
         nodes: nodes of the elements, shape (e, m).
         """
@@ -51,10 +52,10 @@ class Frames:
         ]
 
     def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return a mask of the prescribed components and their values [m/s], shape (n, d).
+        """Return a mask of the prescribed components along these directions and their values [m/s], shape (n, d) each.
 
-        rate: prescribed velocities along the normals [m/s], shape (n,); known, velocity: the same mask and values without
-        these.
+        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and values
+        of the components that supports prescribe.
         """
         last = np.zeros(known.shape, bool)
         last[:, -1] = led.nodes

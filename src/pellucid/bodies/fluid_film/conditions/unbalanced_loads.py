@@ -1,4 +1,4 @@
-"""The message about loads that nothing balances, on a film without drag."""
+"""Error message for loads on a film without drag that no resistance can balance."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,14 +7,15 @@ import numpy as np
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
 
 PLANE = (0, 1)
-ROUNDING = 1e-9  # of the forces that drive: less is no resultant
+ROUNDING = 1e-9  # smallest resultant that is reported, relative to the driving forces
 
 
 def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
-    """Describe the loads that drive motions without resistance.
+    """Describe the loads that drive motions without resistance; the text continues a sentence that starts with the name of the
+    film.
 
-    forces: resulting forces on the nodes at x [m], shape (n, d) [N]; loads: forces of each load on the nodes, by name, shape
-    (n, d) each; d: number of components along the given axes of space.
+    driven: forces of the loads on these motions, at nodes at x [m], shape (n, d) [N]; loads: forces of each load on the nodes,
+    by name, shape (n, d) each [N]; axes: the d axes of space of the components.
     """
     size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
     shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}

@@ -48,7 +48,8 @@ class VolumeCase(Model):
 
 
 class Goals(NamedTuple):
-    """The prescribed volume [m³] and area [m²] at the end of a change; None if free."""
+    """Prescribed volume and area of a film: the volume changes from `start` to `volume` [m³] over the time `over` [s], the area
+    stays `area` [m²]; None if free."""
 
     start: float
     volume: float | None

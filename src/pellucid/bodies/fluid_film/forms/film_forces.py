@@ -1,4 +1,4 @@
-"""Nodal forces of a film: from its density, bending, viscosity, and surface tractions."""
+"""Nodal forces of a film, computed from its density, bending, viscosity and surface tractions."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,11 @@ from pellucid.parts.surface_load import SurfacePoints, Traction
 
 
 class FilmForces:
-    """Computes the nodal forces of a film; its mass is stored by part."""
+    """Computes the nodal forces of a film.
+
+    The mass of the film is given by part [kg], shape (parts,); a part is the piece of the film that belongs to a node or an
+    element.
+    """
 
     def __init__(self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float) -> None:
         self.initial_density = initial_density
@@ -27,22 +31,22 @@ class FilmForces:
         return np.bincount(shares.part.ravel(), areas.ravel())
 
     def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
-        """Return the surface densities of the parts of the film [kg/m²]; a part is the share of a node or element in the
-        film's mass."""
+        """Return the surface densities of the parts of the film [kg/m²], shape (parts,). mass: masses of the parts [kg]."""
         return np.asarray(mass / self.part_areas(o))
 
     def at_points(self, parts: np.ndarray) -> np.ndarray:
-        """Interpolate values of parts to the quadrature points, shape (e, q)."""
+        """Interpolate values of the parts of the film to the quadrature points of its elements, shape (e, q)."""
         shares = self.geometry.shares
         return np.asarray(parts[shares.part] @ shares.share.T)
 
     def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
-        """Return the energy of compression and bending [J]."""
+        """Return the energy of compression and bending of the film [J]. mass: masses of its parts [kg]."""
         compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
         return compressed + float(bending_energies(o, self.physics).sum())
 
     def forms(self, o: Operators, mass: np.ndarray, ahead: float) -> Forms:
-        """Return the forms of the film; pressure, tension and curvature are assumed to change over a time `ahead` [s]."""
+        """Return resistance, stiffness and forces of the film's elements. ahead: time over which pressure, tension and
+        curvature are assumed to change [s]; their changes make up the stiffness."""
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         return forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
@@ -53,8 +57,8 @@ class FilmForces:
         return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
     def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
-        """Return the nodal forces with which resistances, given as sums of squared rows, oppose a velocity; the forces are
-        rows."""
+        """Return the forces with which a resistance or stiffness, given as sums of squares of rows, opposes nodal velocities
+        [m/s], shape (n, d); they are returned as rows whose sums at the nodes are the nodal forces [N]."""
         whole = (square.of_components(velocity.shape[1]) for square in squares)
         return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 

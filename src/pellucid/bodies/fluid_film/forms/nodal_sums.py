@@ -19,7 +19,7 @@ class ElementRows(NamedTuple):
     Elements have m nodes, and nodal vectors d components.
     """
 
-    rows: np.ndarray  # (e, r, m d)
+    rows: np.ndarray  # (e, r, m d) coefficients
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> "ElementRows":
@@ -28,7 +28,7 @@ class ElementRows(NamedTuple):
 
 
 def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
-    """Build rows from values (e, ..., m, d) with factors (e, ...) that broadcast to them."""
+    """Build `ElementRows` from coefficients of shape (e, ..., m, d) and factors that broadcast to shape (e, ...)."""
     e, (m, d) = len(values), values.shape[-2:]
     whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
     return ElementRows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
@@ -38,21 +38,21 @@ class SharedRows(NamedTuple):
     """r linear forms of nodal scalars for each element, as rows over its m nodes; applied to each component of a vector
     alike."""
 
-    rows: np.ndarray  # (e, r, m)
+    rows: np.ndarray  # (e, r, m) coefficients
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> ElementRows:
-        """Return these rows as rows for each of d components."""
+        """Return the same linear forms as `ElementRows` for each of d components."""
         return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
 
 class Uses(NamedTuple):
     """The elements that contain each node."""
 
-    nodes: np.ndarray  # (e, m)
-    d: int
-    first: np.ndarray  # (n + 1,)
-    use: np.ndarray  # of node i from first[i] on: m e + a for each element e that has it as its node a, ascending
+    nodes: np.ndarray  # (e, m) nodes of the elements
+    d: int  # components per node
+    first: np.ndarray  # (n + 1,) index in `use` of the first entry of each node
+    use: np.ndarray  # entries of node i from first[i] on: m e + a for each element e whose node a is node i, ascending
 
 
 def uses(nodes: np.ndarray, n: int, d: int) -> Uses:

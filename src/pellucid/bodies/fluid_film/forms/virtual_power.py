@@ -5,9 +5,10 @@ The film moves with the velocity v for which every virtual velocity δv satisfie
     ∫ 2μ D:D(δv) + λ tr D tr D(δv) + ζ_t v_t·δv_t + ζ_n v_n δv_n = ∫ p tr D(δv) + b·δv - δE(δv)
 
 with the bending energy E = ∫ (κ_c/2)(J - c₀)², whose variation is exact: δE = ∫ κ_c (J - c₀) δJ + (κ_c/2)(J - c₀)² tr
-D(δv). Pressure, tension and bending change as the film moves. Their changes over a time τ add a resistance to the
-viscosity, in the three parts of the `stiffness`: τ ρ p' for dilatation, τ times the tension for slopes, τ κ_c for changes
-of curvature.
+D(δv). Here D is the rate of deformation in the surface, p the surface pressure, b the load per unit area, ζ the drag
+coefficients, J the sum of the principal curvatures and c₀ its spontaneous value. Pressure, tension and bending change as the
+film moves. Their changes over a time τ add a resistance to the viscosity, in the three parts of the `stiffness`: τ ρ p' for
+dilatation (ρ: surface density), τ times the tension for slopes, τ κ_c for changes of curvature.
 
 Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of J, Capovilla &
 Guven 2002, J. Phys. A 35, 6233.
@@ -24,8 +25,8 @@ from pellucid.bodies.fluid_film.surfaces.operators import Operators
 class Drag(NamedTuple):
     """Drag coefficients of the surrounding fluid [N s/m³]."""
 
-    normal: float
-    tangential: float
+    normal: float  # ζ_n
+    tangential: float  # ζ_t
 
 
 class FilmPhysics(NamedTuple):
@@ -39,24 +40,26 @@ class FilmPhysics(NamedTuple):
 
 
 class Tension(NamedTuple):
-    """The state of the film at its quadrature points, shape (e, q)."""
+    """Surface pressure of the film and its stiffness against dilatation at the quadrature points, shape (e, q)."""
 
     pressure: np.ndarray  # p [N/m]
-    stiffness: np.ndarray  # ρ p' [N/m]
+    stiffness: np.ndarray  # ρ p', with the surface density ρ [N/m]
 
 
 class Forms(NamedTuple):
-    """Resistance and stiffness of the film as sums of squares of rows, and its forces as sums of rows."""
+    """Resistance and stiffness of the film as sums of squares of rows, and its forces as sums of rows; a row is a linear form
+    of the nodal velocities of an element."""
 
     resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
-    stiffness: list[ElementRows]  # what changes of pressure, tension and curvature resist [N s/m]
-    force: list[ElementRows]  # pressure within the film and bending [N]
+    stiffness: list[ElementRows]  # resistance by changes of pressure, tension and curvature [N s/m]
+    force: list[ElementRows]  # forces of the surface pressure and of bending [N]
 
 
 def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
-    """Return resistance, stiffness and forces of the film.
+    """Return resistance, stiffness and forces of the film's elements.
 
-    ahead: time τ [s]; changes of pressure, tension and bending over it add resistance.
+    o: operators at the present positions; tension: pressure and stiffness of the film; ahead: time τ over which changes of
+    pressure, tension and bending add resistance [s].
     """
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
@@ -103,8 +106,8 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
-    """Return the rows whose squares sum to v·v. Mirrored nodes of curves have different functions for the components
-    perpendicular and parallel to the axis."""
+    """Return the rows whose squares sum to factor · v·v, with the velocity v. Mirrored nodes of curves have different functions
+    for the components perpendicular and parallel to the axis."""
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
     return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])
@@ -123,7 +126,7 @@ class Dissipation(NamedTuple):
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
-    """Return the power dissipated by nodal velocities, given by element [m/s], shape (e, m, d)."""
+    """Return the viscous and drag power [W] for nodal velocities of the elements [m/s], shape (e, m, d)."""
     rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
     moved = np.einsum("eqmd,emd->eqd", o.value, velocity)
     across = np.einsum("eqd,eqd->eq", o.normal, moved)

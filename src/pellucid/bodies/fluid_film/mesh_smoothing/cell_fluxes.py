@@ -1,8 +1,8 @@
 """Masses of the cells around the nodes of a surface after the nodes have moved along it.
 
-A cell extends to the midpoints of the edges and triangles around its node. The area that a side of a cell sweeps passes
-from one cell to the next, so the total mass is conserved to round-off. On a curved surface the swept areas differ from the
-area changes of the cells; a potential between the cells corrects this, so that a film of uniform density stays uniform.
+A cell extends to the midpoints of the edges and triangles around its node. The mass that passes a side of a cell is the area
+that the side sweeps, times the density there. The swept areas do not add up exactly to the area changes of the cells;
+differences of a potential between the cells correct them, so that a film of uniform density stays uniform.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ class CellFluxes:
         n, ones = len(mesh.valence), np.ones(len(begin))
         rows, columns = np.concatenate([begin, end, begin, end]), np.concatenate([end, begin, begin, end])
         laplacian = coo_array((np.concatenate([-ones, -ones, ones, ones]), (rows, columns)), shape=(n, n)).tocsc()
-        self._potential = splu(laplacian[1:, 1:])  # that of node 0 is zero
+        self._potential = splu(laplacian[1:, 1:])  # the potential of node 0 is zero
 
     def moved(
         self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray
@@ -31,7 +31,8 @@ class CellFluxes:
         """Return the masses of the cells [kg], shape (n,), after the nodes moved along the surface from `before` to `after`
         [m], shape (n, 3).
 
-        areas, new_areas: areas of the cells before and after [m²], shape (n,); densities are computed from these.
+        areas, new_areas: areas of the cells before and after [m²], shape (n,); mass: masses of the cells before [kg], shape
+        (n,).
         """
         begin, end = self._mesh.begin[self._edge], self._mesh.begin[self._back]
         swept = self._swept(before, after)

@@ -9,10 +9,10 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.rings import Rings
 from pellucid.geometry.meshes.triangulation import vertex_normals
 
-SMOOTHING = 0.3  # of the way to the middle of the triangles about a node, in a step
-LONGEST = 0.4  # way of a node along the surface, of the distance to its nearest neighbour
-WORST = 0.1  # quality of a triangle with which functions can still be trusted; 1 is equilateral
-WELL_SPREAD = 0.7  # quality of the worst triangle with which nodes can stay for a while where moving them would add energy
+SMOOTHING = 0.3  # displacement of a node per step, relative to its distance from the centroid of its triangles
+LONGEST = 0.4  # largest displacement of a node along the surface, relative to the distance to its nearest neighbour
+WORST = 0.1  # lowest acceptable quality of a triangle; 1 is equilateral
+WELL_SPREAD = 0.7  # lowest quality at which smoothing may be postponed if it would add energy
 
 
 def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
@@ -53,8 +53,8 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 def rigid_part(places: np.ndarray, moved: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Return the small rigid motion that fits the displacements `moved` of `places` best, shape (n, 3), by weighted least
-    squares with weights (n,)."""
+    """Return the displacements [m], shape (n, 3), of the small rigid motion of `places` that fits the displacements `moved`
+    best, by weighted least squares with weights (n,)."""
     total = weight.sum()
     centre, mean = weight @ places / total, weight @ moved / total
     offset = places - centre

@@ -10,7 +10,7 @@ from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # nodes
-APPROACHES = 3  # as distances along a surface are not those of its parameters
+APPROACHES = 3  # iterations: distances along a surface differ from those in its parameters
 
 
 def places_along(

@@ -17,15 +17,16 @@ from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, splat, spread, store
 
-BLOCK = 3 * LANES  # numbers of a row that are added up side by side: those of four nodes
+BLOCK = 3 * LANES  # coefficients of a row that are summed together: those of four nodes
 
 
 class Pattern(NamedTuple):
-    """Sparsity pattern of a matrix; built once for all matrices of the same elements."""
+    """Sparsity pattern of a matrix of d × d blocks, one for each pair of linked nodes; built once for all matrices of the same
+    elements."""
 
-    first: np.ndarray  # (n + 1,) blocks of each row of nodes, d × d numbers each
-    column: np.ndarray  # nodes of the blocks, ascending in each row
-    place: np.ndarray  # (e, m, m) of the block of two nodes of an element in its row
+    first: np.ndarray  # (n + 1,) index of the first block of each node's rows
+    column: np.ndarray  # (blocks,) node of each block's columns, ascending in each row
+    place: np.ndarray  # (e, m, m) index of the block of two nodes of an element among those in its row
 
 
 @parallel_loop()
@@ -47,7 +48,8 @@ def _find_places(chunk, uses, pattern):
 
 @kernel(inner=True)
 def _node_rows(at, a, R, M, rows, factor, first, shares, part):
-    """Fill `part`, 3 rows of M numbers, with the contributions of R rows of an element to the matrix rows of its node a."""
+    """Add up the contributions of R rows of an element to the three matrix rows of its node a; write them to `part`, 3 rows of
+    M numbers."""
     for r in range(R):
         for c in range(3):
             shares[3 * r + c] = factor[first + r] * rows[at + r * M + 3 * a + c]
@@ -105,7 +107,7 @@ def _add_squares(chunk, uses, pattern, rows, factor, R, M, shared, values):
 
 
 def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
-    """Concatenate rows that are shared by all components, for e elements with m nodes."""
+    """Concatenate `SharedRows` of the same e elements with m nodes into one."""
     rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
     return SharedRows(
         np.concatenate([rows, *(one.rows for one in shared)], axis=1),
@@ -114,7 +116,7 @@ def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
 
 
 def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
-    """Return the rows whose factor is not zero; factors of identical rows are summed."""
+    """Merge element rows: sum the factors of identical rows, and omit rows whose factors are all zero."""
     found: dict[tuple[int, tuple[int, ...]], ElementRows] = {}
     for square in squares:
         key = (square.rows.__array_interface__["data"][0], square.rows.shape)
@@ -126,7 +128,7 @@ def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
 
 
 class Assembly(NodalSums):
-    """Assembles nodal sums and sparse matrices."""
+    """Assembles nodal sums and sparse matrices from the rows of elements with nodes (e, m); n nodes with d components."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         super().__init__(nodes, n, d)
@@ -143,7 +145,7 @@ class Assembly(NodalSums):
         self._indices = self._columns(width)
 
     def _columns(self, width: np.ndarray) -> np.ndarray:
-        """Return the columns of the entries of the matrix, shape (entries,)."""
+        """Return the column index of each stored entry of the matrix, shape (entries,)."""
         d, first, column = self.d, self._pattern.first, self._pattern.column
         row = np.repeat(np.arange(self.n), d)
         start = np.repeat(first[row], width[row])
@@ -151,7 +153,7 @@ class Assembly(NodalSums):
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
     def matrix(self, squares: Sequence[ElementRows | SharedRows]) -> csr_array:
-        """Return the matrix Σ factor row ⊗ row of all rows, shape (n d, n d), ordered by node."""
+        """Assemble the matrix Σ factor row ⊗ row of all element rows, shape (n d, n d), ordered by node."""
         values = np.empty(len(self._indices))
         self._collect([square for square in squares if isinstance(square, ElementRows)])
         shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
@@ -161,7 +163,8 @@ class Assembly(NodalSums):
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[ElementRows]) -> None:
-        """Collect all rows, each padded with zeros to whole blocks. The memory is reused, since allocation is slow."""
+        """Copy all element rows into one array, padded with zeros to whole SIMD blocks. The memory is reused, since allocation
+        is slow."""
         used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
@@ -174,7 +177,7 @@ class Assembly(NodalSums):
 
     @property
     def structure(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return row pointers and column indices in scipy's CSR format."""
+        """Return row pointers and column indices of the matrices in scipy's CSR format."""
         return self._indptr, self._indices
 
     def links(self) -> csr_array:
@@ -192,7 +195,7 @@ class Assembly(NodalSums):
         return np.asarray(values[column >= row])
 
     def symmetric(self, upper: np.ndarray) -> np.ndarray:
-        """Return the entries of the full symmetric matrix in CSR order."""
+        """Return all entries of a symmetric matrix in CSR order. upper: its entries on and above the diagonal."""
         values = np.zeros(len(self._indices))
         values[self._indices >= self._row()] = upper
         half = csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
@@ -201,5 +204,5 @@ class Assembly(NodalSums):
         return values
 
     def _row(self) -> np.ndarray:
-        """Return the rows of the entries of the matrix."""
+        """Return the row index of each stored entry of the matrix, shape (entries,)."""
         return np.repeat(np.arange(self.n * self.d, dtype=np.int32), np.diff(self._indptr))

@@ -1,4 +1,4 @@
-"""The interface of solvers for the velocities of a film, from the forms of its elements."""
+"""Interface of the solvers that compute the nodal velocities of a film from its element rows."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -22,13 +22,13 @@ class IncompatibleLoad(Exception):
 class Border(NamedTuple):
     """A linear constraint row · v = rate of the nodal velocities v."""
 
-    row: np.ndarray  # (n, d)
-    rate: float
+    row: np.ndarray  # (n, d) coefficients
+    rate: float  # prescribed value of row · v
 
 
 class Solution(NamedTuple):
-    """Velocities of the nodes [m/s], shape (n, d), and the forces of the linear constraints, one each; they act along the
-    rows of the constraints."""
+    """Solution of a film's linear system: velocities of the nodes [m/s], shape (n, d), and the force of each linear constraint,
+    shape (k,); it acts along the row of the constraint."""
 
     velocity: np.ndarray
     border_forces: np.ndarray
@@ -40,19 +40,19 @@ class System(NamedTuple):
     R and S are sums of squares of rows: R is the resistance, S the stiffness; f are the forces and g is a first velocity.
     """
 
-    x: np.ndarray  # (n, d) [m]
-    area: np.ndarray  # (n,) of the nodes [m²]
+    x: np.ndarray  # (n, d) nodal positions [m]
+    area: np.ndarray  # (n,) area of the film at each node [m²]
     resistance: Sequence[ElementRows | SharedRows]  # R [N s/m]
     stiffness: Sequence[ElementRows]  # S [N s/m]
     force: np.ndarray  # (n, d) f [N]
-    load: np.ndarray  # (n, d) what of it acts from outside [N]; the film's own forces do no work on rigid motions
-    guess: np.ndarray  # (n, d) g [m/s], velocities about which the stiffness is zero
-    known: np.ndarray  # (n, d) components that are prescribed
-    velocity: np.ndarray  # (n, d) their values [m/s]
+    load: np.ndarray  # (n, d) external part of f [N]; the internal part does no work on rigid motions
+    guess: np.ndarray  # (n, d) g, first velocity [m/s]
+    known: np.ndarray  # (n, d) mask of the prescribed velocity components
+    velocity: np.ndarray  # (n, d) values of the prescribed components [m/s]
     turning: Sequence[ElementRows] | None
     """Measure of rotation, used if some motions have no resistance: among the motions with the same strain rates, the
     solver chooses the one that rotates least. On surfaces this is the motion without mean velocity and rotation."""
-    accuracy: float  # error of the velocity that does not matter, of the velocity
+    accuracy: float  # allowed relative error of the velocity
     directions: np.ndarray | None = None
     """Directions of the components of vectors and rows at each node, shape (n, d, d); None for the axes of space."""
 
@@ -60,8 +60,8 @@ class System(NamedTuple):
 def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
     """Raise IncompatibleLoad if loads drive motions without resistance.
 
-    This is so if the forces on these motions [N], shape (n, d), exceed the fraction `most` of the loads, both summed over the
-    nodes. The forces are given along the directions of the system.
+    driven: forces of the loads on these motions along the directions of the system [N], shape (n, d); most: largest allowed
+    ratio of these forces to the loads, both as sums of magnitudes over the nodes.
     """
     if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
         in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)

@@ -1,4 +1,4 @@
-"""Velocities of a film that is described by a curve: few nodes, each with few neighbours."""
+"""Solver for the nodal velocities of a film described by a curve, which has few nodes with few neighbours each."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 from pellucid.bodies.fluid_film.solvers.contract import Border, Solution, System, refuse_driven
 
-FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
+FREE = 1e-7  # resistance, relative to the largest, that counts as none: it is 1e-16 for motions without strain, else above 1e-5
 UNBALANCED = 2e-3
 """Largest share of the loads that may act on motions without strain, as an effect of geometric errors. A uniform pressure
 in a circle does no work on these motions. In the discrete geometry the share is 1.5e-3 if the node spacings vary randomly
@@ -56,7 +56,8 @@ class CurveSolver:
         return Solution(v.reshape(self._shape), -found[len(found) - len(borders) :])
 
     def _check(self, system: System, unresisted: np.ndarray, free: np.ndarray, sides: np.ndarray) -> None:
-        """Raise IncompatibleLoad if the load does work on motions without resistance and the constraints cannot balance it."""
+        """Raise IncompatibleLoad if the load does work on motions without resistance (basis `unresisted`) and the constraints,
+        with rows `sides`, cannot balance it."""
         load, held = unresisted.T @ system.load.ravel()[free], unresisted.T @ sides.T
         if len(sides):
             load = load - held @ np.linalg.lstsq(held, load, rcond=FREE)[0]
@@ -71,17 +72,18 @@ class CurveSolver:
         """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
-        """Return Σ factor row ⊗ row of the rows of each element, shape (e, m d, m d)."""
+        """Return the element matrices Σ factor row ⊗ row, shape (e, m d, m d)."""
         found = [row.of_components(self._shape[1]) for row in rows]
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
     def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Multiply the matrix Σ factor row ⊗ row by a vector."""
+        """Multiply the matrix that is the sum of element matrices (`_squares`) by nodal velocities v, shape (n d,)."""
         parts = np.matmul(squares, v[self._places][..., None])
         return np.bincount(self._places.ravel(), parts.ravel(), self._size)
 
     def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
-        """Assemble the matrix Σ factor row ⊗ row of the free components, bordered by `sides`."""
+        """Assemble element matrices (`_squares`) into a sparse matrix of the free components, bordered by the constraint rows
+        `sides`."""
         number = np.full(self._size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[self._rows], number[self._columns]
@@ -107,14 +109,18 @@ def _factors(matrix: csc_matrix) -> SuperLU:
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two orthonormal bases, in columns: of the motions that have resistance, and of those that have none."""
+    """Return orthonormal bases, in columns, of the motions that have resistance and of those that have none. resistance: dense
+    matrix of the free components."""
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     return modes[:, ~free], modes[:, free]
 
 
 def _least_turning(turning: np.ndarray, resisted: np.ndarray, unresisted: np.ndarray) -> np.ndarray:
-    """Return a basis of the motions that rotate the film least among all motions with the same strain rates."""
+    """Return a basis of the motions that rotate the film least among all motions with the same strain rates.
+
+    turning: matrix of the measure of rotation; resisted, unresisted: bases of the motions with and without resistance.
+    """
     turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
     turned = turns > FREE * np.abs(turning).max()  # translations turn nothing
     ways = unresisted @ ways[:, turned]

@@ -1,5 +1,5 @@
-"""Cholesky factors of matrices of surfaces: nested dissection of the nodes, and elimination of dense fronts from small to
-large.
+"""Sparse Cholesky factorisation of the matrices of surfaces: nested dissection of the nodes, and elimination of dense fronts
+from small to large.
 
 Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. Multifrontal method: Liu 1992, SIAM Review 34, 82. Most of the
 work is in products of dense matrices: a factorisation needs 0.4 times the time of SuperLU in the same order, and half the
@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from pellucid.system.linear_algebra import on_one_thread
 
-SMALLEST = 48  # nodes that are not divided
+SMALLEST = 48  # largest number of nodes of a part that is not divided further
 
 
 Precision = type[np.float32] | type[np.float64]
@@ -24,19 +24,19 @@ Precision = type[np.float32] | type[np.float64]
 class Supernode(NamedTuple):
     """Nodes that are eliminated together, after the two parts of the surface that they separate."""
 
-    own: np.ndarray
-    children: tuple[int, ...]
+    own: np.ndarray  # its nodes
+    children: tuple[int, ...]  # indices of the last supernodes of the two parts
 
 
 class Front(NamedTuple):
-    """The dense submatrix in which a supernode is eliminated; positions are in the order of elimination."""
+    """The dense submatrix in which a supernode is eliminated; indices of unknowns refer to the order of elimination."""
 
-    first: int
-    own: int  # how many it eliminates, from `first` on
-    border: np.ndarray  # places that they are linked to later, ascending
-    entries: np.ndarray  # numbers of the matrix in its columns
-    at: np.ndarray  # where these stand in the panel, column by column
-    children: tuple[tuple[int, np.ndarray], ...]  # with the places of their borders in the front
+    first: int  # index of its first unknown
+    own: int  # number of unknowns that it eliminates, from `first` on
+    border: np.ndarray  # later unknowns that they are linked to, ascending
+    entries: np.ndarray  # indices of the entries of the sparse matrix in its columns
+    at: np.ndarray  # indices of these entries in the dense columns, stored column by column
+    children: tuple[tuple[int, np.ndarray], ...]  # earlier fronts, each with the places of its border in this front
 
 
 def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
@@ -70,7 +70,11 @@ def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
 
 
 class Elimination:
-    """The fronts of all matrices with d × d blocks at linked nodes; computed only once."""
+    """The order of elimination and the fronts for all matrices with d × d blocks at linked nodes; computed only once.
+
+    links: adjacency matrix of the nodes; places: positions of the nodes [m]; indptr, indices: structure of the matrices
+    (CSR).
+    """
 
     def __init__(self, links: csr_array, places: np.ndarray, indptr: np.ndarray, indices: np.ndarray, d: int) -> None:
         supernodes = dissected(links, places)
@@ -101,11 +105,9 @@ class Elimination:
 
 
 class Factor:
-    """The Cholesky factors of a symmetric positive definite matrix, given by its entries, in single or double precision.
-
-    Raises LinAlgError if the matrix is not positive definite. Entries and right-hand sides are scaled to 1, within the
-    range of single precision.
-    """
+    """The Cholesky factors of a symmetric positive definite matrix in single or double precision. numbers: its entries in the
+    order of the CSR structure. Raises LinAlgError if the matrix is not positive definite. Entries and right-hand sides are
+    scaled to 1, within the range of single precision."""
 
     def __init__(self, elimination: Elimination, numbers: np.ndarray, precision: Precision) -> None:
         self._elimination, self._precision = elimination, precision
@@ -137,7 +139,7 @@ class Factor:
             updates[number] = syrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1) if size > own else update
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Solve for a right-hand side, shape (n,)."""
+        """Return the solution of the linear system for a right-hand side, shape (n,)."""
         fronts, order, trsv = self._elimination.fronts, self._elimination.order, self._trsv
         size = float(np.abs(right).max()) or 1.0
         y = (right[order] / size).astype(self._precision)

@@ -1,11 +1,12 @@
-"""Velocities of a film with many nodes, such as a surface, by conjugate gradients with an earlier factor as preconditioner.
+"""Solver for the nodal velocities of a film with many nodes, such as a surface: conjugate gradients with earlier Cholesky
+factors as preconditioner.
 
-The matrix changes little from step to step, so its factors serve for many steps; they are recomputed when the saved
-iterations exceed the cost. They are in single precision, with half the time and memory, until a new factor needs as many
-iterations as an old one. Constraints C v = c hold in every iteration: directions and residuals are projected by P = I - Z
-(C Z)⁻¹ C and its transpose, with any vectors Z for which C Z is invertible (Gould, Hribar & Nocedal 2001, SIAM J. Sci.
-Comput. 23, 1376). Motions R without resistance are removed in the same way, with Z = R and C = Rᵀ times the areas of the
-nodes; on a closed surface these are the rigid motions.
+The matrix changes little from step to step, so its factors serve for many steps; they are recomputed when the saved iterations
+exceed the cost. They are in single precision, with half the time and memory, until a new factor needs as many iterations as an
+old one. Constraints C v = c hold in every iteration: directions and residuals are projected by P = I - Z (C Z)⁻¹ C and its
+transpose, with any vectors Z for which C Z is invertible (Gould, Hribar & Nocedal 2001, SIAM J. Sci. Comput. 23, 1376). Motions
+R without resistance are removed in the same way, with Z = R and C = Rᵀ times the areas of the nodes; on a closed surface these
+are the rigid motions.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,17 +20,17 @@ from pellucid.bodies.fluid_film.solvers.assembly import Assembly
 from pellucid.bodies.fluid_film.solvers.contract import Border, Solution, System, refuse_driven
 from pellucid.bodies.fluid_film.solvers.elimination import Elimination, Factor
 
-WORTH = 60  # rounds that a new factor costs
-FEW = 2  # rounds that every solution takes
-ROUGH = 8  # rounds with a new factor in single precision from which on they are made in double precision
-MOST = 80  # rounds before the factor is renewed at once
-SHIFT = 1e-3  # of what smooth motions of a film feel by its viscosity, added in the factor where some feel none
+WORTH = 60  # cost of a new factor, in iterations
+FEW = 2  # iterations that every solution needs
+ROUGH = 8  # iterations with a new factor in single precision from which on double precision is used
+MOST = 80  # iterations after which the factor is renewed at once
+SHIFT = 1e-3  # resistance added in the factor if motions have none, relative to that of smooth motions
 UNBALANCED = 1e-3
 """Largest share of the loads that may act on rigid motions, as an effect of geometric errors. A uniform pressure has no
 resultant. On closed surfaces with 26, 42 and 162 nodes, displaced by a third of their spacing in random directions, the
 resultant is 4e-4, 1.3e-4 and 2e-5 of ∫|b| dA; it is smaller on ellipsoids with smooth meshes and on surfaces with more
 nodes."""
-FIXED = 1e-8  # of a motion's largest component at known ones: less is a motion that they leave free
+FIXED = 1e-8  # size of a motion at prescribed components below which it counts as free
 
 
 class SparseSolver:
@@ -43,12 +44,12 @@ class SparseSolver:
         self._elimination = Elimination(self.assembly.links(), places, *self.assembly.structure, d)
         self._factor: Factor | None = None
         self._arrays = {
-            "factored": np.zeros(0),  # numbers of the matrix, on and above the diagonal, that the factor is of
-            "sides": np.zeros((0, n * d)),  # Z of the borders, the factor's answer to them
-            "rounds": np.zeros(1, np.int64),  # beyond a few, since it was made
+            "factored": np.zeros(0),  # entries of the factored matrix on and above the diagonal
+            "sides": np.zeros((0, n * d)),  # Z of the constraints: solutions with their rows as right-hand sides
+            "rounds": np.zeros(1, np.int64),  # iterations beyond FEW since the last factorisation
             "double": np.zeros(1, np.int64),  # whether new factors are in double precision
-            "in_double": np.zeros(1, np.int64),  # whether it is
-            "last": np.zeros((n, d)),  # velocity
+            "in_double": np.zeros(1, np.int64),  # whether the present factor is
+            "last": np.zeros((n, d)),  # last velocity
         }
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -102,7 +103,11 @@ class SparseSolver:
         projection: "Projection",
         accuracy: float,
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the improved velocities, the constraint forces, and the number of iterations."""
+        """Improve the velocities u by conjugate gradients; return the new velocities, the constraint forces and the number of
+        iterations.
+
+        A: matrix; right: right-hand side; free: 1 for a free component, else 0.
+        """
         u, residual = u.copy(), right - free * (A @ u)
         direction, before = np.zeros_like(u), np.inf
         for rounds in range(MOST):
@@ -120,8 +125,12 @@ class SparseSolver:
         return u, projection.forces(residual), MOST
 
     def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
-        """Return new factors of this matrix without the prescribed components (only their diagonal entries remain).
-        shifted: True to add a small resistance, proportional to the areas of the nodes, to the diagonal."""
+        """Factor the matrix A without the prescribed components (only their diagonal entries remain), and return the
+        factors.
+
+        rows: rows of the constraints; shifted: True to add a small resistance, proportional to the areas of the nodes, to the
+        diagonal.
+        """
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
             squares = [square.of_components(self.assembly.d) for square in system.resistance]
@@ -142,7 +151,7 @@ class SparseSolver:
         return factor
 
     def _made(self) -> Factor:
-        """Return the factors of the stored matrix in the current precision."""
+        """Factor the stored matrix in the current precision, and return the factors."""
         precision = np.float64 if self._arrays["in_double"][0] else np.float32
         return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
@@ -155,19 +164,19 @@ class Projection:
         self._inverse = np.linalg.inv(C @ Z.T)
 
     def reached(self, goals: np.ndarray) -> np.ndarray:
-        """Return a vector u that satisfies the constraints C u = goals."""
+        """Return a vector u, shape (n,), that satisfies the constraints C u = goals."""
         return np.asarray(self._Z.T @ (self._inverse @ goals))
 
     def applied(self, u: np.ndarray) -> np.ndarray:
-        """Return the projection P u of a vector."""
+        """Return the projection P u of a vector u, shape (n,), onto the vectors that satisfy C u = 0 for the constraints C."""
         return u - self.reached(self._C @ u)
 
     def forces(self, residual: np.ndarray) -> np.ndarray:
-        """Return the constraint forces of a residual, shape (k,)."""
+        """Return the forces of the k constraints that balance a residual, shape (k,)."""
         return np.asarray(self._inverse.T @ (self._Z @ residual))
 
     def transposed(self, residual: np.ndarray) -> np.ndarray:
-        """Return Pᵀ times a residual: the residual without the constraint forces."""
+        """Return the residual, shape (n,), without the constraint forces: Pᵀ times the residual, with the projection P."""
         return residual - self._C.T @ self.forces(residual)
 
 

@@ -1,4 +1,5 @@
-"""The interface of the geometry of a film: the interpolation between its nodes. Curves and surfaces have one file each."""
+"""Interface of the geometry of a film: the interpolation between its nodes. Each kind of curve or surface is implemented in its
+own file."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
@@ -12,19 +13,20 @@ from pellucid.geometry.meshes.cells import Cells
 class Shares(NamedTuple):
     """The share of each part of the film (a piece with its own mass) in each quadrature point."""
 
-    part: np.ndarray  # (e, c) numbers of the parts to which the points of an element belong
-    share: np.ndarray  # (q, c) how much; of each point 1 in all
+    part: np.ndarray  # (e, c) numbers of the parts that share the quadrature points of an element
+    share: np.ndarray  # (q, c) share of each of these parts in each quadrature point; their sum is 1
 
 
 class Redistributed(NamedTuple):
     """Nodes after their redistribution along the film, and the new masses of the film's parts."""
 
-    x: np.ndarray  # (n, d) [m]
-    mass: np.ndarray  # (parts,) [kg]
+    x: np.ndarray  # (n, d) nodal positions [m]
+    mass: np.ndarray  # (parts,) masses of the parts [kg]
 
 
 class FilmGeometry(Protocol):
-    """n nodes in d dimensions that define a film. The film passes through `places`, which may differ from its nodes."""
+    """Interface of the geometry of a film with n nodes in d dimensions. The film passes through the points `places`, which may
+    differ from its nodes."""
 
     nodes: np.ndarray
     """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one, with zero functions."""
@@ -35,10 +37,11 @@ class FilmGeometry(Protocol):
     shares: Shares
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the operators, which map nodal velocities to rates of the film, for nodes at x [m], shape (n, d)."""
+        """Return the geometry at the quadrature points, and the operators that map nodal velocities to rates of the film, for
+        nodes at x [m], shape (n, d)."""
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Return the values on the film at its nodes, shape (n, k), of a field with nodal values x, shape (n, k)."""
+        """Interpolate a field with nodal values x, shape (n, k), to the points of the film at its nodes, shape (n, k)."""
 
     def normals(self, x: np.ndarray) -> np.ndarray:
         """Return the outward unit normals of the film at its nodes, shape (n, d), with nodes at x [m], shape (n, d)."""
@@ -47,7 +50,7 @@ class FilmGeometry(Protocol):
         """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
 
     def cells(self) -> Cells:
-        """Return the lines or triangles between the nodes, for results."""
+        """Return the lines or triangles between the nodes, for the results."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Redistribute nodes evenly along the film.

@@ -18,16 +18,16 @@ from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
 from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.geometry.meshes.cells import Cells
 
-GAUSS = 3  # points of a segment: hoop strain with one or two has modes without energy, which the number of nodes would show in
-SAMPLES = 8  # parts of a segment whose lengths are summed
-EVEN = 0.01  # by which segments may differ before nodes move
+GAUSS = 3  # quadrature points of a segment; with fewer, hoop strain would have modes without energy
+SAMPLES = 8  # parts into which a segment is divided to compute its length
+EVEN = 0.01  # relative difference of segment lengths above which nodes are redistributed
 
 
 def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
-    """Return the functions of the m nodes of a segment at parameters t, shape (q,), from 0 at its first node to 1 at its
-    second, and their first and second derivatives: shape (3, q, m), the same for all segments.
+    """Return the shape functions of the m nodes of a segment and their first and second derivatives, shape (3, q, m), at
+    parameters `places`, shape (q,), from 0 at its first node to 1 at its second. They are the same for all segments.
 
-    The nodes extend from half a stencil before the first node to half a stencil after the second.
+    The m nodes extend from half a stencil before the first node to half a stencil after the second.
     """
     reach = radial.stencil_size(1) // 2
     ends, offset = np.arange(2), np.arange(-reach, reach + 1)
@@ -99,7 +99,7 @@ class Curve:
         return x
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Return the outward unit normals at the nodes, shape (n, 2)."""
+        """Return the outward unit normals of the curve at its nodes, shape (n, 2)."""
         along = np.einsum("qm,emi->qei", self._ends[1], self._about(x))
         at_nodes = np.append(along[0], along[1, -1:], axis=0)[: self.n]
         normal = np.stack([at_nodes[:, 1], -at_nodes[:, 0]], axis=1)

@@ -1,4 +1,4 @@
-"""Films in space at the start: nodes and interpolation of closed surfaces."""
+"""Geometry and nodes of a film that is initially a given closed surface in space."""
 
 from typing import Literal
 

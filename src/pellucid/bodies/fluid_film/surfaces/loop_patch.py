@@ -13,16 +13,17 @@ import numpy as np
 
 from pellucid.jit import kernel, pointwise
 
-REGULAR = 6  # neighbours
-DEEPEST = 30  # cuts before a place counts as the corner
-VALUE, FIRST_1, FIRST_2, SECOND_11, SECOND_12, SECOND_22, COUNT = range(7)  # with the shares of corners 1 and 2
+REGULAR = 6  # neighbours of a regular node
+DEEPEST = 30  # subdivisions after which a point counts as the corner
+VALUE, FIRST_1, FIRST_2, SECOND_11, SECOND_12, SECOND_22, COUNT = range(7)  # derivatives in the coordinates of corners 1, 2
 
 
 def _corner_terms() -> list[dict[tuple[int, int, int], float]]:
-    """Return the box-spline terms (times 12) of a corner and of the three nodes of its ring, starting with the node
+    """Return the polynomials (times 12) of the box splines of a corner and of three nodes of its ring, starting with the node
     opposite the next corner.
 
-    Keys are the powers of the barycentric coordinates of the corner, the next corner and the previous corner.
+    Keys are the powers of the barycentric coordinates of the corner, the next corner and the previous corner; values are the
+    coefficients.
     """
     corner = {(4, 0, 0): 6.0, (2, 1, 1): 60.0, (0, 2, 2): 12.0}
     for a, b in ((1, 2), (2, 1)):
@@ -71,7 +72,8 @@ def limit_share(valence):
 
 @kernel(inner=True)
 def _cut(corner, ring, count, moved, middle):
-    """Compute the corners after a subdivision step (`moved`), and the new nodes on the edges to their rings (`middle`)."""
+    """Subdivide a triangle once: compute the new positions of its corners (`moved`), and the new nodes on the edges from the
+    corners to their rings (`middle`)."""
     k = corner.shape[1]
     for c in range(3):
         n = count[c]
@@ -116,7 +118,8 @@ def _child_in_middle(corner, ring, count, moved, middle):
 
 @kernel(inner=True, allocates=True)
 def _spline(corner, ring, share, along, factors, powers, out):
-    """Evaluate the box spline and its derivatives along two directions."""
+    """Evaluate the surface and its derivatives on a triangle whose corners have six neighbours, at barycentric coordinates
+    `share`; derivatives are along the two directions `along`. The result, shape (COUNT, k), is written to `out`."""
     k = corner.shape[1]
     weight = np.zeros((12, COUNT))
     for t in range(powers.shape[0]):
@@ -155,7 +158,7 @@ def _spline(corner, ring, share, along, factors, powers, out):
 
 @kernel(inner=True, allocates=True)
 def evaluate(corner, ring, count, share, factors, powers, out):
-    """Evaluate value and derivatives (COUNT, k) at barycentric coordinates `share` (3,).
+    """Evaluate the surface and its derivatives, shape (COUNT, k), on a triangle at barycentric coordinates `share` (3,).
 
     corner: values at the corners, (3, k); ring: values at the rings, (3, v, k), v >= 6; count: valences, (3,). The arguments
     are overwritten, except `factors` and `powers`; the result is written to `out`. At a corner without six neighbours the

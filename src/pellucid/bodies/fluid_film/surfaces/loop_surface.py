@@ -16,11 +16,11 @@ from pellucid.geometry.meshes.rings import Rings
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 
-CHUNK = 128  # places
+CHUNK = 128  # points
 
 
 class LoopSurface(TriangleSurface):
-    """A closed surface by Loop's subdivision; three quadrature points per triangle are sufficient."""
+    """A closed surface by Loop's subdivision with n control points; three quadrature points per triangle are sufficient."""
 
     def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule = THREE) -> None:
         super().__init__(triangles, n, rule)

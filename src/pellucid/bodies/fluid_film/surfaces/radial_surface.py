@@ -21,7 +21,7 @@ from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.triangulation import vertex_normals
 
 CHUNK = 1024  # triangles
-FAR = 0.05  # way of nodes against each other, of the distance to the nearest, after which functions are made anew
+FAR = 0.05  # relative displacement of neighbours, in node spacings, after which functions are recomputed
 
 
 class RadialSurface(TriangleSurface):
@@ -81,12 +81,13 @@ class RadialSurface(TriangleSurface):
         self.tables = SurfaceTables(np.arange(len(triangles)), value, first, second, 0.5 * self._rule.weights)
 
     def _functions_at_nodes(self) -> np.ndarray:
-        """Return the first derivatives of the functions of each node at that node, shape (n, 2, m)."""
+        """Return the first derivatives of the shape functions of each stencil at its own node, shape (n, 2, m)."""
         n = len(self._around)
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
-        """Return the blended functions in triangles (k,) at barycentric coordinates (q, 3) or (k, q, 3)."""
+        """Return the blended shape functions and their derivatives in triangles (k,) at barycentric coordinates (q, 3) or (k,
+        q, 3)."""
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 
@@ -103,8 +104,8 @@ def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> 
 
 
 def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct nodes of each element, shape (e, m), and the positions of the nodes of its stencils (e, 3, s)
-    among them.
+    """Return the distinct nodes of each element, shape (e, m), and the positions among them of the nodes of its three stencils
+    (e, 3, s).
 
     If an element has fewer than m nodes, the last one is repeated; its functions are stored at its first position.
     """

@@ -1,8 +1,8 @@
-"""Rows of operators on triangles of surfaces in space, from the functions of their nodes.
+"""Operators of a film on the triangles of a surface in space, computed from the shape functions of the nodes.
 
-Definitions: tangents a_α, metric g, second derivatives x,αβ of the position, frame e₁ along a₁ and e₂ = n × e₁; a bar
-denotes derivatives along the frame. Then 2D_ij = e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂, and the exact change of
-J at a material point is
+Definitions: tangents a_α, metric g, Christoffel symbols Γ, second derivatives x,αβ of the position, frame e₁ along a₁ and e₂ =
+n × e₁; a bar denotes derivatives along the frame. The rate of deformation D, the curvature tensor κ and its trace J are 2D_ij =
+e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂. The exact change of J at a material point is
 
     δJ = -g^αβ n·(v,αβ - Γ^γ_αβ v,γ) - 2 κ_ij D_ij(v).
 
@@ -21,18 +21,18 @@ CHUNK = 256  # triangles
 
 
 class SurfaceTables(NamedTuple):
-    """Functions of the m nodes of each triangle at its q points, and their derivatives with respect to the barycentric
-    coordinates of corners 1 and 2."""
+    """Shape functions of the m nodes of each triangle at its q quadrature points, and their derivatives with respect to the
+    barycentric coordinates of corners 1 and 2."""
 
-    kind: np.ndarray  # (e,) which table a triangle has
-    value: np.ndarray  # (kinds, q, m)
-    first: np.ndarray  # (kinds, q, 2, m)
-    second: np.ndarray  # (kinds, q, 3, m) 11, 12, 22
-    weight: np.ndarray  # (q,) that add up to 1/2
+    kind: np.ndarray  # (e,) index of the table of each triangle
+    value: np.ndarray  # (kinds, q, m) functions
+    first: np.ndarray  # (kinds, q, 2, m) first derivatives
+    second: np.ndarray  # (kinds, q, 3, m) second derivatives 11, 12, 22
+    weight: np.ndarray  # (q,) quadrature weights; their sum is 1/2
 
 
 class Filled(NamedTuple):
-    """The arrays of `Operators` that the kernel fills."""
+    """The arrays of `Operators` that the kernel computes."""
 
     area: np.ndarray
     position: np.ndarray
@@ -105,7 +105,8 @@ def _fill(chunk, x, nodes, tables, filled):
 
 
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
-    """Return the operators for nodes at x [m], shape (n, 3), and the nodes of each triangle, shape (e, m)."""
+    """Return the operators for nodes at x [m], shape (n, 3). nodes: nodes of each triangle, shape (e, m); tables: their
+    functions."""
     e, m = nodes.shape
     q = len(tables.weight)
     filled = Filled(
@@ -135,7 +136,7 @@ def _find_areas(chunk, x, nodes, tables, areas):
 
 
 def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
-    """Return the areas of the quadrature points [m²], shape (e, q), as in `surface_operators`."""
+    """Return the areas that belong to the quadrature points [m²], shape (e, q); arguments as for `surface_operators`."""
     areas = np.empty((len(nodes), len(tables.weight)))
     _find_areas(-(-len(nodes) // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, areas)
     return areas

@@ -31,9 +31,9 @@ SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
 
 
 class TriangleSurface(ABC):
-    """Triangles (e, 3) between n nodes that enclose a volume, counterclockwise seen from outside.
+    """A closed surface of triangles (e, 3) between n nodes, counterclockwise seen from outside.
 
-    The parts of the film that have masses are the cells of the nodes: the barycentric coordinates distribute each
+    The parts of the film with a mass of their own are the cells of the nodes: the barycentric coordinates distribute each
     quadrature point among the corners.
     """
 
@@ -49,11 +49,12 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Return the values on the surface at the nodes, shape (n, k), of a field with nodal values x."""
+        """Interpolate a field with nodal values x, shape (n, k), to the points of the surface at its nodes, shape (n, k)."""
 
     @abstractmethod
     def through(self, places: np.ndarray) -> np.ndarray:
-        """Return the nodes of the surface through `places`, shape (n, k); the inverse of the method `places`."""
+        """Return the nodes (or control points) [m], shape (n, 3), of the surface that passes through the points `places`, shape
+        (n, 3); the inverse of the method `places`."""
 
     @abstractmethod
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -65,7 +66,7 @@ class TriangleSurface(ABC):
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Return the outward unit normals at the nodes, shape (n, 3)."""
+        """Return the outward unit normals of the surface at its nodes, shape (n, 3)."""
         return vertex_normals(self.places(x), self.rings.triangles)
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
@@ -73,7 +74,7 @@ class TriangleSurface(ABC):
         return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
 
     def cells(self) -> Cells:
-        """Return the triangles."""
+        """Return the triangles of the surface."""
         return Cells(triangles=self.rings.triangles)
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
@@ -88,7 +89,8 @@ class TriangleSurface(ABC):
         return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
-        """Return nodes of the same surface after a number of sweeps that redistribute them according to its curvature."""
+        """Return nodes of the same surface after a number of sweeps that move them along it towards the centroids of their
+        triangles."""
         for _ in range(sweeps):
             places = self.places(x)
             x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
@@ -97,7 +99,7 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def renew(self, x: np.ndarray) -> None:
-        """Fit the functions to nodes at x [m], shape (n, 3)."""
+        """Recompute the shape functions for nodes at x [m], shape (n, 3), if they depend on the nodal positions."""
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Contact points on the outer faces of a solid."""
+"""Contact points on the outer faces of a meshless solid, and their effective masses."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,30 +11,29 @@ from pellucid.bodies.meshless_solid.prescribed import values_at
 from pellucid.geometry.meshes.cells import cells_of_faces, outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
-SMALLEST = 1e-12  # share that is kept: functions of nodes off a face vanish on it but for rounding
+SMALLEST = 1e-12  # smallest weight that is kept: functions of nodes off a face vanish on it, except for round-off
 
 
 class SkinPoints(NamedTuple):
-    """m points of the surface: its nodes and, on faces longer than the limit, points of a lattice.
+    """m contact points of the surface: its nodes and, on faces longer than the limit, points of a lattice.
 
-    The mass of a point is its effective mass in contact, a share of the masses of the nodes that move it. For each node a,
-    Σ_k S_ka m_k ≤ m_a, so that contact adds no energy.
+    The mass of a point is its effective mass in contact, a share of the masses of the nodes that move it. For each node a, Σ_k
+    S_ka m_k ≤ m_a, so that contact adds no energy.
     """
 
-    values: sparse.csr_array  # (m, n) S_ka = p_a(x_k)
-    mass: np.ndarray  # (m,) [kg]
-    is_node: np.ndarray  # (m,) whether it is a node of the mesh
-    faces: np.ndarray  # (f, 3) the faces on which they lie, by the points at the corners
-    triangles: np.ndarray  # (t, 3) points that are corners of triangles within these, counterclockwise from outside
+    values: sparse.csr_array  # (m, n) weights S_ka = p_a(x_k) of the nodes a at the points k
+    mass: np.ndarray  # (m,) effective masses [kg]
+    is_node: np.ndarray  # (m,) True for a node of the mesh
+    faces: np.ndarray  # (f, 3) points at the corners of the outer faces
+    triangles: np.ndarray  # (t, 3) points at the corners of the triangles into which the faces are divided
 
 
 def skin_points(
     mesh: SimplexMesh, evaluator: Evaluator, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()
 ) -> SkinPoints:
-    """Return points at most `longest` [m] apart on the outer faces of a mesh with nodal masses [kg], shape (n,).
+    """Return contact points at most `longest` [m] apart on the outer faces of a mesh with nodal masses [kg], shape (n,).
 
-    closed: node sets on walls that the nodes do not leave, masks of shape (n,); faces between nodes of one set have no
-    contact.
+    closed: masks, shape (n,), of sets of nodes that stay on a wall; faces with all nodes in one set have no contact.
     """
     faces = outer_faces(mesh.cells)
     behind = [on_wall[faces].all(axis=1) for on_wall in closed]

@@ -1,7 +1,8 @@
 """Response of the surface of a solid to velocity increments of the grid nodes in contact.
 
 Increments Δv_I of grid nodes I are mapped to the points k of the surface and to the nodes a of the body; the resulting
-velocities of the points are mapped back to the nodes of the grid (symbols as in `skin`):
+velocities of the points are mapped back to the nodes of the grid (symbols as in `skin`, with the grid functions N_I and masses
+m):
 
     Δv_a = Σ_I K_Ia Δv_I / m_a,  m_I Δv'_I = Σ_a K_Ia Δv_a,  K_Ia = Σ_k N_I(x_k) m_k S_ka .
 
@@ -21,8 +22,9 @@ from pellucid.jit import kernel
 
 @kernel()
 def _list_weights(mapped, slot, near, listed, first, column, weight):
-    """List the points that have a weight at the numbered grid nodes: point numbers into `listed`, starts of their entries into
-    `first`, and numbers of the nodes and weights into `column` and `weight`. Returns the number of points."""
+    """List the surface points whose grid functions are not zero at the grid nodes numbered in `slot`: point numbers into
+    `listed`, starts of their entries into `first`, and numbers of the nodes and weights into `column` and `weight`. Returns the
+    number of points."""
     functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
     n = entries = 0
     for p in range(len(x)):
@@ -45,7 +47,7 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 
 
 class SkinResponse:
-    """Velocity changes of a meshless body due to contact impulses at grid nodes.
+    """Computes the velocity changes of a meshless body due to contact impulses at grid nodes.
 
     surface: coupling of the surface points to the grid; mass: masses of the surface points [kg], shape (m,); values: shape
     functions S_ka of the n nodes at the surface points, shape (m, n); inertia: masses of the nodes [kg], shape (n,);
@@ -67,7 +69,7 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Prepare the response at the grid nodes `at`, shape (k,), in contact; called after their momentum was advanced."""
+        """Prepare the response for the grid nodes `at` in contact, shape (k,); called after their momentum was advanced."""
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)
         self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))

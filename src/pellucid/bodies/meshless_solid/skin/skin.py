@@ -1,14 +1,14 @@
-"""Contact of a body with nodal shape functions through the material on its surface.
+"""Contact of a body with nodal shape functions through material points on its surface.
 
-Contact applies to material points, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not to the nodal coefficients x_a, which may
-lie off the surface. Points on the outer faces (`skin_points`) with velocities Σ_a S_ka v_a are scattered to the grid.
-Material within a cell of the surface is therefore not held in contact, as it would be if all nodes were scattered. Velocity
-increments from contact are mapped back with the same weights, m_a Δv_a = Σ_k S_ka m_k Δv_k, which conserves momentum since
-Σ_a S_ka = 1.
+Contact applies to material points, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not to the nodal coefficients x_a, which may lie
+off the surface. Points on the outer faces (`skin_points`) with velocities Σ_a S_ka v_a are scattered to the grid. Material
+within a cell of the surface is therefore not held in contact, as it would be if all nodes were scattered. Velocity increments
+from contact are mapped back with the same weights, m_a Δv_a = Σ_k S_ka m_k Δv_k, which conserves momentum since Σ_a S_ka =
+1.
 
-The velocity of a grid node is a mean, and mapping an increment to the points and back returns only a part: Δv_I = Σ_k
-N_I m_k (SΔv)_k / m_I. Without a correction, points under a lasting load would creep into the other body. The grid nodes
-therefore get the velocities of the body's response, and contact continues from these (`skin_response`).
+The velocity of a grid node is a mean, and mapping an increment to the points and back returns only a part: Δv_I = Σ_k N_I m_k
+(SΔv)_k / m_I, with the grid functions N_I. Without a correction, points under a lasting load would creep into the other body.
+The grid nodes therefore get the velocities of the body's response, and contact continues from these (`skin_response`).
 """
 
 from collections.abc import Mapping
@@ -56,7 +56,7 @@ class Skin(WarnsOfContact):
         m, added = len(points.mass), ~points.is_node
         self._x, self._v = np.zeros((m, 3)), np.zeros((m, 3))
         self._at_points, self._point_mass = np.zeros((m, 3)), points.mass[:, None]
-        # detection knows all of the body: nodes within tell where it lies
+        # contact detection uses the whole body: inner nodes define where it lies
         self._all = sparse.csr_array(sparse.vstack([at_nodes, points.values[added]]))
         density = float(mass.sum() / volume.sum())
         volumes = np.concatenate([volume, points.mass[added] / density])
@@ -70,10 +70,10 @@ class Skin(WarnsOfContact):
         self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, motion: NodalMotion, hard: bool) -> PointsOfFaces:
-        """Return the contact points of the body.
+        """Build the contact surface of the body.
 
-        Their forces are added to `loads` on the nodes [N], shape (n, 3). motion: motion of the nodes under these loads;
-        hard: True if all nodes are prescribed.
+        Its forces are added to `loads` on the nodes [N], shape (n, 3). motion: motion of the nodes under these loads; hard:
+        True if all nodes are prescribed.
         """
 
         def take(force: np.ndarray) -> None:
@@ -95,20 +95,20 @@ class Skin(WarnsOfContact):
             self._everywhere[:] = self._all @ self._position
 
     def begin(self) -> None:
-        """Update the index by cell if points left their slabs."""
+        """Sort the points by grid cell again if some have left their slab (layer) of cells."""
         if self._field.touches_on_nodes:
             self.surface.sort_if_needed()
             self.whole.sort_if_needed()
 
     def scatter(self, force: np.ndarray) -> None:
-        """Scatter mass and momentum of the points to the grid, and the forces on the nodes until the end of the step [N],
-        (n, 3)."""
+        """Scatter mass and momentum of the surface points to the grid, and the forces on the nodes of the body [N], shape (n,
+        3)."""
         self._first = True
         self._v[:] = self._values @ self._velocity
         self.surface.scatter(self._point_mass * (self._values @ (force / self._mass)))
 
     def scatter_momentum(self) -> None:
-        """Scatter the momentum only, after the nodal velocities changed."""
+        """Scatter only the momentum of the surface points to the grid, after the nodal velocities changed."""
         self._v[:] = self._values @ self._velocity
         self.surface.scatter_momentum()
 
@@ -138,7 +138,7 @@ class Skin(WarnsOfContact):
     def finish(self) -> None:
         """Do nothing: the body gathers its increments from the grid nodes independently of their velocities."""
 
-    # what detection asks
+    # data for contact detection
 
     @property
     def n_points(self) -> int:
@@ -147,12 +147,12 @@ class Skin(WarnsOfContact):
 
     @property
     def mapped(self) -> Bundle:
-        """The kernel bundle of the points of the whole body."""
+        """Data of the points of the whole body for kernels."""
         return self.whole.mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs of the points of the whole body."""
+        """Number of slabs (layers of cells) by which the points of the whole body are sorted."""
         return self.whole.n_slabs
 
     def half_width(self) -> tuple[float, float, float]:
@@ -160,7 +160,7 @@ class Skin(WarnsOfContact):
         return 0.0, 0.0, 0.0
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Warn of faces that are larger than the cells."""
+        """Warn if outer faces in contact at these grid nodes are larger than the grid cells; None if not."""
         what, effect = (
             f"body {self.name} touches another, its outer face",
             "other bodies penetrate this face; refine the mesh near it",
@@ -170,7 +170,7 @@ class Skin(WarnsOfContact):
     # step and checkpoint
 
     def update(self) -> None:
-        """Move the points with the nodes."""
+        """Move the surface points with the nodes of the body."""
         self._follow()
         if self._field.touches_on_nodes:
             for coupling in (self.surface, self.whole):
