@@ -26,8 +26,9 @@ SAMPLES = 4000  # number of samples for the integral of a shape function at a bo
 
 
 class Absorbing(Condition):
-    """Absorbing faces of the grid, with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave without
-    reflection."""
+    """Absorbing faces of the grid, with the traction -ρ c_p v_n n - ρ c_s v_t, for the density ρ, the speeds c_p and c_s of
+    pressure and shear waves, the velocity v_n along the outward normal n and the tangential velocity v_t: plane waves along
+    the normal leave without reflection."""
 
     # energy that leaves through the faces, counted by the momentum equation of the nodes
     losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
@@ -73,10 +74,11 @@ class Absorbing(Condition):
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:
-    """Return the rates at which faces remove momentum from nodes [1/s], shape (nodes, 3).
+    """Return the damping rates of nodes at absorbing faces: momentum lost per time and momentum [1/s], shape (nodes, 3).
 
-    faces: each with the speeds of pressure and shear waves [m/s]. Only the shape functions of nodes on a face are nonzero
-    on the face. A node of mass m = ρ A ∫N therefore loses ρ c A v = m v c/∫N, with the integral of N across the face.
+    faces: name of each face, with the speeds of pressure and shear waves there [m/s]. Only nodes on a face have shape
+    functions N that are nonzero on the face. With the part A of the face and the wave speed c, such a node has the mass m =
+    ρ A ∫N dx, integrated along the normal. It loses the momentum ρ c A v per time, i.e. m v c/∫N dx.
     """
     from pellucid.grid.momentum import ExternalAction  # numba is heavy
 
@@ -97,7 +99,8 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
 
 
 def _integral(function: GridFunction, n: int) -> float:
-    """Return the integral of the shape function of a node on the face, along the normal, in cells."""
+    """Return the integral of the shape function of a node on a face along the normal of the face, in cells; n: number of
+    cells along this axis."""
     reach = min(function.stencil, n)
     total = 0.0
     for sample in range(SAMPLES):

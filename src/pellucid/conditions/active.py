@@ -1,4 +1,4 @@
-"""Active conditions of a case in a run."""
+"""All conditions of a case during a run: nodal forces, step limits, entering points, works and states for checkpoints."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
@@ -28,8 +28,8 @@ class BodiesAndConditions(Protocol):
 
 
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
-    """Return the layout of a row of works: its columns for the channels of a case's conditions and for other channels;
-    touching: see `WorkLayout`."""
+    """Return the layout of the array of works of a step: one column for each channel of a case's conditions and for each of
+    the other channels; touching: see `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
@@ -37,10 +37,11 @@ def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touchin
 
 
 class ActiveConditions:
-    """The active conditions of a case, with its built bodies.
+    """All conditions of a case during a run, built for its bodies.
 
-    bodies: by name, each with its velocity field (None without a grid); fields: all velocity fields. actions: the actions
-    on the nodes of each field.
+    bodies: each body by name, with its velocity field (None without a grid); fields: all velocity fields; layout: columns
+    of the array of works. Attribute `actions`: for each velocity field the object through which conditions act on its
+    nodes.
     """
 
     def __init__(
@@ -68,7 +69,8 @@ class ActiveConditions:
         """True if any condition applies impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the actions of the step that begins at `time` [s]."""
+        """Clear the external actions on the nodes, and let each condition set its actions for the step that begins at
+        `time` [s]."""
         for actions in self.actions:
             actions.field.clear_external()
         for condition in self._active:
@@ -85,17 +87,18 @@ class ActiveConditions:
             condition.end(dt)
 
     def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
-        """Let points enter after the step, one condition after the other; yields mass, momentum and energy that they add."""
+        """Let each condition add points to bodies after the step (inflow); yield mass, momentum and energy of the new
+        points."""
         for condition in self._active:
             yield from condition.enter(n_steps, time)
 
     def impulses(self) -> dict[str, np.ndarray]:
-        """Return the impulses over the step that conditions apply and that nodes and bodies sum without names [N s],
-        shape (3,), by the name under which probes read them."""
+        """Return the impulses over the step that only the conditions record [N s], shape (3,), by the name under which
+        probes read them; nodes and bodies include these impulses in their sums, without names."""
         return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
 
     def step_limit(self) -> StepLimit:
-        """Return the smallest step limit due to conditions rather than bodies."""
+        """Return the smallest limit of the time step that a condition sets."""
         return tightest(condition.step_limit() for condition in self._active)
 
     def warnings(self) -> list[str | None]:
@@ -112,7 +115,7 @@ class ActiveConditions:
         return {name: value for condition in self._active for name, value in condition.columns().items()}
 
     def state_numbers(self) -> list[dict[str, Any]]:
-        """Return the state of each condition for a checkpoint."""
+        """Return the state of each condition for a checkpoint, as values by name."""
         return [dict(condition.state_numbers()) for condition in self._active]
 
     def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
@@ -121,6 +124,6 @@ class ActiveConditions:
             condition.restore(own)
 
     def works(self) -> list[StepWork]:
-        """Return work and impulses of the conditions over the step, except those that nodes and bodies count."""
+        """Return work and impulses of the conditions over the step, except those that nodes and bodies record themselves."""
         works = (condition.work() for condition in self._active)
         return [work for work in works if work is not None]

@@ -1,4 +1,4 @@
-"""Change in time of loads, pressures and gravity."""
+"""Data models of the change in time of loads, pressures and gravity: a smooth rise, or a table of fractions."""
 
 from functools import cached_property
 from typing import ClassVar
@@ -38,16 +38,16 @@ class Amplitude(Model):
 
     @property
     def largest(self) -> float:
-        """Largest absolute value of the fraction."""
+        """Largest absolute value of the fraction of the load."""
         return max(abs(share) for share in self._rows[1])
 
     @property
     def smallest(self) -> float:
-        """Smallest value of the fraction; negative if the load reverses."""
+        """Smallest value of the fraction of the load; negative if the load reverses."""
         return min(self._rows[1])
 
     def at(self, time: float) -> float:
-        """Return the fraction at a time [s]."""
+        """Return the fraction of the load at a time [s]."""
         times, shares = self._rows
         return float(np.interp(time, times, shares))
 

@@ -29,7 +29,7 @@ REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
 class Released(ActiveCondition):
-    """Supports that release their nodes, of grids and of bodies, at a given time."""
+    """Releases nodes of grids and bodies when their supports end."""
 
     def __init__(
         self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
@@ -117,8 +117,8 @@ def constrain_nodes(
     gone: Collection[int] = (),
     numbers: Sequence[int] = (),
 ) -> Supports:
-    """Mark the constrained directions of the grid nodes; return the data of the supports, one row each, plus a last row for
-    axes along which the grid is one cell thick.
+    """Mark the constrained directions of the grid nodes; return the velocities and wall data of the supports, one row for
+    each support, plus a last row for axes along which the grid is one cell thick.
 
     For the precedence of supports see `find_owners`. elsewhere: indices of supports (each on at most one face) that
     constrain nodes of bodies and may contain no grid node; gone: indices of supports that have ended; numbers: indices of
@@ -144,8 +144,8 @@ def constrain_nodes(
 
 
 def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
-    """Return the data of the supports that are walls with friction or opening walls, and the nodes that these walls
-    hold; constrained: number of the support that constrains each node along each axis."""
+    """Return friction and opening data of the supports, and the nodes that walls with friction or opening walls hold;
+    constrained: number of the support that constrains each node along each axis."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
     friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]

@@ -35,7 +35,7 @@ class Damping(Condition):
 
 
 class ActiveDamping(ActiveCondition):
-    """Drag on a body in a run."""
+    """Applies the drag of a `Damping` to its body in each step."""
 
     def __init__(self, damping: Damping, assembly: Assembly) -> None:
         self._damping, self._layout = damping, assembly.layout

@@ -1,8 +1,8 @@
 """Driven points: material points with prescribed velocity and position, and their constraint of the nodes.
 
 The arguments of the kernels are the bundle of a body's `MappedPoints`, the bundle of a `DrivenPoints`, and the bundle of
-the `DrivenNodes` of `pellucid.grid.actions`. A *group* in this module is a sequence of points with the same nodes and the
-same motion.
+the `DrivenNodes` of `pellucid.grid.actions`. A *slab* is a set of points that one thread updates, in *blocks* of up to
+BLOCK points. A *group* is a sequence of points of a block with the same nodes and the same motion.
 """
 
 from typing import Any, NamedTuple
@@ -29,19 +29,19 @@ SHARES = LARGEST_STENCIL**3 * LANES  # length of the vectors with the shares of 
 
 
 class DrivenPoints(NamedTuple):
-    """Points of a body that follow prescribed motions: motions, positions, work and impulses."""
+    """Points of a body that follow prescribed motions, the motions, and the works and impulses of the motions in this step."""
 
-    driven: np.ndarray  # (n,) the number of the point's motion plus one, 0 where it is free
-    start: np.ndarray  # (n, 3) first position [m]
-    velocity: np.ndarray  # (motions, 3) over this step [m/s]
-    displacement: np.ndarray  # (motions, 3) at the end of this step [m]
+    driven: np.ndarray  # (n,) 1 + the index of the motion that each point follows, 0 if it is free
+    start: np.ndarray  # (n, 3) initial positions [m]
+    velocity: np.ndarray  # (motions, 3) mean velocity of each motion over this step [m/s]
+    displacement: np.ndarray  # (motions, 3) displacement of each motion at the end of this step [m]
     axes: np.ndarray  # (motions, 3) 1 for each axis that the motion prescribes
-    taken: np.ndarray  # (slabs, IMPULSE + 3 motions) work and loss [J], impulses [N s]
+    taken: np.ndarray  # (slabs, IMPULSE + 3 motions) work of the motions and lost energy [J], impulses of the motions [N s]
 
 
 @pointwise
 def _run_end(first_node, motion, q, n):
-    """Return the end of the group of points with the same nodes and the same motion that starts at point q, for n points."""
+    """Return the index after the last point of the group that starts at point q; n: number of points of the block."""
     end, node, number = q + 1, first_node[q], motion[q]
     while end < n and first_node[end] == node and motion[end] == number:
         end += 1
@@ -50,10 +50,11 @@ def _run_end(first_node, motion, q, n):
 
 @pointwise
 def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares):
-    """Add the masses of the points from q to `end` of a group to the shares of its nodes, and return the stencil of the
-    nodes.
+    """Add the masses of the points q to `end` - 1, which form a group, to the shares of its nodes; return these nodes with
+    their weights (stencil).
 
-    m: column for the masses, zero where a vector extends beyond the group.
+    m: scratch array for the masses of the points; set to zero after the end of the group, so that whole vectors can be
+    read.
     """
     for r in range(q, end):
         m[uintp(r)] = mass[place_of(index, start + r)]
@@ -74,26 +75,27 @@ def _take_share(shares, number):
 
 
 class Constrain(NamedTuple):
-    """Pass that adds the mass and the prescribed momentum of groups of points to their nodes."""
+    """Argument `task` of `at_run`: add the mass and the prescribed momentum of groups of points to their nodes."""
 
 
 class Prescribe(NamedTuple):
-    """Pass that sets the prescribed velocities of groups of points, and sums their work and impulses."""
+    """Argument `task` of `at_run`: set the prescribed velocities of groups of points, and sum work and impulses."""
 
 
 class Run(NamedTuple):
-    """Group of points of a block with the same nodes and the same motion."""
+    """Group of points with the same nodes and the same motion: points `first` to `end` - 1 of a block, and the index of the
+    motion."""
 
     first: int
     end: int
     motion: Any
-    about: Any  # stencil of their nodes
+    about: Any  # stencil: the nodes of the group and their weights
 
 
 @generic
 def at_run(task: Any, s: int, mapped: Any, drive: Any, nodes: Any, start: int, run: Any, m: Any, shares: Any) -> None:
-    """Apply a pass (`task`) to a group of points in the block of slab s that starts at point `start`; m: masses of the
-    points; shares: shares of the nodes in the mass of the group."""
+    """Apply a pass (`task`) to a group of points (`run`) of slab s. start: first point of the block of the group; m: masses
+    of the points [kg]; shares: part of the group's mass that each node carries."""
 
 
 @point_function(at_run, Constrain)
@@ -132,8 +134,8 @@ def _prescribe_velocities(task, s, mapped, drive, nodes, start, run, m, shares):
 
 @pointwise
 def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
-    """Return the impulse on a group of points, from the impulses per unit mass of its nodes and their shares of its mass;
-    the shares are reset to zero."""
+    """Return the impulse on the nodes of a group of points [N s]: the sum over the nodes of the impulse per unit mass times
+    the part of the group's mass that the node carries (`shares`). Sets the shares to zero."""
     x = y = z = 0.0
     number = 0
     for a in range(len(about.wx)):
@@ -176,14 +178,14 @@ def _constrain_nodes_of(n, mapped, drive, nodes):
 
 
 def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
-    """Add the mass and prescribed momentum of the driven points of n slabs to the nodes."""
+    """Add the mass and prescribed momentum of the driven points in n slabs to the nodes."""
     joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), lambda: [nodes.mass, nodes.momentum])
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
-    """Set the prescribed velocities of the driven points, and add the work, losses and impulses to `taken`, including those
-    on the nodes."""
+    """Set the prescribed velocities of the driven points in n slabs. Add work, lost energy and impulses to `drive.taken`,
+    including the impulses on nodes."""
     joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
@@ -199,7 +201,7 @@ def _prescribed(rule, mapped, p, dt):
 
 
 class To(NamedTuple):
-    """Displacement rule that moves points to given positions."""
+    """Rule for displacing points in a step (`pellucid.grid.passes.moving`): each point is moved to its target position."""
 
     target: np.ndarray  # (n, 3) [m]
 

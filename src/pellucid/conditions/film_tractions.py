@@ -1,4 +1,4 @@
-"""Loads on surfaces that evaluate them at several times within a step."""
+"""Loads on surfaces of bodies, such as fluid films, that need the force per unit area at several times within a step."""
 
 from collections.abc import Callable
 
@@ -14,6 +14,7 @@ TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
 
 
 def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> ActiveCondition:
-    """Return an active load on the surface of a body; channel: channel of its work; label: name of the load for users."""
+    """Return an active load that applies the force per unit area `traction` to a body; channel: channel of its work; label:
+    name of the load for users."""
     film, column = assembly.bodies[body].offers(TakesTractions), assembly.load_column(body, channel)
     return AtEachStep(lambda time: film.add_traction(lambda points, after: traction(points, time + after), column, label))

@@ -53,18 +53,18 @@ Inside = Callable[[np.ndarray], np.ndarray]
 class WallSurface(NamedTuple):
     """Surface of a region, described by data at the nodes near it."""
 
-    node: np.ndarray  # (n,) in order
+    node: np.ndarray  # (n,) numbers of the nodes, ascending
     held: np.ndarray  # (n,) mask of the nodes that the support holds
     stopped: np.ndarray  # (n,) mask of the nodes that do not move normal to the surface
-    released: np.ndarray  # (n, 3) mask of the axes along which only this support holds them
+    released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
     surface: Surface
-    filled: np.ndarray  # (n,) share of the volume of each node within the region
-    share: np.ndarray  # (n,) see `NoSlip.share_in_grid`
-    area: np.ndarray  # (n,) surface area, weighted with the shape function of each node [m^2]
-    window: Window
-    samples: list[np.ndarray]  # two of (n, 3), where the fluid's velocity is read [m]
-    signs: list[np.ndarray]  # two of (n, 3), -1 for components of a velocity that is read at its mirror image
-    neighbours: csr_array  # (n, n) weights of nodes of the surface next to each other
+    filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
+    share: np.ndarray  # (n,) volume of each node divided by the volume of an interior node
+    area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
+    window: Window  # box of nodes around these nodes, for interpolation
+    samples: list[np.ndarray]  # two arrays (n, 3): positions at which the fluid's velocity is interpolated [m]
+    signs: list[np.ndarray]  # two arrays (n, 3): factors of these velocities, -1 along the normal of a mirror plane, else 1
+    neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
 
 
 class NoSlipWall(ActiveCondition):
@@ -80,7 +80,7 @@ class NoSlipWall(ActiveCondition):
         faces: "Sequence[Support]",
         assembly: Assembly,
     ) -> None:
-        """row: index of the support among the supports listed by face."""
+        """row: index of the support in the list of supports in which each acts on at most one face; faces: this list."""
         self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
         self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
         self._no_slip = NoSlip(grid)
@@ -92,7 +92,7 @@ class NoSlipWall(ActiveCondition):
 
     @property
     def acts_anywhere(self) -> bool:
-        """True if there are nodes near the surface whose velocity the fluid may change."""
+        """True if there are nodes near the surface, on which the wall can act."""
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
@@ -149,8 +149,8 @@ class NoSlipWall(ActiveCondition):
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
-        """Transfer part of the impulses on nodes that have little mass, because points fill their volume only partially,
-        to neighbouring nodes; return the new impulses."""
+        """Return the impulses on the nodes, after part of the impulses on nodes with little mass, whose volume points fill
+        only partially, has been transferred to neighbouring nodes."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -159,7 +159,8 @@ class NoSlipWall(ActiveCondition):
         return np.asarray(impulse - rest + weights.T @ (rest / np.maximum(total, MASS_EPS)[:, None]))
 
     def work(self) -> StepWork:
-        """Return the impulse of the wall and its work; the velocity field has counted them as external."""
+        """Return the reaction of the wall and its work; its impulse is subtracted from the external impulses of the
+        velocity field."""
         done = self._layout.no_work()
         done.reactions[self._row] += self._impulse
         done.impulse[:] -= self._impulse

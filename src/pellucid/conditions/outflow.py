@@ -100,7 +100,7 @@ class Outflow(GivenFlow, Condition):
         return active
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:
-        """Return the pressure or the flow that acts on bodies at the faces."""
+        """Return the active conditions that apply the pressure or the prescribed flow to bodies at the faces."""
         if self.pressure is not None:
             from pellucid.conditions.open_faces.outlet_pressure import OutletPressure
 

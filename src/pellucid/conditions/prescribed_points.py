@@ -108,7 +108,8 @@ class PrescribedPoints(ActiveCondition):
         return np.asarray(axes[driven] * driven[:, None])
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Exclude nodes of the grid, shape (k,), from the constraint by points that rest at their current positions."""
+        """Exclude nodes of the grid, shape (k,), from the constraint by driven points. Only contributions of points at
+        their current positions are excluded, so that these points must stay at rest."""
         if self._points is None or self._nodes is None:
             return
         rows, arrays = self.rows() > 0, self.body.arrays
@@ -141,7 +142,7 @@ class PrescribedPoints(ActiveCondition):
             move_points_jointly(self._leading, 0.0)
 
     def work(self) -> StepWork:
-        """Return work and impulses of the motions; a body with its own nodes counts its own."""
+        """Return work and impulses of the motions; zeros for a body with its own nodes, which records them itself."""
         done = self._layout.no_work()
         if self._points is None:
             return done

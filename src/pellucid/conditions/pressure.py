@@ -177,7 +177,7 @@ class Pressure(ChangesInTime, Condition):
 
 
 class PressedMembrane(AtEachStep):
-    """A pressure on a whole membrane in a run."""
+    """Applies a pressure to a whole membrane in each step."""
 
     def __init__(self, act: Callable[[float], object], body: Body) -> None:
         super().__init__(act)
@@ -200,7 +200,7 @@ def _holes(body: Body) -> str | None:
 
 
 class PressedFaces(ActiveCondition):
-    """A pressure on faces in a region in a run."""
+    """Applies a pressure to the faces of a body in a region in each step."""
 
     def __init__(
         self, faces: LoadedFaces, pressure: Callable[[float], float], add: Callable[[np.ndarray], object], path: Path

@@ -1,4 +1,4 @@
-"""Sliding law of a contact, as given in a case."""
+"""Data model of sliding in contact: frictionless, stick, or Coulomb friction."""
 
 from collections.abc import Iterator
 from typing import Literal

@@ -266,7 +266,8 @@ class Support(Condition):
                 yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the energy lost when points take the velocity of the support, and of friction."""
+        """Return the channels of the energy balance for a support: energy lost when points get its velocity, and friction
+        heat."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 

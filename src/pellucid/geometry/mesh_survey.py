@@ -34,7 +34,8 @@ SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGN
 
 @dataclass(frozen=True)
 class Survey:
-    """The mesh in the unit of its file, rows of a table that describe it, notes on changes made to it, and its faults."""
+    """Report on a mesh: the mesh in the unit of its file, rows of a table that describe it, notes on changes, and its
+    faults."""
 
     mesh: Mesh | SimplexMesh
     rows: list[tuple[str, str]]

@@ -31,9 +31,9 @@ CONSTRAINS_NOTHING = "constrains nothing: no node of a body lies in it at the st
 
 
 class Selectable(NamedTuple):
-    """The points or nodes of a body, with the data of its mesh, from which a region selects."""
+    """The points or nodes of a body, with its mesh data, among which a region selects."""
 
-    position: np.ndarray  # (n, 3) [m]
+    position: np.ndarray  # (n, 3) positions of the points or nodes [m]
     faces: np.ndarray = np.zeros((0, 3), np.int64)  # triangles of its surface, counterclockwise about the outward normal
     boundary: np.ndarray = np.zeros(0, np.int64)  # numbers of the nodes on the boundary of a solid, on the rim of a membrane
     sets: Mapping[str, np.ndarray] = {}  # numbers of nodes by name
@@ -246,9 +246,10 @@ def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: flo
 
 
 def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np.ndarray, np.ndarray]) -> Iterator[np.ndarray]:
-    """Yield the shift vectors [m], shape (3,), for which the shifted body overlaps a box; only zero if no axis is periodic.
+    """Yield the periodic shifts of a body [m], shape (3,), for which the shifted body overlaps a box; only zero if no axis
+    is periodic.
 
-    The shifts are multiples of the periods. body, place: lower and upper corners [m] of the body and of the box.
+    periods: [m]; body, place: lower and upper corners [m] of the body and of the box.
     """
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):

@@ -1,4 +1,4 @@
-"""Shapes of a case. To add one, define a class in its own file and add one line here."""
+"""Selection of a shape in a case by one key. To add a shape, define a class in its own file and add one line here."""
 
 from typing import ClassVar
 

@@ -7,8 +7,9 @@ from pellucid.model import Model, parameter
 
 
 class ArtificialViscosity(NamedTuple):
-    """Artificial pressure q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion, with the density ρ, the cell size
-    l, the sound speed a and the rate of deformation D. `work` is 1 if q heats the fluid, else 0."""
+    """Artificial pressure q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion, with the density ρ, the cell
+    size l, the sound speed a and the rate of deformation D. Fields: c₀ (`quadratic`), c₁ (`linear`), and `work`, which is 1
+    if q heats the fluid, else 0."""
 
     quadratic: float
     linear: float

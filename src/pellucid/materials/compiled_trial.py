@@ -17,7 +17,8 @@ NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Us
 
 
 def why_not_compiled(material: Any) -> str:
-    """Return the function of a material's law that cannot be compiled, with place and reason; an empty text if all can."""
+    """Return a text that names the first function of a material's law that cannot be compiled, its place and the reason; an
+    empty text if all functions can be compiled."""
     from numba import njit
 
     for operation, call in _calls(material).items():

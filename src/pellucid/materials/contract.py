@@ -1,4 +1,4 @@
-"""Interface between materials and bodies of material points."""
+"""Base classes of materials: `BodyMaterial` for all bodies, `PointMaterial` for bodies of material points."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -58,12 +58,12 @@ class PointMaterial(BodyMaterial):
         return None
 
     def too_soft(self, density: float) -> str | None:
-        """Report a liquid whose mean density [kg/m³] exceeds the largest compression for which the law is meant; None
-        otherwise."""
+        """Return a description of the problem if the mean density of a liquid [kg/m³] exceeds the limit of compression for
+        which its law is meant; None otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return the arrays of points of a liquid with the pressure increased by `more` [Pa]; for other materials, the
+        """Return the arrays of points of a liquid after its pressure is increased by `more` [Pa]; for other materials, the
         arrays unchanged."""
         return arrays
 
@@ -99,7 +99,7 @@ class PointMaterial(BodyMaterial):
         yield from ()
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """Return the operations to register for the law and for its component laws."""
+        """Return the functions that must be registered for the law and for each of its component laws."""
         return {law: RATE_FORM}
 
     @check

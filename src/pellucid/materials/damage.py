@@ -19,7 +19,7 @@ from pellucid.model import Model, check, parameter
 
 
 class Undamaged(NamedTuple):
-    """Damage law of a membrane without damage."""
+    """Damage law of a membrane that cannot be damaged."""
 
 
 class Elastodamage(NamedTuple):
@@ -67,7 +67,7 @@ class DamageCase(Model):
 
 @pointwise
 def stiffness(law, damage):
-    """Return the remaining fraction of the stiffness at the damage ω."""
+    """Return the fraction of the initial stiffness that remains at the damage ω."""
     return max(0.0, 1.0 + law.stiffness_loss * (exp(-law.rate * damage) - 1.0))
 
 
@@ -78,7 +78,7 @@ def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
 
 @generic
 def upright(law: Law, along: float) -> bool:
-    """Return True if a triangle counts for the orientation of the surface; along: component of its normal along the
+    """Return True if a triangle is used to find the orientation of the surface; along: component of its normal along the
     previous normal at its corner.
 
     Near a tear, triangles turn over or vanish while other triangles at the corner still carry stress.
@@ -87,7 +87,8 @@ def upright(law: Law, along: float) -> bool:
 
 @generic
 def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
-    """Return the strain that drives damage, for a membrane with this elastic law and in-plane shape."""
+    """Return the strain that drives damage, for a membrane with the elastic law `elastic` and this in-plane shape (see
+    `pellucid.materials.membrane`)."""
 
 
 @generic

@@ -1,4 +1,4 @@
-"""Parameters of all isotropic elastic materials: density, Young's modulus, Poisson's ratio."""
+"""Base class of isotropic elastic materials, with their parameters: density, Young's modulus, Poisson's ratio."""
 
 from math import sqrt
 

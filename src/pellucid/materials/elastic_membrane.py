@@ -16,7 +16,7 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """Return the elastic law for kernels, for a membrane that carries compression."""
+        """Return the elastic law for kernels, without wrinkling: the membrane also carries compression."""
 
     def plain_law(self, thickness: float) -> Law:
         return self.elastic_law()

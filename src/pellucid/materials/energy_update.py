@@ -2,12 +2,13 @@
 
 With `conservative`, the default, the internal energy has already received the work of the nodal forces when the stress is
 computed (`pellucid.grid.velocities`): the sum of internal and kinetic energy is conserved to rounding. The other options
-integrate the work of the stress. The iteration of the paper converges to backward Euler, e = e_k + dt/ρ σ(e):D: `closed`
-solves it exactly (P is linear in e), `iterated` by Newton's method for any equation of state. `explicit` uses the old
-stress (York's order, figure 10).
+integrate the work of the stress σ with the rate of deformation D. The iteration of the paper converges to backward Euler, e
+= e_k + dt/ρ σ(e):D, where e_k is the specific energy at the start of the step: `closed` solves it exactly (the pressure P
+is linear in e), `iterated` by Newton's method for any equation of state. `explicit` uses the old stress (York's order,
+figure 10).
 
-In a wave, backward Euler heats a fluid by dt²/2 K (tr D)²/ρ per step, and forward Euler cools it by the same amount.
-`midpoint`, the mean of both, has neither error; it suits waves in liquids over many steps.
+In a wave, backward Euler heats a fluid with the bulk modulus K by dt²/2 K (tr D)²/ρ per step, and forward Euler cools it by
+the same amount. `midpoint`, the mean of both, has neither error; it suits waves in liquids over many steps.
 """
 
 from math import nan
@@ -64,8 +65,9 @@ def new_energy(
     """Return the specific energy at the end of the step [J/kg]; nan if an iteration does not converge or the compression in
     the step is too large for backward Euler.
 
-    density: at the end of the step [kg/m³]; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P
-    [J/kg].
+    energy: specific energy before the update [J/kg]; density: at the end of the step [kg/m³]; old_work: work dt/ρ σ_k:D of
+    the stress σ_k at the start of the step [J/kg]; other_work: work dt/ρ (τ - q I):D of the viscous stress τ and the
+    artificial pressure q, i.e. without the pressure P [J/kg].
     """
 
 
@@ -73,8 +75,8 @@ def new_energy(
 def energy_of_pressure(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Return the specific energy from which the pressure at the end of the step is computed [J/kg], i.e. at the same time as
-    the density; energy: result of `new_energy`."""
+    """Return the specific energy for the pressure at the end of the step [J/kg], when the density is known; energy: result
+    of `new_energy`; other parameters: see there."""
 
 
 @default_function(energy_of_pressure)
@@ -118,8 +120,9 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
 
 @point_function(energy_of_pressure, ConservativeEnergy)
 def _ahead(mode, eos, energy, density, trD, old_work, other_work, dt):
-    """Advance the energy by half a step. The conservative energy includes work up to the middle of the step, since it uses
-    mean nodal velocities, whereas the density is at the end of the step. Without this correction sound would grow."""
+    """Return the specific energy advanced by half a step [J/kg]. The conservative energy includes work up to the middle of
+    the step, since it uses mean nodal velocities, whereas the density is at the end of the step. Without this correction
+    sound waves would grow."""
     return _backward_euler(eos, energy, density, trD, 0.5 * other_work, 0.5 * dt)
 
 

@@ -1,4 +1,5 @@
-"""Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I. Source: Gan et al. 2011, eqs. 23–33."""
+"""Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I, with the pressure P and the artificial viscous pressure q.
+Source: Gan et al. 2011, eqs. 23–33."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
@@ -39,8 +40,10 @@ LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may com
 
 @rate_type
 class NewtonianFluid(NamedTuple):
-    """Parameters of the law. The types of `eos` and `energy_update`, both NamedTuples, select the functions that compute
-    pressure and energy."""
+    """Parameters of the law: equation of state, energy update, artificial viscosity, shear and second viscosity [Pa s].
+
+    The types of `eos` and `energy_update`, both NamedTuples, select the functions that compute pressure and energy.
+    """
 
     eos: Any
     energy_update: Any
@@ -124,8 +127,8 @@ class FluidMaterial(PointMaterial):
         return pressure_line(self.law().eos, self.density)[1] == 0.0
 
     def too_soft(self, density: float) -> str | None:
-        """Report a liquid whose mean density [kg/m³] exceeds the limit of compression, with the sound speed that it needs.
-        Only fluids whose pressure depends on the density alone are checked."""
+        """Return a description of the problem if the mean density [kg/m³] of a fluid whose pressure depends only on the
+        density exceeds the limit of compression, with the sound speed that the fluid needs; None otherwise."""
         squeezed = 1.0 - self.density / density
         if squeezed <= SOFT or not self.is_liquid:
             return None
@@ -137,7 +140,7 @@ class FluidMaterial(PointMaterial):
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
         """Return the arrays of points of a liquid, i.e. with a pressure that depends only on the density, after isentropic
-        compression that raises the pressure by `more` [Pa]. For other fluids, the arrays unchanged."""
+        compression that raises the pressure by `more` [Pa]; for other fluids, the arrays unchanged."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
         if not self.is_liquid:

@@ -28,8 +28,8 @@ from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, larg
 
 @decoupled
 class HolzapfelGasserOgden(NamedTuple):
-    """Parameters of the law: shear modulus μ of the matrix [Pa], k₁ [Pa], k₂, dispersion, unit vectors along the fibres
-    (concatenated), bulk modulus [Pa], initial density [kg/m³]."""
+    """Parameters of the law: shear modulus μ of the matrix [Pa], stiffness k₁ [Pa], exponent k₂ and dispersion of the
+    fibres, unit vectors along the fibre families (concatenated), bulk modulus [Pa], initial density [kg/m³]."""
 
     mu: float
     k1: float

@@ -25,7 +25,8 @@ from pellucid.units import in_degrees
 
 
 class HolzapfelGasserOgdenSurface(NamedTuple):
-    """Parameters of the law: shear modulus G of the matrix [N/m], k₁ [N/m], k₂, dispersion, cosine and sine of θ."""
+    """Parameters of the law: shear modulus G of the matrix [N/m], stiffness k₁ [N/m], exponent k₂ and dispersion of the
+    fibres, cosine and sine of the fibre angle θ."""
 
     G: float
     k1: float

@@ -45,7 +45,7 @@ def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, le
 
 @generic
 def volume_growth(law: Law, L: Tensor, dt: float) -> float:
-    """Return the ratio of the volumes after and before the step, consistent with the integration of L by the law."""
+    """Return the ratio of the volumes after and before a step dt [s], as the law integrates the velocity gradient L [1/s]."""
 
 
 @generic
@@ -115,7 +115,8 @@ def volumetric_energy(law: Law, J: float) -> float:
 
 @generic
 def volumetric_stress(law: Law, J: float) -> float:
-    """Return dU/dJ [Pa], the mean stress that resists a change of volume."""
+    """Return dU/dJ [Pa], the derivative of `volumetric_energy` with respect to the volume ratio J: the mean stress that
+    resists a change of volume."""
 
 
 def rate_type(law: type[LawType]) -> type[LawType]:

@@ -1,6 +1,8 @@
-"""Linear elastic membrane, σ' = E/(1-ν²) (ε'₁₁ + ν ε'₂₂, ...). Source: Gan et al. 2011, eqs. 1, 2 in reduced form.
+"""Linear elastic membrane in plane stress, σ'₁₁ = E/(1-ν²) (ε'₁₁ + ν ε'₂₂) etc. Source: Gan et al. 2011, eqs. 1, 2 in
+reduced form.
 
-The strain is accumulated in a frame that rotates with the material; the thickness strain of plane stress is -ν/(1-ν) tr ε'.
+The strain ε' is accumulated in a frame that rotates with the material; the stress σ' is in the same frame. The thickness
+strain is -ν/(1-ν) tr ε'.
 """
 
 from math import exp, log, sqrt

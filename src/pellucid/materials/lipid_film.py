@@ -34,7 +34,7 @@ class LipidFilm(BodyMaterial):
         return 0.0, 0.0
 
     def pressure(self, density: np.ndarray) -> np.ndarray:
-        """Return the surface pressure p [N/m]."""
+        """Return the surface pressure p [N/m] at surface densities [kg/m²]."""
         excess = density - self.density
         return np.asarray(self.stiffness * np.sign(excess) * np.abs(excess) ** self.exponent)
 
@@ -43,7 +43,8 @@ class LipidFilm(BodyMaterial):
         return np.asarray(self.stiffness * self.exponent * np.abs(density - self.density) ** (self.exponent - 1.0))
 
     def stored_energy(self, density: np.ndarray) -> np.ndarray:
-        """Return ∫ p/r² dr from ρ₀ to ρ [J/kg], by 24 Gauss points: exact to rounding for c = 1 within a factor 4 of ρ₀."""
+        """Return the stored energy per unit mass, ∫ p(r)/r² dr over the density r from ρ₀ to ρ [J/kg], by 24 Gauss points:
+        exact to rounding for c = 1 within a factor 4 of ρ₀."""
         half = 0.5 * (density - self.density)
         r = self.density + half[..., None] * (1.0 + POINTS)
         return np.asarray(half * ((self.pressure(r) / (r * r)) @ WEIGHTS))

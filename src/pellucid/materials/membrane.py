@@ -1,7 +1,8 @@
 """Laws of membranes: plane stress in the tangent plane of a point, in a frame that rotates with the material.
 
-In-plane tensors are 3-tuples (11, 22, 12). From the rate of deformation in the frame, a law computes the Cauchy stress in
-the frame and the ratio of the thickness to its initial value. Source: Gan et al. 2011, section 2.1.
+In-plane tensors are 3-tuples (11, 22, 12). The *shape* of a point is a 4-tuple that describes its in-plane deformation: the
+strain or the deformation gradient, as the law defines it. From the shape, a law computes the Cauchy stress in the frame and
+the ratio of the thickness to its initial value. Source: Gan et al. 2011, section 2.1.
 """
 
 from math import sqrt
@@ -12,12 +13,13 @@ from pellucid.jit import default_function, generic, point_function, pointwise
 from pellucid.materials.law import Law, LawType, energy
 
 InPlane = tuple[float, float, float]
-Shape = tuple[float, float, float, float]  # strain or deformation gradient in the plane, as the law has it
+Shape = tuple[float, float, float, float]  # strain or deformation gradient in the plane, as the law defines it
 
 
 @pointwise
 def turned_to(a11, a22, a12, major, minor):
-    """Return the symmetric tensor (11, 22, 12) with the principal directions of `a` and other principal values."""
+    """Return the symmetric tensor (11, 22, 12) with the principal directions of the tensor `a` and the principal values
+    `major` and `minor`."""
     half = 0.5 * (a11 - a22)
     radius = sqrt(half * half + a12 * a12)
     cosine, sine = (half / radius, a12 / radius) if radius > 0.0 else (1.0, 0.0)  # of twice the angle
@@ -27,29 +29,32 @@ def turned_to(a11, a22, a12, major, minor):
 
 @generic
 def stretched(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """Return the in-plane shape, a 4-tuple defined by the law, after a step with the rate of deformation D [1/s]."""
+    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) after a step with the rate of deformation D
+    [1/s]."""
 
 
 @generic
 def stretched_midway(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """Return the in-plane shape like `stretched`, for D in the geometry at the middle of the step: second order in dt."""
+    """Return the in-plane shape after a step like `stretched`, for D in the geometry at the middle of the step: second
+    order in dt."""
 
 
 @generic
 def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
-    """Return the in-plane shape, a 4-tuple, for two principal stretches along the principal directions of the tensor
-    `axes`."""
+    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) for two principal stretches along the
+    principal directions of the tensor `axes`."""
 
 
 @generic
 def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
-    """Return the principal stretches of a shape with smoothed wrinkles; for laws without wrinkles, the given stretches."""
+    """Return the principal stretches of a shape after its wrinkles are flattened, from its stretches `major` and `minor`;
+    for laws without wrinkles, these stretches."""
 
 
 @generic
 def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
-    """Return the stress in the frame [Pa] and the ratio of the thickness to its value at rest, (σ11, σ22, σ12, ratio), of a
-    membrane without damage."""
+    """Return the stress in the local frame of a point [Pa] and the ratio of the thickness to its value at rest, (σ11, σ22,
+    σ12, ratio), for a membrane without damage."""
 
 
 @generic
@@ -59,8 +64,8 @@ def largest_strain(law: Law, shape: Shape) -> float:
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Return the speed of the fastest in-plane wave from the stiffness alone [m/s], i.e. the tangent of the Kirchhoff
-    stress; tension increases it."""
+    """Return the speed of the fastest in-plane wave [m/s] from the stiffness alone, i.e. from the tangent of the Kirchhoff
+    stress; tension, which increases the speed, is not included."""
 
 
 @pointwise
@@ -73,7 +78,7 @@ def principal_tension(s11, s22, s12):
 @pointwise
 def fastest_wave(wave, tension, density):
     """Return the speed of the fastest small wave on a membrane [m/s]. wave: speed from the stiffness alone [m/s]; tension:
-    principal tension [Pa]."""
+    largest principal stress [Pa]."""
     return sqrt(wave * wave + tension / density)
 
 
@@ -95,8 +100,8 @@ def _no_diffusivity(law, shape, density):
 
 @generic
 def damped_rate(law: Law, rate: float, spread: float) -> float:
-    """Return the inverse of the largest stable step [1/s], from the frequency of waves and the rate ν/h² of momentum diffusion
-    over a length h [1/s]."""
+    """Return the inverse of the largest stable step [1/s]; rate: frequency of waves [1/s]; spread: rate ν/h² of momentum
+    diffusion with the kinematic viscosity ν over a length h [1/s]."""
 
 
 @default_function(damped_rate)
@@ -106,8 +111,8 @@ def _of_waves_alone(law, rate, spread):
 
 @generic
 def with_viscosity(law: Law, stress: InPlane, D: InPlane, ratio: float) -> InPlane:
-    """Return the stress in the frame [Pa] including the viscous stress; D: rate of deformation [1/s]; ratio: ratio of the
-    thickness to its value at rest."""
+    """Return the stress plus the viscous stress, both in the local frame of a point [Pa]; D: rate of deformation [1/s];
+    ratio: ratio of the thickness to its value at rest."""
 
 
 @default_function(with_viscosity)
@@ -127,12 +132,12 @@ def _loses_nothing(law, dissipated, p, D, ratio, scale):
 
 @generic
 def initial_shape(law: Law) -> Shape:
-    """Return the in-plane shape of the undeformed membrane, a 4-tuple."""
+    """Return the in-plane shape of the undeformed membrane (zero strain or unit deformation gradient, as a 4-tuple)."""
 
 
 def around(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for a law that wraps another law, its field `law`, all functions that it inherits
-    unchanged."""
+    """Class decorator for a law that wraps another law (its field `law`): register the functions of the wrapped law; the
+    wrapping law may then replace some."""
     point_function(initial_shape, law)(_inner_initial_shape)
     point_function(stretched, law)(_inner_stretched)
     point_function(stretched_midway, law)(_inner_stretched_midway)

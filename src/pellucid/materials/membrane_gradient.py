@@ -1,4 +1,4 @@
-"""Membranes whose in-plane shape is the deformation gradient F, (11, 12, 21, 22), from initial axes to the frame."""
+"""Laws of membranes whose in-plane shape is the deformation gradient F, (11, 12, 21, 22), from initial axes to the frame."""
 
 from math import log, sqrt
 
@@ -19,8 +19,8 @@ from pellucid.materials.wrinkling import natural_width, unwrinkled
 
 
 def by_gradient(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the functions that follow from the shape being F; the width of wrinkles follows from
-    `natural_width`, if the law defines it."""
+    """Class decorator: register the functions of a law that follow from F being the in-plane shape; the width of a wrinkled
+    strip follows from `natural_width`, if the law defines it."""
     point_function(initial_shape, law)(_undeformed)
     point_function(stretched, law)(_stretched)
     point_function(stretched_midway, law)(_stretched_midway)
@@ -33,7 +33,7 @@ def by_gradient(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def left_stretch_squared(F: Shape) -> InPlane:
-    """Return the left Cauchy-Green tensor b = F Fᵀ in the frame."""
+    """Return the left Cauchy-Green tensor b = F Fᵀ in the local frame of a point, for the in-plane deformation gradient F."""
     return F[0] * F[0] + F[1] * F[1], F[2] * F[2] + F[3] * F[3], F[0] * F[2] + F[1] * F[3]
 
 

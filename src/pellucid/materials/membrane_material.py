@@ -1,4 +1,4 @@
-"""Interface of materials of membranes in plane stress."""
+"""Base class of the materials of membranes in plane stress."""
 
 from abc import abstractmethod
 
@@ -45,8 +45,8 @@ class MembraneMaterial(BodyMaterial):
         return None
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray | None:
-        """Return the recoverable energy of points with these in-plane shapes, (n, 4), [J/kg], shape (n,); None if all
-        energy is recoverable, or if losses are recorded."""
+        """Return the recoverable energy per unit mass of points with given in-plane shapes, (n, 4): [J/kg], shape (n,);
+        None if all energy is recoverable, or if losses are recorded."""
         return None
 
 

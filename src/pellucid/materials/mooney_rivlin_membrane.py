@@ -22,7 +22,8 @@ class MooneyRivlinSurface(NamedTuple):
 
 
 class MooneyRivlinMembraneMaterial(SurfaceMembraneMaterial):
-    """Mooney-Rivlin surface, W = G/2(1+c) (I - 3 + c (II - 3)); at rest K = 3G."""
+    """Mooney-Rivlin surface, W = G/2(1+c) (I - 3 + c (II - 3)), I = λ₁² + λ₂² + J⁻², II = λ₁⁻² + λ₂⁻² + J², J = λ₁λ₂; at
+    rest K = 3G."""
 
     kind: Literal["mooney-rivlin-membrane"] = "mooney-rivlin-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G at rest", gt=0)

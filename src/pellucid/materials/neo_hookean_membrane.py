@@ -36,8 +36,8 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
 def _free_stretch_squared(law, held, share):
     """Return the squared stretch c in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0.
 
-    held, share: with the given stretches, the volume ratio is J = held c^share. Newton's method in ln c, which converges
-    monotonically.
+    held: product of the given stretches; share: exponent of c in the volume ratio J = held c^share. Newton's method in ln
+    c, which converges monotonically.
     """
     y = 0.0
     for _ in range(MOST_ITERATIONS):

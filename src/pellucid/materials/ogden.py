@@ -70,7 +70,8 @@ class OgdenMaterial(BulkMaterial):
 
 @pointwise
 def _strains(of: Spectrum) -> tuple[Triple, float]:
-    """Return ln λ̄ for the eigenvalues x = λ² of b, and the difference between the second and the third."""
+    """Return the isochoric logarithmic principal strains ln λ̄ for the eigenvalues x = λ² of b, and the difference between
+    the second and the third."""
     above = 0.5 * log1p(of.distance / of.values[2])
     a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
     mean = THIRD * (a + c + c + above)

@@ -1,4 +1,4 @@
-"""State of points for their law: of a single point, and of all points as arrays.
+"""State of points for their material law: of a single point, and of all points as arrays.
 
 A state is a NamedTuple of numbers and of tuples of numbers, decorated with `point_state`. The same type holds the arrays of
 a body: `FluidState(stress, internal_energy)` of one point is (6-tuple, float), of n points (array (n, 6), array (n,)). The

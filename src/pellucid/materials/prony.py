@@ -68,7 +68,8 @@ class PronyBranch(Model):
 
 class PronyMaterial(ViscoelasticMaterial):
     """Viscoelastic solid whose isochoric stress relaxes by a Prony series (finite linear viscoelasticity). After a sudden
-    strain the isochoric stress is 1 + Σβ times its equilibrium value in the hyperelastic solid."""
+    strain the isochoric stress is 1 + Σβ times its equilibrium value in the hyperelastic solid, with the shares β of the
+    branches."""
 
     kind: Literal["prony"] = "prony"
     elastic: Annotated[DecoupledMaterial, OneOf(MATERIALS, DecoupledMaterial)] = parameter(

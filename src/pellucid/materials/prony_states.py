@@ -14,8 +14,8 @@ from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, doub
 MOST = 6  # branches
 
 Step = tuple[Tensor, Symmetric, Symmetric, Symmetric, float]
-"""F̄ of a step, the change in the isochoric Kirchhoff stress [Pa], the strain rates [1/s] at its start and end, its
-duration [s]."""
+"""F̄, the isochoric deformation gradient of a step; change in the isochoric Kirchhoff stress of the hyperelastic solid [Pa];
+strain rates at the start and end of the step [1/s]; duration of the step [s]."""
 
 
 @generic
@@ -36,8 +36,12 @@ def branch_energy(state: PointState) -> float:
 
 @pointwise
 def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, step: Step) -> tuple[Symmetric, float, float]:
-    """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work done on
-    the branch in it [J/kg]."""
+    """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work done
+    on the branch in it [J/kg].
+
+    q, stored: overstress and stored energy before the step; share, time: share and relaxation time [s] of the branch; rho0:
+    initial density [kg/m³].
+    """
     carry, change, before, after, dt = step
     x = dt / time
     fade, mean = exp(-x), (-expm1(-x) / x if x > 0.0 else 1.0)
@@ -114,7 +118,7 @@ def _state(n: int) -> Any:
 
 
 def _nested(terms: list[str]) -> str:
-    """Return the source text for the sum of tensors."""
+    """Return source text that adds the tensors in `terms`, which are source texts too, by nested calls of `add`."""
     return terms[0] if len(terms) == 1 else f"add({terms[0]}, {_nested(terms[1:])})"
 
 

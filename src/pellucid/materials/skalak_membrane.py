@@ -24,8 +24,8 @@ class SkalakSurface(NamedTuple):
 
 
 class SkalakMembraneMaterial(SurfaceMembraneMaterial):
-    """Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²): stiffens when stretched; the larger C, the larger the resistance to
-    a change of area. At rest K = (1 + 2C) G."""
+    """Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²), I₁ = λ₁² + λ₂² - 2, I₂ = (λ₁λ₂)² - 1: stiffens when stretched; the
+    larger C, the larger the resistance to a change of area. At rest K = (1 + 2C) G."""
 
     kind: Literal["skalak-membrane"] = "skalak-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G", gt=0)

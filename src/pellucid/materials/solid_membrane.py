@@ -44,7 +44,7 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @abstractmethod
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """Return the operations to register for the law and for its component laws."""
+        """Return the functions that must be registered for the law and for each of its component laws."""
 
     @check
     def _law_is_whole(self) -> None:

@@ -1,4 +1,4 @@
-"""Deformation of a hyperelastic solid with a given stress."""
+"""Deformation gradient of a hyperelastic solid for a given stress, for bodies with initial stress."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def stretch_under(law: Law, stress: Symmetric) -> Tensor:
 
 
 def _possible(strain: np.ndarray) -> bool:
-    """Return True if the deformation is finite with positive volume."""
+    """Return True if the strain belongs to a finite deformation with positive volume."""
     F = np.array(_symmetric(strain)).reshape(3, 3)
     return bool(np.isfinite(F).all() and np.linalg.det(F) > 0.0)
 

@@ -42,7 +42,7 @@ def surface_energy(law: Law, F: Shape) -> float:
 
 @generic
 def surface_tension(law: Law, F: Shape) -> InPlane:
-    """Return τ = J T, the tension T times the area ratio J, in the frame: components 11, 22, 12 [N/m]."""
+    """Return τ = J T in the local frame of a point, i.e. the tension T times the area ratio J: components 11, 22, 12 [N/m]."""
 
 
 @generic
@@ -102,8 +102,11 @@ def _stiffness(law, F):
 
 @default_function(natural_width)
 def by_search(law, stretch):
-    """Return the width with zero transverse tension of a strip at this stretch, relative to its width at rest. Uses Newton's
-    method for the logarithm of the width, between bounds; at a width of `stretch` a sheet in tension is taut."""
+    """Return the width of a strip with zero transverse tension, at a stretch along it, relative to its width at rest.
+
+    Uses Newton's method for the logarithm of the width, between bounds; at a width equal to `stretch` a sheet in tension is
+    taut.
+    """
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high
     for _ in range(MOST_ITERATIONS):

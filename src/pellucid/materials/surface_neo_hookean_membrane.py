@@ -1,4 +1,5 @@
-"""Neo-Hookean surface, W = G/2 (λ₁² + λ₂² + (λ₁λ₂)⁻² - 3): an incompressible rubber sheet, G = μh.
+"""Neo-Hookean surface, W = G/2 (λ₁² + λ₂² + (λ₁λ₂)⁻² - 3): an incompressible rubber sheet with the surface modulus G = μh,
+for the shear modulus μ and the thickness h.
 
 At rest the area modulus is K = 3G. Source: Barthès-Biesel, Diaz & Dhenin 2002, J. Fluid Mech. 460, 211.
 """

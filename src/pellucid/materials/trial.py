@@ -101,7 +101,7 @@ class Call(NamedTuple):
 
 
 def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation, Call]:
-    """Return the operations of a law in rate form with arguments for a point at rest: zero time step, cells of 1 m."""
+    """Return each function of a law in rate form with its arguments for a point at rest: zero time step, cells of 1 m."""
     density = material.density
     arguments = {
         update: (law, state, density, ZERO_GRADIENT, 0.0, 1.0),
@@ -171,8 +171,8 @@ def try_membrane(material: "SolidMembraneMaterial") -> None:
 
 
 def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:
-    """Return the operations of a membrane law with arguments for a point at rest and a zero time step: first of its surface
-    law, if any, then of the law itself."""
+    """Return each function of a membrane law with its arguments for a point at rest and a zero time step: first the
+    functions of its surface law, if any, then those of the law itself."""
     of_surface = {
         operation: Call(operation, (part, *SURFACE[operation][1]))
         for part, operations in material.operations().items()
@@ -211,7 +211,7 @@ def _check_parameters(law: Any, name: str) -> None:
 
 
 def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
-    """Raise ValueError unless every operation is registered for the law that needs it."""
+    """Raise ValueError unless every function is registered for the law that needs it."""
     for law, wanted in operations.items():
         lacking = [operation for operation in wanted if type(law) not in implementations(operation)]
         if lacking:
@@ -224,7 +224,7 @@ def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
 
 
 def _check_state(found: Any, wanted: Any, what: str) -> None:
-    """Raise ValueError unless the state has the type of the initial state and finite numbers."""
+    """Raise ValueError unless the state `found` has the type of the initial state `wanted` and contains finite numbers."""
     if type(found) is not type(wanted):
         raise ValueError(f"{what} returns {_named(found)}; it must return a {type(wanted).__name__}")
     for name, value in zip(wanted._fields, found, strict=True):

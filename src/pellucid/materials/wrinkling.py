@@ -20,14 +20,15 @@ from pellucid.materials.membrane import Shape, around, plane_response, plane_wav
 
 @around
 class TensionField(NamedTuple):
-    """Law of a membrane that carries no compression; it wraps another law."""
+    """Law of a membrane that wrinkles instead of carrying compression: the law of the material, with wrinkles."""
 
     law: Law
 
 
 @generic
 def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
-    """Return the in-plane shape without wrinkles, a 4-tuple, and the ratio of its area to the area of the given shape."""
+    """Return the in-plane shape after the wrinkles are flattened, a 4-tuple, and the ratio of its area to the area of the
+    given shape."""
 
 
 @generic

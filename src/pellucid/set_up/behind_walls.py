@@ -1,4 +1,4 @@
-"""Space behind plane walls: refuse bodies that start there, and extend the grid for points that need room there."""
+"""Space behind plane walls: refuse bodies that start there, and extend the grid for points that need space there."""
 
 from collections.abc import Set as AbstractSet
 
@@ -50,11 +50,10 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
 
 
 def with_room_behind_walls(case: Case) -> Case:
-    """Return the case; if a wall lies on or close in front of a face of the grid, a copy with a larger grid.
+    """Return the case; if a wall lies on or close in front of a face of the grid, a copy of the case with a larger grid.
 
-    A wall pushes points back, so that points of bodies in contact pass it only by a small fraction of a cell. The added
-    layers of cells make room for them. A face named by a condition is not moved. Applied to its result, the function
-    returns it unchanged.
+    A wall pushes points back, so that points of bodies in contact pass it only by a small fraction of a cell. Layers of
+    cells are added to contain them. A face that a condition names is not moved. A second call changes nothing more.
     """
     grid = case.grid_or_none
     if grid is None or not case.wall:
@@ -90,7 +89,7 @@ def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
 
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
-    """Return True if walls in front of a face are closer to it than ROOM cells.
+    """Return True if walls that face into the grid are less than ROOM cells away from a face of the grid.
 
     places: sampled positions on the face [m], shape (n, 3). The position that is least deep behind the walls is used.
     """

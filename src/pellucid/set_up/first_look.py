@@ -20,7 +20,8 @@ from pellucid.set_up.supports import crossing_supports, leading_out
 
 
 def stand(case: Case) -> dict[str, Standing]:
-    """Return the initial points of the bodies that do not continue from an earlier run, by name. Raises CaseError."""
+    """Return the initial points of each body (`Standing`) by name, without bodies that continue from an earlier run. Raises
+    CaseError."""
     names = {body.name for body in case.body}
     if case.start is not None:
         names -= set(case.start.body or names)

@@ -94,7 +94,8 @@ def _top(body: Floating, up: np.ndarray) -> float:
 
 
 def _stands(body: Floating, case: Case) -> bool:
-    """Return True if a body starts in contact with a face of the grid that is fixed, in the direction of gravity."""
+    """Return True if a body starts in contact with a face of the grid, in the direction of gravity, whose normal velocity
+    is prescribed by a support."""
     lower, upper = body.bounds()
     slack = ON_FLOOR * case.grid.cell
     for axis, pull in enumerate(case.gravity):

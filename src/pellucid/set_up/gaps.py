@@ -1,8 +1,8 @@
-"""Warnings about gaps between bodies that do not deform, if the gap is too narrow to resolve flow or deformation in it.
+"""Warnings about gaps between bodies that do not deform, if they are too narrow to resolve flow or deformation in them.
 
-From points on the boundaries of hard bodies, a ray follows the normal until it reaches another boundary. Velocities that
-are linear in each of n cells between two walls at rest, and exact at the nodes, give 1 - 1/n² of the flow rate of a viscous
-flow.
+From points on the boundaries of hard bodies, a ray follows the normal until it reaches another boundary. A flow with
+velocities that are linear in each of n cells between two walls at rest, and exact at the nodes, has 1 - 1/n² of the flow
+rate of a viscous flow.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,4 +1,5 @@
-"""Warnings about constrained edges of membranes with bending stiffness: hinges, and clamps away from the rows of the mesh."""
+"""Warnings about constrained edges of membranes with bending stiffness: edges that act as hinges because only one row of
+nodes is constrained, and clamps whose region ends between rows of nodes."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -23,7 +24,7 @@ class _Holding(NamedTuple):
 
     label: str
     region: Where | None
-    nodes: np.ndarray  # (n,)
+    nodes: np.ndarray  # (n,) mask of the constrained nodes
 
 
 def held_edges(case: Case) -> Iterator[str]:

@@ -72,7 +72,7 @@ def coarse_sheets(case: Case) -> Iterator[str]:
 
 
 def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
-    """Return centres, vector areas and edge lengths of the triangles of a membrane on both sides.
+    """Return the centres, vector areas and edge lengths of the triangles of a membrane, each triangle once for either side.
 
     For a square cut into two triangles, the edge length is the side of the square.
     """

@@ -10,9 +10,9 @@ from pellucid.parts.step_limit import spread_in_cells
 
 
 def slipped_past(case: Case) -> Iterator[str]:
-    """Yield a warning for each fluid with implicit viscosity that has contact with rigid bodies or with moving bodies of
-    other fields: viscosity is solved before this contact, so that the fluid slips along these bodies if the steps are
-    long."""
+    """Yield a warning for each fluid with implicit viscosity in contact with rigid bodies or with moving bodies of other
+    velocity fields: viscosity is solved before this contact, so that the fluid slips along these bodies if the time steps
+    are long."""
     for fluid in case.body:
         material = getattr(fluid, "material", None)
         if not fluid.solves_viscosity or not isinstance(material, PointMaterial):

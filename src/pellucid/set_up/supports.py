@@ -19,7 +19,7 @@ from pellucid.parts.support_precedence import find_owners, is_across
 
 
 class _Numbered(NamedTuple):
-    """Support on at most one face, with its label for messages."""
+    """A support that acts on at most one face, with its label for messages."""
 
     support: Support
     label: str
@@ -77,8 +77,7 @@ def _differ(one: Support, other: Support, axis: int) -> bool:
 
 
 def _warnings(case: Case, one: _Numbered, other: _Numbered, axes: list[int]) -> Iterator[str]:
-    """Yield the warnings about a pair of supports at the nodes of the grid and at the nodes of bodies with nodes of their
-    own."""
+    """Yield the warnings about a pair of supports, for nodes of the grid and for nodes of bodies that have their own nodes."""
     parts, grid = parts_of(case), case.grid_or_none
     if grid is not None and one.support.body is None and other.support.body is None:
         of = Selectable(_common_nodes(grid, one.support, other.support), periods=grid.periods())
@@ -126,7 +125,7 @@ def _text(loser: str, overruled: NodalSupport, winner: str, counts: NodalSupport
 
 
 def _common_nodes(grid: GridCase, *supports: Support) -> np.ndarray:
-    """Return nodes of the grid that include all nodes common to the supports [m], shape (n, 3)."""
+    """Return positions of grid nodes that include all nodes common to the supports [m], shape (n, 3)."""
     lower, upper = np.array(grid.lower), np.array(grid.extent_upper())
     first, last = (
         np.zeros(3, np.int64),

@@ -1,4 +1,4 @@
-"""Enclosed gas or liquid in a run."""
+"""Active condition of an enclosed gas or liquid: its pressure on the membranes, its energy and its mass flows in each step."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 class ActiveEnclosed(ActiveCondition):
     """A gas or liquid in a membrane, in a run.
 
-    The pressure acts with the geometry at the start of a step, p ∂V/∂x. The energy of the contents follows the volume to
-    the end of the step. As for strains and stresses, forces are gradients of an energy, which is conserved to the order of
-    the method. Flows into and out of the membrane change mass and energy half at the volume of the start and half at the
-    volume of the end.
+    The pressure acts on the membrane with the geometry at the start of a step: its nodal forces are p ∂V/∂x, with the
+    pressure p, the enclosed volume V and the nodal positions x. The energy of the contents is updated with the volume at
+    the end of the step. The total energy is therefore conserved to the order of the time integration. Mass that flows in or
+    out is exchanged half at the volume of the start of the step and half at the volume of its end.
     """
 
     def __init__(self, enclosed: "Enclosed", assembly: Assembly) -> None:
@@ -40,12 +40,13 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Compute the oscillation rate of the membrane mass on the compressible contents; it also limits the first step."""
+        """Limit the first step by the oscillation of the membranes on the compressible contents."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
     def at_stake(self) -> float:
-        """Return an upper bound of the rounding errors of the enclosed energy and of its work at rest [J]."""
+        """Return an upper bound of the rounding errors of the energy of the contents and of the work against the outside
+        pressure [J]."""
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
@@ -74,10 +75,10 @@ class ActiveEnclosed(ActiveCondition):
         self._space.press(self._now, self._gauge)
 
     def end(self, dt: float) -> None:
-        """Exchange half of the mass of the step, update the volume, exchange the other half.
+        """Exchange half of the mass that flows in and out in the step, update the volume, and exchange the other half.
 
-        The work of the pressures at the start and end of a step then equals the energy lost by the gas, to second order in
-        the step.
+        The work of the mean of the pressures at the start and the end of the step then equals the energy that the contents
+        lose, to second order in the step.
         """
         before, contents, gauge = self._now, self.contents, self._gauge
         held, works = contents.energy, dict.fromkeys(("enclosed_heat", "inflator_energy", "vent_energy"), 0.0)

@@ -33,7 +33,8 @@ class Contents(ABC):
 
     @abstractmethod
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add an inflow with its mass [kg] and ∫T dm [K kg]. Returns the energy added and the heat absorbed [J]."""
+        """Add an inflow with its mass [kg] and `warmth`, the integral ∫T dm of its temperature T over its mass m [K kg].
+        Returns the energy added and the heat absorbed [J]."""
 
     @abstractmethod
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
@@ -86,7 +87,7 @@ class Gas(Contents):
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
-        """Expand along an adiabat or an isotherm, exactly."""
+        """Change the volume along an adiabat, or along an isotherm if the gas is isothermal (both are integrated exactly)."""
         if self.isothermal:
             return (self.gamma - 1.0) * self.energy * log(new / old)
         self.energy *= (old / new) ** (self.gamma - 1.0)

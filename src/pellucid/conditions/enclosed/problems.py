@@ -1,4 +1,4 @@
-"""Reasons why a body encloses no volume."""
+"""Checks for conditions that need the volume enclosed by a membrane: reasons why a body encloses no volume."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Interfaces of loads: of all kinds of loads, and of loads that are forces on the points of a body at the start of each
+"""Base classes of loads: `LoadModel` for all kinds, and `Load` for forces on the points of a body at the start of each
 step."""
 
 from abc import abstractmethod
@@ -28,7 +28,7 @@ OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
 
 
 class LoadModel(Condition):
-    """Data model of a load."""
+    """Base of the data models of all kinds of loads."""
 
     channel: ClassVar[str] = "load_work"
     """Column of `history.csv` that contains the work of the load; its name ends in `_work`. The work of loads with the
@@ -100,7 +100,7 @@ class Load(ChangesInTime, LoadModel):
 
 
 class ActiveLoad(ActiveCondition):
-    """A load on a body in a run."""
+    """Applies the forces of a `Load` to its body in each step."""
 
     def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:
         member = assembly.bodies[load.body]

@@ -43,8 +43,8 @@ def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Pat
 
 
 def rigid_of(body: Body) -> "RigidBody":
-    """Return the object that moves a body as a rigid body; it exists when loads begin to act. Raises ValueError for a
-    body that is not rigid."""
+    """Return the object that moves a body as a rigid body; it is available when loads begin to act, i.e. in the first step.
+    Raises ValueError for a body that is not rigid."""
     from pellucid.conditions.rigid.body import RigidBody
 
     if not isinstance(body.constraint, RigidBody):

@@ -94,7 +94,7 @@ def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
 
 
 class ActiveRigidSpring(ActiveCondition):
-    """Springs on a rigid body in a run."""
+    """Applies force and torque of a `RigidSpring` to its rigid body in each step."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
         self._body = assembly.bodies[load.body].body

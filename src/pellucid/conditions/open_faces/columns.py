@@ -20,12 +20,12 @@ ROUNDING = 1e-6  # of a cell
 
 
 class OpenFace(NamedTuple):
-    """A face of the grid."""
+    """A face of the grid: its name, its normal axis, which end of the grid it is, and its position."""
 
     name: str
     axis: int
     is_upper: bool
-    level: float  # [m]
+    level: float  # position of the face along its axis [m]
 
     @classmethod
     def of(cls, face: str, grid: GridCase) -> "OpenFace":
@@ -54,16 +54,16 @@ class OpenFace(NamedTuple):
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def depth(self, position: np.ndarray) -> np.ndarray:
-        """Return the depth of positions [m], shape (n, 3), within the grid [m], shape (n,)."""
+        """Return the distances of positions [m], shape (n, 3), from the face into the grid [m], shape (n,)."""
         return self.inward * (position[:, self.axis] - self.level)
 
 
 class Columns(NamedTuple):
-    """Columns of points, normal to a face of the grid, behind an opening in the face."""
+    """Columns of points, normal to a face of the grid, behind an opening in the face; c: number of columns."""
 
     place: np.ndarray  # (c, 3) positions of the first points of the columns [m]
     depth: np.ndarray  # (c,) distances of the first points from the face [m]
-    area: np.ndarray  # (c,) across the flow [m²]
+    area: np.ndarray  # (c,) cross-sectional area of each column [m²]
     spacing: float  # spacing of points in a column [m]
 
     @property

@@ -1,4 +1,4 @@
-"""Entry of points through openings in a run."""
+"""Active inflows: points that enter the grid through openings during a run."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, exp
@@ -85,7 +85,8 @@ class Entering(ActiveCondition):
         self._work, self._impulse = 0.0, np.zeros(3)
 
     def try_out(self) -> None:
-        """Read the velocities of the supports, which are known now, and compute the state of the inflow."""
+        """Compute the velocity profile, which depends on the supports that are known now, and the state in which points
+        enter."""
         self.strip.find_profile()
         self.strip.bound(self._totals, self.strip.mean_at(0.0))
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
@@ -96,8 +97,8 @@ class Entering(ActiveCondition):
         self._time = time
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give all nodes of the strip one common flow velocity, or count the work of its prescribed motion. Raises
-        RunStopped if the inflow reverses."""
+        """Give all nodes of the strip of cells at the opening one common flow velocity (inflow under a pressure), or
+        compute the work of their prescribed motion. Raises RunStopped if the inflow reverses."""
         self._work, self._impulse = self.strip.act(dt)
         self._travel += dt * self.strip.speed
         if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
@@ -114,7 +115,8 @@ class Entering(ActiveCondition):
         self.strip.bound(self._totals, self.strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the inflow, if it moves faster than the waves and points of the body."""
+        """Return the step limit due to the inflow if the flow, rather than waves or points in the body, limits the step;
+        else no limit."""
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
@@ -144,7 +146,7 @@ class Entering(ActiveCondition):
         return [self._body.let_in(self._pressed(arrays), n_steps, time)]
 
     def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return the arrays of new points of a liquid, whose pressure is set to the pressure at the inner end of the strip.
+        """Return the arrays of new points; in a liquid their pressure is set to the pressure at the inner end of the strip.
 
         The pressure is the mean of the first layers behind the strip, plus half of the pressure drop from these to the next
         layers, for a flow with linear pressure. Points with any other pressure are compressed there within a cell, and

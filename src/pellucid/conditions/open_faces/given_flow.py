@@ -1,4 +1,4 @@
-"""Flow through a face of the grid as given in a case."""
+"""Data model of a prescribed flow through a face of the grid: its magnitude, profile and change in time."""
 
 from collections.abc import Iterator
 from typing import Any, Literal
@@ -77,7 +77,7 @@ class GivenFlow(ChangesInTime):
             yield Finding(path, text, "remove the supports from the opening, or enlarge it")
 
     def _is_closed(self, face: OpenFace, grid: GridCase, parts: Parts) -> bool:
-        """Return True if supports in regions constrain all nodes of the opening along the normal."""
+        """Return True if supports that act on regions constrain the normal motion of all nodes of the opening."""
         nodes, periods, active = face.nodes(grid), grid.periods(), parts.active_axes
         if self.through is not None:
             just_inside = nodes + face.inward * ROUNDING * grid.cell * np.eye(3)[face.axis]
@@ -106,6 +106,6 @@ class GivenFlow(ChangesInTime):
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
-    """Return, for each axis, True if walls across this axis can bound an opening in a face."""
+    """Return for each axis True if the opening in a face can have walls normal to this axis."""
     normal = "xyz".index(face[0])
     return [axis != normal and not (grid.thin()[axis] or grid.is_periodic()[axis]) for axis in range(3)]

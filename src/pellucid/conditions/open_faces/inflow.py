@@ -107,7 +107,7 @@ class Inflow(GivenFlow, Condition):
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report problems of a face of the grid with inflow or outflow."""
+    """Report a face of the grid that cannot have inflow or outflow: a periodic, thin or constrained face."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"

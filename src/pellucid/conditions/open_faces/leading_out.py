@@ -48,7 +48,7 @@ class LeadingOut(ActiveCondition):
         self._strip.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Count the work of the prescribed motion."""
+        """Compute the work of the prescribed motion of the nodes."""
         self._work, self._impulse = self._strip.act(dt)
 
     def end(self, dt: float) -> None:
@@ -56,7 +56,8 @@ class LeadingOut(ActiveCondition):
         self._strip.bound(self._totals, self._strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the outflow, if it moves faster than the waves and points of the body."""
+        """Return the step limit due to the outflow if the flow, rather than waves or points in the body, limits the step;
+        else no limit."""
         return self._strip.limit
 
     def work(self) -> StepWork:

@@ -16,13 +16,13 @@ also of GIMP with 1 to 4 or 6 points per cell."""
 
 class NodesAcross(NamedTuple):
     """Nodes of one layer parallel to a face to which the columns of points behind the opening contribute, with their
-    weights."""
+    weights. A weight belongs to a pair of column and node."""
 
-    place: np.ndarray  # (m, 3) [m]; along the normal at the face
-    stored: np.ndarray  # (m,) storage indices of the nodes, for the layer at the lower end of the grid
-    column: np.ndarray  # (e,) column of each weight
-    node: np.ndarray  # (e,) and the node, of the m
-    weight: np.ndarray  # (e,)
+    place: np.ndarray  # (m, 3) positions of the nodes if the layer lies on the face [m]
+    stored: np.ndarray  # (m,) storage indices of the nodes if the layer lies at the lower end of the grid
+    column: np.ndarray  # (e,) index of the column of each pair
+    node: np.ndarray  # (e,) index of the node of each pair, from 0 to m - 1
+    weight: np.ndarray  # (e,) shape function of the node at the column, within the layer
 
     def at_columns(self, nodal: np.ndarray, n: int) -> np.ndarray:
         """Interpolate nodal values, shape (m,), to the n columns of points."""

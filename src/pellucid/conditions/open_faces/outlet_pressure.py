@@ -1,13 +1,13 @@
 """Pressure at an open face, where a fluid ends.
 
-A pressure p acts on the end of a fluid along the normal n of the face with the nodal forces f_I = -n p ∮ N_I n·dA. By the
-divergence theorem this is
+A pressure p acts on the end of a fluid along the normal n of the face with the nodal forces f_I = -n p ∮ N_I n·dA, with the
+shape function N_I of node I. By the divergence theorem this is
 
     f_I = -n p Σ_p V_p n·∇N_I(x_p),
 
-the same sum as for the fluid's own pressure, evaluated at the nodes around the layer of cells at the face. Therefore the
-end of the fluid need not be located, nodes with almost no mass receive almost no force, and a fluid at the pressure p is in
-equilibrium, to rounding.
+summed over the points p of the fluid with the volumes V_p and positions x_p. This is the same sum as for the fluid's own
+pressure, evaluated at the nodes around the layer of cells at the face. Therefore the end of the fluid need not be located,
+nodes with almost no mass receive almost no force, and a fluid at the pressure p is in equilibrium, to rounding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -45,9 +45,9 @@ class EndPressure(NamedTuple):
 
     pressure: np.ndarray  # (1,) in this step [Pa]
     level: float  # position of the face, in cells
-    inward: float
-    axis: int
-    reach: float  # distance from the face of the points that count, in cells
+    inward: float  # direction into the grid along the axis, 1 or -1
+    axis: int  # normal axis of the face
+    reach: float  # largest distance from the face of points that contribute, in cells
 
 
 @point_function(given, EndPressure)
@@ -96,7 +96,8 @@ class EndOfFluid:
         self._field.load_row(self._row)[self._near, self.face.axis] += self._rows[self._near, self.face.axis]
 
     def _gift(self) -> Bundle:
-        """Return the data of the scatter; they are built once, when all conditions are known."""
+        """Return the arguments of the kernel that scatters the pressure to the nodes; built at first use, when all
+        conditions are known."""
         if self._gives is None:
             arrays, face, cell = self.body.arrays, self.face, self.body.grid.lattice.cell
             rule = EndPressure(self._pressure, face.level / cell, face.inward, face.axis, 2.0 * self._deep)

@@ -52,5 +52,5 @@ def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:
-    """Return True if an opening in a face is round."""
+    """Return True if a shape is a cylinder along the normal axis of a face, so that its opening in the face is round."""
     return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis

@@ -1,11 +1,12 @@
 """Strip of cells at an opening through which a pressure drives a fluid into the grid.
 
-The nodes of the strip move together along the normal, with the profile w across the opening, at the mean velocity U that
+The nodes of the strip move together along the normal n, with the profile w across the opening, at the mean velocity U that
 follows from their momentum:
 
-    U = Σ m_I w_I v_I / Σ m_I w_I²,    J_I = m_I (U w_I n - v_I).
+    U = Σ m_I w_I n·v_I / Σ m_I w_I²,    J_I = m_I (U w_I n - v_I),
 
-The distance that columns of points have entered is therefore known, as for a prescribed velocity.
+where node I has the mass m_I, the velocity v_I before and the impulse J_I. The distance that columns of points have entered
+is therefore known, as for a prescribed velocity.
 """
 
 from typing import Annotated, NamedTuple
@@ -29,8 +30,8 @@ class PushedStrip(Strip):
     """Strip of a flow under a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
-        """flow, passage: see `Strip`; pressure: pressure at the opening [Pa]; column: column of the works for the work of
-        the pressure and of the strip."""
+        """flow, passage: see `Strip`; pressure: pressure at the opening [Pa]; column: column in the array of works for the
+        work of the pressure and of the strip."""
         super().__init__(flow, passage)
         self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
@@ -44,8 +45,8 @@ class PushedStrip(Strip):
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Set the common velocity of the nodes; return zero work and impulse, since the nodes count them. Called after
-        the momentum update."""
+        """Set the common velocity of the nodes. Return zero work and impulse, since the velocity field records them. Called
+        after the momentum update."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

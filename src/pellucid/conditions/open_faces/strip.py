@@ -23,11 +23,11 @@ class Passage(NamedTuple):
 
     face: OpenFace
     columns: Columns
-    shape: Geometry  # of the opening
+    shape: Geometry  # shape whose intersection with the face is the opening
     case: GridCase
     member: AssembledBody
-    direction: float  # 1 or -1, of the flow along the normal axis
-    path: str  # of the flow in the case
+    direction: float  # direction of the flow along the normal axis, 1 or -1
+    path: str  # path of the inflow or outflow in the case, for messages
 
 
 class Strip:

@@ -40,9 +40,9 @@ class RigidBody:
     """A rigid body: its points have the rigid motion with their total momentum and angular momentum.
 
     Motions may prescribe components of the rigid motion. Each point counts as a cube of its volume (a square in the plane),
-    with its own inertia m a²/6; the inertia of a box of whole points is then exact. Arrays of the body: `start`, the
-    initial position of each point [m]; `angle`, the rotation of the body since the start [rad]; `affine`, which contains
-    the angular velocity of the body for each point.
+    with the own inertia m a²/6 for the mass m and the edge a; the inertia of a box of whole points is then exact. Arrays of
+    the body: `start`, the initial position of each point [m]; `angle`, the rotation of the body since the start [rad];
+    `affine`, which contains the angular velocity of the body for each point.
     """
 
     strains = False
@@ -107,7 +107,7 @@ class RigidBody:
         self._pushed.append((place.copy(), force))
 
     def state(self) -> RigidState:
-        """Return the centre of mass, the angular velocity, and the velocities that forces and torques cause."""
+        """Return the centre of mass, the angular velocity, and the velocity changes per impulse and angular impulse."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
         turn = self.rates()[3:]
@@ -139,14 +139,14 @@ class RigidBody:
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:
-        """Set the affine velocity fields of the points to a rotation with an angular velocity [rad/s], and compute the
-        kinetic energy of the rotation of the points about themselves."""
+        """Set the affine velocity fields of the points to the angular velocity `turn` [rad/s], and compute the kinetic
+        energy of the rotation of the points about their own centres."""
         self.own_energy = 0.5 * self._own_inertia * float(turn @ turn)
         self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
 
     @property
     def own_spin(self) -> np.ndarray:
-        """Angular momentum of the points about themselves [N m s], (3,)."""
+        """Sum of the angular momenta of the points about their own centres [N m s], (3,)."""
         return self._own_inertia * self.rates()[3:]
 
     def hold_nodes(self, dt: float) -> None:
@@ -168,7 +168,7 @@ class RigidBody:
         self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
 
     def _widths(self) -> np.ndarray:
-        """Return the distances by which points, as cubes of their volume, extend beyond their positions [m]."""
+        """Return half the edges of the cubes that the points represent [m]."""
         half, scale, exponent = self._points.half_width()
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
@@ -218,7 +218,8 @@ class RigidBody:
             self._turned[3:] = np.where(leads.led[3:], rotation @ inertia @ rotation.T @ turn - spin, 0.0)
 
     def work(self) -> StepWork:
-        """Return the work of the step: kinetic energy lost by velocities that are not rigid, and impulses of supports."""
+        """Return the work of the step: loads, kinetic energy lost when velocities are made rigid, and impulses of supports
+        and motions."""
         done = self._layout.no_work()
         done.works[:] = self._push_works  # the field counted them as one of impacts
         done.works[IMPACT] += self._loss
@@ -229,8 +230,8 @@ class RigidBody:
         return self._with_motions(done) if self.leads.led.any() else done
 
     def _with_motions(self, done: StepWork) -> StepWork:
-        """Add the work and impulses of the motions to the work of the step; the velocity field has counted their impulse on
-        the nodes as external."""
+        """Add the work and impulses of the motions to the work of the step. Their impulse on the nodes is subtracted from
+        the external impulses, in which the velocity field has included it."""
         on_nodes = np.where(self.leads.led, self.nodes.led_impulse * self._motions.sizes, 0.0)
         done.impulse[:] -= on_nodes[:3]
         given = on_nodes + self._led

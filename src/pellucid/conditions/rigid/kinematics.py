@@ -1,4 +1,4 @@
-"""Centre, angular momentum and inertia of points with given masses, shape (n, 1) [kg], and rotations."""
+"""Kinematics of rigid bodies: centre, angular momentum and inertia of points with given masses, and rotations."""
 
 from collections.abc import Callable, Sequence
 from math import ceil
@@ -10,8 +10,8 @@ LARGEST_TURN = 0.02  # largest rotation in a substep [rad], see `turn_freely`
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the centre of mass, shape (3,) [m], of masses, shape (n, 1) [kg], at positions [m]; also used for mean
-    velocities."""
+    """Return the mean of positions [m], weighted by masses, shape (n, 1) [kg]: the centre of mass, shape (3,); also used
+    for mean velocities."""
     return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
 
 
@@ -108,8 +108,8 @@ def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 
 def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int], own: float = 0.0) -> np.ndarray:
-    """Return the matrix that gives angular velocities for angular impulses about the axes in `turns`, (3, 3) [1/(kg m²)];
-    zero for other axes."""
+    """Return the inverse inertia for rotations about the axes in `turns`, (3, 3) [1/(kg m²)]: angular velocity per angular
+    impulse; zero for other axes."""
     inverse = np.zeros((3, 3))
     inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm, own), turns)
     return inverse
@@ -144,16 +144,17 @@ class RigidState(NamedTuple):
 
 
 class Push(NamedTuple):
-    """A force at the centre of mass [N] and a torque [N m], shape (6,), acting over a step."""
+    """A force at the centre of mass [N] and a torque [N m] during a step, as `strength`, shape (6,), and the columns for
+    their work."""
 
     strength: np.ndarray
-    column: int  # of its work
+    column: int  # column for the work in the array of works
     carried: np.ndarray | None = None  # velocity and angular velocity of the anchor of a damper, shape (6,)
-    heat: int = 0  # column of the heat of a damper
+    heat: int = 0  # column for the heat of a damper in the array of works
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
-        """Add the work of force and torque over a step dt [s], on a body with a velocity and an angular velocity, shape (6,),
-        to a row of works; returns the work."""
+        """Add the work of force and torque over a step dt [s] to an array of works, and return it [J]; rates: velocity and
+        angular velocity of the body, shape (6,)."""
         work = dt * float(self.strength @ rates)
         if self.carried is None:
             works[self.column] += work

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 class Leads:
     """Prescribed motions of one rigid body, by component: 0 to 2 are displacements along the axes, 3 to 5 rotations about
-    them.
+    the axes.
 
     along, about: axes along and about which the body can move. `led`: mask of the prescribed components, shape (6,).
     """

@@ -67,7 +67,7 @@ class RigidMotions:
         """Return a matrix R with R Rᵀ = K⁻¹ for an inertia matrix K, shape (6, 6); directions in which the inertia is
         negligible compared with a mass [kg] are omitted.
 
-        R contains only free components, since impulses do not change prescribed ones.
+        R has only components that are not prescribed, since impulses do not change prescribed components.
         """
         sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
         real = sizes > SMALL * mass

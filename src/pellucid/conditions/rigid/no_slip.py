@@ -39,9 +39,9 @@ LEAST_SLOPE = 1e-6  # smallest gradient of the filled fraction at a face of the 
 class Surface(NamedTuple):
     """Surface of a body, described by data at the nodes near it."""
 
-    distance: np.ndarray  # (n,) signed, positive outside [m]
-    normal: np.ndarray  # (n, 3) out of the body
-    certainty: np.ndarray  # (n,) 1 near a plane face, 0 where faces on both sides are equally near
+    distance: np.ndarray  # (n,) signed distance of each node from the surface, positive outside [m]
+    normal: np.ndarray  # (n, 3) unit normal at each node, out of the body
+    certainty: np.ndarray  # (n,) reliability of distance and normal: 1 near a plane face, 0 midway between two faces
     curvature: float = 0.0  # sum of the principal curvatures [1/m], mean over the surface, positive on a convex body
 
 
@@ -51,8 +51,8 @@ class Window(NamedTuple):
     node: np.ndarray  # (m,) node numbers, ascending, each once
     place: np.ndarray  # (nx, ny, nz) index in `node` of each node of the box
     first: np.ndarray  # (3,) first nodes of the box, in cells from the lower corner of the grid
-    last: np.ndarray  # (3,) its last nodes
-    share: np.ndarray  # (m,) see `NoSlip.share_in_grid`
+    last: np.ndarray  # (3,) last nodes of the box, likewise
+    share: np.ndarray  # (m,) volume of each node divided by the volume of an interior node
 
 
 class NoSlip:
@@ -75,8 +75,8 @@ class NoSlip:
         self._filled = 1.0 - (covered - covered[0]) / (covered[-1] - covered[0])
 
     def find_window(self, nodes: np.ndarray) -> Window:
-        """Return the box of nodes around the given nodes (node numbers), whose data is needed to compute surface and
-        profile."""
+        """Return the box of nodes around the given nodes (node numbers) whose data is needed for the surface of the body
+        and the velocity profile near it."""
         at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
         at = at if len(at) else np.zeros((1, 3), int)
         margin = np.where(self._thin, 0, MARGIN)
@@ -208,7 +208,7 @@ class NoSlip:
 
     @staticmethod
     def _along(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
-        """Return a binary function of each value of a window and the next value along an axis."""
+        """Apply a binary function to each value of a window and its successor along an axis; return the results."""
         n = values.shape[axis]
         return np.asarray(function(values.take(range(n - 1), axis), values.take(range(1, n), axis)))
 

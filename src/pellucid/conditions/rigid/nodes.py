@@ -70,20 +70,21 @@ class BodySums(NamedTuple):
 
 
 class Received(NamedTuple):
-    """Momentum and energy that a rigid body receives from the nodes at the end of a step."""
+    """Momentum and energy that a rigid body receives from the nodes at the end of a step; vectors have the six components
+    of a rigid motion, see `RigidMotions`."""
 
-    momentum: np.ndarray  # (6,) in components, including the momentum at the start of the step
-    motion: np.ndarray  # (6,) components of the motion for this momentum, without prescribed components
-    mixing: float  # kinetic energy that the nodes lose as they share it out among bodies [J]
-    spread: float  # kinetic energy that they lose otherwise: by E, and where light nodes change fast [J]
+    momentum: np.ndarray  # (6,) momentum of the body, including its momentum at the start of the step
+    motion: np.ndarray  # (6,) motion with this momentum if no component were prescribed
+    mixing: float  # kinetic energy lost in the transfer from nodes shared by several bodies [J]
+    spread: float  # other losses of kinetic energy: by the correction E, and at light nodes whose velocity changes fast [J]
 
 
 class RigidNodes:
-    """Nodes of a velocity field that a rigid body reaches.
+    """Nodes of a velocity field to which the points of a rigid body contribute.
 
-    arrays: arrays of the body; alone: True if no other body is in its velocity field; flip: fraction of FLIP in the
-    transfer; earlier: the nodes of bodies in the field that act before this body in a step; no_slip: computes the fluid
-    velocities near the surface, None if points of the field have no affine velocity fields.
+    arrays: arrays of the body; alone: True if no other body is in its velocity field; flip: weight of FLIP in the update of
+    point velocities; earlier: the nodes of bodies in the field that act before this body in a step; no_slip: computes the
+    fluid velocities near the surface, None if points of the field have no affine velocity fields.
     """
 
     def __init__(
@@ -120,12 +121,11 @@ class RigidNodes:
         before: np.ndarray,
         push: np.ndarray,
     ) -> np.ndarray:
-        """Set the rigid motion of the nodes for a step; arm: positions of the body's points relative to its centre, shape
-        (n, 3) [m].
+        """Set the rigid motion of the nodes for a step; return its components after the step, (6,).
 
-        inertia: inertia matrix of the body in components, (6, 6), see `RigidMotions`; before: components of the motion at
-        the start of the step; push: change of the momentum components by forces in the step, (6,). Returns the components
-        of the motion after the step.
+        arm: positions of the body's points relative to its centre, shape (n, 3) [m]; inertia: inertia matrix of the body in
+        components, (6, 6), see `RigidMotions`; before: components of the motion at the start of the step; push: change of
+        the momentum components by forces in the step, (6,).
         """
         self._inertia, self._before, self._push = inertia, before, push
         self._find_nodes(centre, arm, motions)
@@ -165,7 +165,7 @@ class RigidNodes:
         return Received(momentum, after, max(mixing, 0.0), spread + light + min(mixing, 0.0))
 
     def await_contact(self) -> None:
-        """Store the velocities before contact, after all other impulses were applied."""
+        """Store the nodal velocities before contact, after all other impulses were applied."""
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
@@ -180,8 +180,8 @@ class RigidNodes:
         self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
-        """Add the impulses of walls and clamps on the nodes to the work and impulses of the step; the velocity field has
-        counted them as external."""
+        """Add the impulses of supports on the nodes, and their work, to the record of the step; subtract them from the
+        external impulses, which already contain them."""
         done.impulse[:] += self._beside[:3]
         for row, axis, impulse in self._reactions:
             done.reactions[row, axis] += impulse
@@ -218,11 +218,11 @@ class RigidNodes:
         self._find_inertia(motions, clamped)
 
     def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
-        """Compute increments relative to the other bodies at a node, and let outer nodes follow these bodies, independently
-        of the momentum from the rigid body.
+        """Split the momentum of shared nodes between the rigid body and the other bodies, so that velocity increments are
+        relative to the velocity of the other bodies; outer nodes follow the other bodies only.
 
-        Also computes the motion of the fluid near the surface, and sets `follows`, the degree to which outer nodes follow
-        it, between 0 and 1, shape (n, 1).
+        Also computes the velocity of the fluid near the surface, and sets `follows`, the degree to which outer nodes have
+        this velocity along the surface, between 0 and 1, shape (n, 1).
         """
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
@@ -253,7 +253,7 @@ class RigidNodes:
         nodes.momentum[at] += self._m * apart
 
     def _find_slip(self, centre: np.ndarray, motions: RigidMotions, chosen: np.ndarray, follows: np.ndarray) -> None:
-        """Compute the velocities relative to the body at chosen nodes for which the fluid does not slip on the surface."""
+        """Compute the fluid velocities relative to the body at chosen nodes that give no slip on the surface itself."""
         no_slip, near = self._no_slip, np.flatnonzero(chosen)
         if no_slip is None or not len(near):
             return
@@ -346,12 +346,12 @@ class RigidNodes:
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
-        """Return nodal values of all processes at the nodes that the body reaches."""
+        """Return nodal values, complete with those of other processes, at the nodes to which the body contributes."""
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the impulses that make nodes with these velocities rigid, in addition to the impulses applied before
-        contact."""
+        """Return the impulses that give nodes with these velocities the rigid motion, in addition to the impulses applied
+        before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:

@@ -39,7 +39,7 @@ class LikeDisplacement(TurnModel):
 
     @abstractmethod
     def signal(self) -> SignalModel:
-        """Return the equivalent displacement signal."""
+        """Return a displacement signal with the same function of time: its displacement in metres is the angle in radians."""
 
     def function(self) -> Displacement:
         return self.signal().function()

@@ -1,4 +1,4 @@
-"""Surface tension in a run."""
+"""Active condition of surface tension: nodal forces, surface energy and step limit of a fluid in each step."""
 
 from collections.abc import Mapping
 from math import cos, radians
@@ -29,11 +29,12 @@ class TenseSurface(ActiveCondition):
     Forces are the exact derivative of the energy with respect to positions and volumes of the points, f = -V (N ∇φ + φ ∇N)
     with the volume V of a point, the shape function N of a node and the potential φ = ∂E/∂V of the surface energy E, so
     that energy is conserved except for errors of the time step. Since the energy is summed over cells, it changes slightly
-    when the fluid moves relative to the grid. This would be a total force on the fluid, which a uniform acceleration of all
-    points removes, except along the normal of faces of the grid that the fluid has reached, which support it.
+    when the fluid moves relative to the grid. The resulting total force on the fluid is not physical. A uniform
+    acceleration of all points removes it, except along the normals of faces of the grid that the fluid has reached, since
+    these faces can support the fluid.
 
-    The energy belongs to the state at the beginning of a step. A step is therefore recorded with its work; the remaining
-    change of the energy is recorded in the next step.
+    The energy is computed for the state at the start of a step. The change recorded for a step is therefore minus the work
+    of the forces in the step; the difference from the actual change is recorded in the next step.
     """
 
     def __init__(self, model: "SurfaceTension", assembly: Assembly) -> None:

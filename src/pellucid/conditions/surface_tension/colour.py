@@ -6,19 +6,20 @@ within the fluid even if points are distributed unevenly, and there is no force.
 independently of the width over which c decreases (the mean of the areas of its level sets, by the coarea formula). It is
 summed over the cells with the gradients at their centres:
 
-    E = σ Σ_c V_c (√(|∇c|² + ε²/h²) - ε/h)  -  σ cos θ Σ_I A_I c_I over the nodes of walls.
+    E = σ Σ_c V_c (√(|∇c|² + ε²/h²) - ε/h)  -  σ cos θ Σ_I A_I c_I over the nodes of walls,
 
-Across walls c is continued as a mirror image: without the second term, the contact angle is a right angle. With it, a wet
-wall has the energy -σ cos θ per area (Young).
+with the surface tension σ, the volume V_c and size h of a cell, ε = SOFTNESS, the contact angle θ, and the wall area A_I
+around node I. Across walls c is continued as a mirror image: without the second term, the contact angle is a right angle.
+With it, a wet wall has the energy -σ cos θ per area (Young).
 
 Near planes that cut cells (`planes`), the volume around a node is multiplied by its open fraction, in front of the planes,
 and the energy of a cell by its open fraction. A face of the grid counts with the fraction of its area in front of the
 planes: behind a plane, or where a plane coincides with the face, neither the support nor the end of the grid touches fluid.
 
 A film on a wall that is thinner than a cell fills the fraction s < 1 of its nodes. A film of any thickness has the energy σ
-(1 - cos θ) per area. The two terms give only the fraction c(s) of this energy, which increases with the square of s, so
-that the film would gain energy by spreading: single points would creep ahead of a drop without end. Nodes of walls
-therefore have the additional energy
+(1 - cos θ) per area. The two terms give only the fraction c(s) of this energy, i.e. the colour of a node with the filled
+fraction s. It increases with the square of s, so that the film would gain energy by spreading: single points would creep
+ahead of a drop without end. Nodes of walls therefore have the additional energy
 
     σ (1 - cos θ) Σ_I A_I (s (2 - s) - c(s)) ,
 
@@ -83,7 +84,7 @@ _Wetted = tuple[Any, float, np.ndarray]
 
 
 class _Beside(NamedTuple):
-    """Effect of wall planes on the nodes in a box."""
+    """Space in front of wall planes, and the wetted planes, for the nodes in a box."""
 
     per_share: np.ndarray
     """Reciprocal of the fraction of the volume around a node, smoothed, that lies in front of the planes; 0 behind the
@@ -128,7 +129,8 @@ class SurfaceEnergy:
         return view[:nx, :ny, :nz]
 
     def find(self) -> float:
-        """Compute the potential of the nodal volumes, and return the surface energy [J]."""
+        """Compute the potential, i.e. the derivative of the surface energy with respect to the nodal volumes; return the
+        energy [J]."""
         volume, potential = self._nodes(self.volume), self._nodes(self.potential)
         box, walls = self._box(volume)
         x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
@@ -179,14 +181,14 @@ class SurfaceEnergy:
         return _Beside(per_share, self._open.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
-        """Record along which axes the fluid has reached planes (`at_wall`)."""
+        """Record along which axes the fluid has reached wall planes (`at_wall`)."""
         for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
             if float(np.sum(area * colour)) > 0.0:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Return the energy of the surface [J], computed from the gradient of the colour, and its derivative by the
-        nodal colour [J]; share: fraction of each cell in front of planes."""
+        """Return the energy of the surface [J], computed from the gradient of the colour, and the derivative of this energy
+        with respect to the nodal colour [J]; share: fraction of each cell in front of planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell

@@ -1,4 +1,7 @@
-"""Kernels of surface tension: scatter point volumes to the nodes, and scatter the forces of a nodal potential."""
+"""Kernels of surface tension: scatter point volumes to the nodes, and scatter the forces of a nodal potential.
+
+Each kernel is written for a slab s, i.e. a set of points that one thread updates; the caller passes the number of slabs.
+"""
 
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
@@ -7,7 +10,7 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_volumes(s, mapped, target):
-    """Add the volumes of the points of n slabs, times the shape functions N, to the nodes, shape (nodes,) [m³]."""
+    """Add the volumes of the points of slab s, times the shape functions N, to the nodes: `target`, shape (nodes,) [m³]."""
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -21,10 +24,10 @@ def scatter_volumes(s, mapped, target):
 
 @parallel_loop()
 def gather_potential(s, mapped, potential, values, sums):
-    """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of n slabs: `values`,
+    """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of slab s: `values`,
     shape (points, 4).
 
-    sums: for each slab the sum of volume times gradient [N], shape (slabs, 3).
+    sums: for each slab the sum of volume times gradient over its points [N], shape (slabs, 3).
     """
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     h, fx, fy, fz = lattice.inverse_cell, 0.0, 0.0, 0.0
@@ -54,8 +57,8 @@ def gather_potential(s, mapped, potential, values, sums):
 
 @parallel_loop_by_colour(gives="target")
 def scatter_forces(s, mapped, values, acceleration, target):
-    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of n slabs to the nodal forces, shape (nodes, 3); V: volume
-    and m: mass of a point, N: shape function of a node.
+    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of slab s to the nodal forces `target`, shape (nodes, 3);
+    V: volume and m: mass of a point, N: shape function of a node.
 
     values: potential φ and gradient ∇φ at the points, shape (points, 4); acceleration: a [m/s²], shape (3,).
     """

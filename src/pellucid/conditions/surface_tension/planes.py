@@ -31,7 +31,8 @@ class WettedPlane(NamedTuple):
 
 
 class OpenSpace(NamedTuple):
-    """Space in front of planes, for nodes within the faces of the grid, shape (x, y, z), and for cells."""
+    """Space in front of wall planes: fractions of the volumes around nodes and of cells, and areas. Arrays of nodes have
+    the shape (x, y, z), with the nodes within the faces of the grid."""
 
     nodes: np.ndarray
     """Fraction of the volume around each node in front of the planes."""
@@ -78,8 +79,8 @@ def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarr
 
 
 def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
-    """Return, for each part of a plane or face, the fraction of the part that lies in front of another plane; the height
-    above this plane changes by `across` [m] over a part.
+    """Return the fraction of each part of a plane or face that lies in front of another plane, from the heights of the
+    parts above this plane; the height changes by `across` [m] over a part.
 
     on: fraction where the two coincide; near: distance below which they coincide [m].
     """

@@ -1,1 +1,1 @@
-"""Computational geometry: point-in-surface tests, intersections, quadrature, spatial ordering, moments."""
+"""Computational geometry: point-in-surface tests, intersections, quadrature, spatial ordering of points, second moments."""

@@ -15,7 +15,7 @@ PAIRS_AT_ONCE = 200_000  # pairs of an edge and a box; limits the memory
 
 
 class BoundingTree:
-    """Boxes around m triangles with corners [m], shape (m, 3, 3).
+    """Nested oriented boxes around m triangles with corners [m], shape (m, 3, 3).
 
     slack: margin added to each side of the boxes [m]; vertices: vertex numbers of the corners, shape (m, 3).
     """
@@ -48,10 +48,11 @@ class BoundingTree:
         # boxes of the last level are not split, so the order of their triangles does not matter
 
     def near(self, edges: np.ndarray, start: np.ndarray, end: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield numbers of edges and of triangles that may intersect them, shape (p,) each, in blocks.
+        """Yield the numbers of edges and of triangles that may intersect them, shape (p,) each, for a part of the edges at
+        a time.
 
-        edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start, end:
-        positions of the ends [m], shape (n, 3).
+        edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start,
+        end: positions of the ends [m], shape (n, 3).
         """
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
         last = len(self._levels) - 1
@@ -86,10 +87,11 @@ def _meets(
     half: np.ndarray,
     box: np.ndarray,
 ) -> np.ndarray:
-    """Return a mask of the edges that may intersect a triangle of their boxes.
+    """Return a mask of the edges that may intersect a triangle of their boxes; box: box of each edge, in the arrays of a
+    level.
 
-    An edge is excluded if a separating plane exists (along a side of the box or along the edge), or if all triangles of the box
-    share one of its vertices.
+    An edge is excluded if a separating plane exists (along a side of the box or along the edge), or if all triangles of the
+    box share one of its vertices.
     """
     axes, centre, size, shared = (some[box] for some in level)
     away = np.einsum("nij,nj->ni", axes, middle) - centre

@@ -35,8 +35,8 @@ def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray |
 def _piercing(
     one: Triangulation, other: Triangulation, of_one: np.ndarray, of_other: np.ndarray, in_plane: bool
 ) -> np.ndarray | None:
-    """Return the first position where an edge of one surface intersects a triangle of the other; triangles that share a vertex
-    with the edge are ignored."""
+    """Return the first position [m] where an edge of one surface intersects a triangle of the other, or None; triangles
+    that share a vertex with the edge are ignored. of_one, of_other: numbers of the vertices, equal for coincident vertices."""
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     start, end = one.vertices[edges[:, 0]], one.vertices[edges[:, 1]]
     corners, numbers = other.vertices[other.triangles], of_other[other.triangles]
@@ -59,7 +59,8 @@ def _piercing(
 def _meeting(p: np.ndarray, d: np.ndarray, corners: np.ndarray, slack: float, in_plane: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return a mask of the edges, from positions p to p + d, that intersect their triangles, and the intersection points.
 
-    Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
+    corners: triangle tested with each edge; slack: distance below which a parallel edge lies in the plane of its triangle
+    [m]; in_plane: count such edges. Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
     """
     a = corners[:, 0]
     u, v = corners[:, 1] - a, corners[:, 2] - a

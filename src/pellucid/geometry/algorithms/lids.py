@@ -58,9 +58,9 @@ class Lids:
         self._at_plane = self.rims.edges[~self._capped & (across == self._axis)]
 
     def _planes(self, places: np.ndarray) -> np.ndarray:
-        """Return the axis perpendicular to the plane of each edge, -1 if there is none.
+        """Return the axis perpendicular to a plane that contains the edge, for each edge, -1 if there is none.
 
-        If there are several, the axis along which the surface departs most from the edge is chosen.
+        If there are several, the axis is chosen along which the triangle at the edge extends farthest.
         """
         first, second = (places[self.rims.edges[:, end]] for end in (0, 1))
         lengths = np.linalg.norm(second - first, axis=1)
@@ -93,13 +93,14 @@ class Lids:
 
 
 def capped(places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices and triangles of a surface that is closed by a lid from each rim to the mean of its points."""
+    """Return the vertices and triangles of a surface after each rim is closed by triangles to the mean of its points."""
     corners, caps = _caps(rims_of(triangles), places)
     return corners, np.concatenate([triangles, caps])
 
 
 def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions and the mean point of each rim [m], and a triangle from each edge to it, shape (k, 3)."""
+    """Return the positions followed by the mean point of each rim [m], and for each edge of a rim its triangle with the
+    mean point, shape (k, 3)."""
     first = places[rims.edges[:, 0]]
     sums = np.stack([np.bincount(rims.number, first[:, axis]) for axis in range(3)], axis=1)
     means = sums / np.bincount(rims.number)[:, None]

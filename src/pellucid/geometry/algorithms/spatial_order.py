@@ -20,7 +20,7 @@ def spatial_order(points: np.ndarray) -> np.ndarray:
 
 
 def side_by_side(mesh: Triangulation) -> Triangulation:
-    """Return a surface with its nodes in spatial order, and its triangles in the order of their nodes."""
+    """Return a surface with its nodes renumbered in spatial order, and its triangles in the order of their nodes."""
     order = spatial_order(mesh.vertices)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

@@ -16,14 +16,14 @@ class Slowest(NamedTuple):
     """The smallest set of elements, worst first, without which the stable time step is more than `MUCH` times larger."""
 
     elements: np.ndarray
-    times: float  # ratio of the stable time step without them to the actual one
+    times: float  # ratio of the stable time step without these elements to the actual one
 
 
 def rates_of_surface(mesh: Mesh) -> np.ndarray:
     """Return half the largest eigenfrequency of each element divided by its wave speed c [1/m], shape (m,): quadrilaterals,
     then triangles.
 
-    Each element limits the time step by c √Σ|∇N_K|², up to a factor.
+    An element limits the time step by a frequency proportional to c √Σ|∇N_K|², with the shape functions N_K of its nodes.
     """
     quads, triangles = mesh.vertices[mesh.quads], mesh.vertices[mesh.triangles]
     one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
@@ -34,17 +34,18 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Return the quadrilaterals and triangles that limit the time step, found from their eigenfrequencies."""
+    """Return the few quadrilaterals and triangles that reduce the time step much, found from their eigenfrequencies, or
+    None."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Return the linear tetrahedra that limit the time step.
+    """Return the few linear tetrahedra that reduce the time step much, or None.
 
     The squared frequency of node a is bounded by a multiple of Σ_e V |∇N_a| Σ_b |∇N_b| / V_a over its elements e with
-    volumes V; V_a is the volume of the node.
+    volumes V and nodes b, with the shape functions N; V_a is the volume of the node.
     """
     corners, volumes, n = mesh.nodes[mesh.cells], np.abs(mesh.volumes), len(mesh.nodes)
     slopes = np.empty((len(corners), 4))  # |∇N_a|: area of the opposite face over three times the volume
@@ -65,10 +66,10 @@ def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
 
 
 def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | None:
-    """Find the fewest elements by bisection.
+    """Return the fewest elements without which the time step is more than MUCH times larger, found by bisection, or None.
 
-    worst: elements, worst first; without: returns the rate that limits the time step [1/s] if the given number of worst
-    elements is removed.
+    worst: elements, worst first; without: returns the rate that limits the time step (up to a constant factor) if the given
+    number of worst elements is removed.
     """
     most = min(max(1, int(FEW * len(worst))), len(worst) - 1)
     whole = without(0)

@@ -18,7 +18,7 @@ MOST_NAMED = 5  # largest number of pieces whose sizes a warning lists
 def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]:
     """Yield the faults of a tetrahedral mesh, as text and remedy.
 
-    is_pattern: the mesh is a pattern that fills a solid; only its coordinates and the shapes of its cells are checked.
+    is_pattern: True for a generated regular mesh (a box); only its coordinates and the shapes of its cells are checked.
     """
     nowhere = np.flatnonzero(~np.isfinite(mesh.nodes).all(axis=1))
     if len(nowhere):
@@ -83,7 +83,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def apart(mesh: SimplexMesh) -> str | None:
-    """Return a warning if a mesh consists of several pieces that share no node; None if it is one piece."""
+    """Return a warning if a mesh consists of several pieces that share no node; None if it is in one piece."""
     corners = mesh.cells
     label = pieces(np.concatenate([corners[:, [0, k]] for k in range(1, corners.shape[1])]), len(mesh.nodes))
     sizes = -np.sort(-np.unique(label[corners[:, 0]], return_counts=True)[1])

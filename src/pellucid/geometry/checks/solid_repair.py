@@ -10,8 +10,8 @@ from pellucid.geometry.meshes.triangulation import first_of_each
 
 
 def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
-    """Return the mesh with corners reordered so that all volumes are positive, and a note about those that are among the first
-    `n_told` cells."""
+    """Return the mesh with corners reordered so that all volumes are positive, and a note on the reordered tetrahedra among
+    the first `n_told` cells, which the file contains as such; later cells are parts of other elements."""
     turned = np.flatnonzero(mesh.volumes < 0.0)
     if not len(turned):
         return mesh, []

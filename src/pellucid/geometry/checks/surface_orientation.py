@@ -11,7 +11,7 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Orient neighbouring elements consistently by reversing the minority of each piece; return the mesh and notes.
 
-    One-sided pieces are not changed.
+    Pieces with only one side, such as Möbius strips, are not changed.
     """
     one, other, against = _neighbours(mesh)
     n = len(mesh.quads) + len(mesh.triangles)
@@ -37,7 +37,8 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Orient the normals of closed pieces outward; inward for holes, i.e. pieces inside an odd number of other pieces."""
+    """Orient the normals of closed pieces outward, or inward for holes, i.e. pieces inside an odd number of other pieces;
+    return the mesh and notes."""
     one, other, against = _neighbours(mesh)
     n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
     if not n:

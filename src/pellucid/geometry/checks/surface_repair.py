@@ -59,7 +59,8 @@ def _merged(mesh: Mesh) -> Mended:
 
 
 def _of_different_corners(mesh: Mesh) -> Mended:
-    """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three corners."""
+    """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three different
+    corners; return the mesh and notes."""
     notes, triangles = [], [mesh.triangles]
     again = mesh.quads == np.roll(mesh.quads, 1, axis=1)
     three = again.sum(axis=1) == 1
@@ -77,9 +78,10 @@ def _of_different_corners(mesh: Mesh) -> Mended:
 
 
 def _without_slits(mesh: Mesh) -> Mended:
-    """Remove triangles with collinear corners, and divide the element across the longest edge at the third corner.
+    """Remove triangles with collinear corners, and divide the element across their longest edge at the third corner, so
+    that no slit remains. Return the mesh and notes.
 
-    This leaves no slit. Other elements without area are kept.
+    Other elements without area are kept.
     """
     flat = np.flatnonzero(empty_elements(mesh, FLATTEST)[len(mesh.quads) :])
     if not len(flat):
@@ -132,7 +134,8 @@ def _without_slits(mesh: Mesh) -> Mended:
 
 
 def _flat_quads(mesh: Mesh) -> Mended:
-    """Divide quadrilaterals that are not convex or far from flat along the diagonal with the smaller fold angle.
+    """Divide quadrilaterals that are not convex or far from flat along the diagonal with the smaller fold angle; return the
+    mesh and notes.
 
     Quadrilaterals whose edges cross are kept.
     """

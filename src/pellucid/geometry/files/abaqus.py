@@ -34,11 +34,13 @@ class _Scope:
     """A scope with its own labels of nodes, elements and sets: the file, a part, or an instance of a part."""
 
     nodes: list[_Nodes] = field(default_factory=list)
-    elements: list[tuple[str, np.ndarray]] = field(default_factory=list)  # kind; rows of a label and the labels of nodes
+    elements: list[tuple[str, np.ndarray]] = field(
+        default_factory=list
+    )  # kind of elements; for each element its label and the labels of its nodes
     sets: dict[tuple[str, str], list[tuple[str, str, list[list[str]], bool]]] = field(default_factory=dict)
     """Sets by ("N" or "E", name in capitals): name as written, instance, data lines, True if these are ranges."""
     surfaces: list[tuple[str, bool, list[list[str]]]] = field(default_factory=list)
-    node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending; their numbers in the mesh follow
+    node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending, in the order of `node_numbers`
     node_numbers: np.ndarray = field(default_factory=lambda: _NONE)
     element_labels: np.ndarray = field(default_factory=lambda: _NONE)
     element_numbers: np.ndarray = field(default_factory=lambda: _NONE)
@@ -173,8 +175,11 @@ class _Model:
         return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
-        """Return the sets by name. If several instances use a name, it selects the union of their sets; the set of each
-        instance is also available as `INSTANCE.NAME`."""
+        """Return the members of the sets of nodes (`what` = "N") or elements ("E"), as numbers, by set name.
+
+        If several instances use a name, it selects the union of their sets; the set of each instance is also available as
+        `INSTANCE.NAME`.
+        """
         found: dict[str, np.ndarray] = {}
         written: dict[str, str] = {}
         owners: dict[str, list[str]] = {}
@@ -210,8 +215,8 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _named_in(self, scope: _Scope, what: str, word: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Return the members of `SET`, `INSTANCE.SET` or `INSTANCE.7` (one label), or for `<SET` the nodes of an element
-        set."""
+        """Return the members of a set that another set `name` includes as `word`: `SET`, `INSTANCE.SET`, `INSTANCE.7` (one
+        label), or `<SET` for the nodes of an element set."""
         if word.startswith("<"):
             return self._nodes_of(self._named_in(scope, "E", word[1:], name, within))
         upper = word.strip('"').upper()
@@ -226,7 +231,8 @@ class _Model:
         return _NONE
 
     def _known(self, scope: _Scope, what: str, labels: np.ndarray) -> np.ndarray:
-        """Return the numbers of labels in a scope; skipped elements and undefined labels are omitted."""
+        """Return the numbers of the nodes ("N") or elements ("E") with given labels in a scope; undefined labels are
+        omitted."""
         if what == "N":
             known, numbers = scope.node_labels, scope.node_numbers
         else:
@@ -343,7 +349,8 @@ def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
 
 
 def _in_range(known: np.ndarray, words: list[str], name: str) -> np.ndarray:
-    """Return the labels of a range from the first to the last; the step, a third number, is 1 by default."""
+    """Return those of the known labels that lie in a range; words: first and last label, and optionally the step (default
+    1)."""
     values = integers(words[:3], f"the ranges of the set {name[:60]}").tolist()
     first, last, step = values[0], values[min(len(values), 2) - 1], values[2] if len(values) > 2 else 1
     if step < 1:

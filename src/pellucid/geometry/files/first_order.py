@@ -83,10 +83,10 @@ def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
 
 
 def _cut(corners: np.ndarray, face: tuple[int, ...]) -> list[np.ndarray]:
-    """Return the tetrahedra between the triangles of one face of m elements and the corner with the smallest number of each
+    """Return tetrahedra that connect the triangles of one face of m elements to the corner with the smallest number of each
     element, shape (m, 4) each.
 
-    Tetrahedra at faces that contain that corner have it twice.
+    For faces that contain this corner, the tetrahedra are degenerate: they have it twice.
     """
     top = corners.min(axis=1)[:, None]
     nodes = corners[:, face]

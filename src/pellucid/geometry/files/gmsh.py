@@ -201,7 +201,8 @@ class _Reader:
         return without_lone_vertices(Contents(form, points, tuple(blocks), cell_sets=sets, notes=tuple(notes)))
 
     def _members(self, kind: int, number: np.ndarray, entity: np.ndarray, group: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the numbers of the elements of a kind in each physical group, by name."""
+        """Return the numbers of the elements of a kind in each physical group, by name; number, entity, group: number,
+        geometric entity and group of each element."""
         dimension = DIMENSIONS.get(Block(KINDS[kind], number).base or "", 3)
         found: dict[str, list[np.ndarray]] = {}
         owner, which = np.unique(np.column_stack([entity, group]), axis=0, return_inverse=True)
@@ -230,7 +231,7 @@ class _Words:
     """Read the count of items at the start of a section."""
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
-        """Read `n` rows; return an array of shape (n, numbers) for each kind of numbers of the layout."""
+        """Read `n` rows of numbers; return an array for each pair of the layout, shape (n, numbers of the pair)."""
         widths = [width for _, width in layout]
         end = self.at + n * sum(widths)
         if n < 0 or min(widths) < 0 or end > len(self._words):
@@ -246,7 +247,8 @@ class _Words:
         ]
 
     def elements(self, n: int) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Read `n` elements of format 2; yield runs with the same kind and number of tags, as tags followed by nodes."""
+        """Read `n` elements of format 2. Yield consecutive elements of one kind with equally many tags together: the kind,
+        the number of tags, and an array with the tags and nodes of each element."""
         values = self.take("int", len(self._words) - self.at)
         words, starts, at = values.tolist(), [], 0
         for _ in range(n):

@@ -41,8 +41,8 @@ def corners_of(kind: int) -> int:
 
 
 def once(elements: Elements) -> tuple[Elements, np.ndarray]:
-    """Remove elements that format 2 repeats for each further group; return the others, and for each original element its
-    number among them, shape (m,); for a removed one, that of the element that it repeats.
+    """Remove elements that format 2 repeats for each further group. Return the other elements, and for each original
+    element the number of the remaining element that equals it, shape (m,).
 
     Elements that occur twice in one group are kept.
     """

@@ -17,8 +17,8 @@ NUMBER = re.compile(rb"(?<![\w.])[-+]?(\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.]
 
 
 def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
-    """Return notes that warn of coordinates too coarse for the edges of a mesh, e.g. in single precision far from the
-    origin."""
+    """Return notes that warn if the coordinates in a file are too coarse for the edges of its mesh, e.g. in single
+    precision far from the origin."""
     points = contents.points
     edges = [
         np.linalg.norm(points[nodes[:, k]] - points[nodes[:, k - 1]], axis=1)
@@ -40,7 +40,8 @@ def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
 
 
 def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str]:
-    """Return the distance of neighbouring values at the largest coordinate, in the unit of the file, and the reason in words.
+    """Return the distance between neighbouring numbers that the file can store at the largest coordinate, in the unit of
+    the file, and the reason in words.
 
     The distance is 0 if the file has more digits than single precision.
     """

@@ -100,7 +100,8 @@ def _kind(number: int, length: int) -> str:
 
 
 def _simple(number: int, points: np.ndarray, corners: list[int]) -> list[tuple[str, np.ndarray]]:
-    """Return points, lines, strips and polygons with any number of corners as elements."""
+    """Return a VTK cell with any number of corners (points, line, strip or polygon) as elements: the kind and nodes of
+    each."""
     if number == _POLYGON:
         return [(block.kind, block.nodes) for block in flat_blocks(points, [corners], "a polygon")]
     if number == _STRIP:

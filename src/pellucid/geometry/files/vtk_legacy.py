@@ -35,7 +35,7 @@ def read_grid(data: bytes) -> Contents:
 
 
 class _Reader:
-    """Points, lists of corners, and arrays of points and cells."""
+    """Reader of a legacy VTK file: points, lists of the corners of cells, and arrays of points and cells."""
 
     def __init__(self, data: bytes) -> None:
         self._source = source = _Source(data)

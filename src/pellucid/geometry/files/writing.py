@@ -17,7 +17,7 @@ SOLID_ENDINGS = tuple(BY_MESHLANE)
 
 
 def check_ending(name: str, is_solid: bool) -> None:
-    """Raise Refusal if the format of a file cannot store a solid or a surface."""
+    """Raise Refusal if the format of a file cannot store a solid (if `is_solid`) or a surface (otherwise)."""
     endings = SOLID_ENDINGS if is_solid else SURFACE_ENDINGS
     if (ending := Path(name).suffix.lower()) not in endings:
         what = "a solid" if is_solid else "a surface"

@@ -69,7 +69,8 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the tetrahedra of outer faces, shape (f, 3), whose corners may be in any order: shape (f,)."""
+    """Return the number of the tetrahedron of each outer face, shape (f,). faces: corners of the faces in any order, shape
+    (f, 3)."""
     every, cells = outer_faces_of_cells(tetrahedra)
     keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
     return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)

@@ -1,4 +1,4 @@
-"""Coincident points and nodes."""
+"""Detection of coincident points of a file and coincident nodes of a mesh."""
 
 import numpy as np
 

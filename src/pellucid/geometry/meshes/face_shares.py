@@ -1,4 +1,4 @@
-"""Distribution of face forces to nodes."""
+"""Distribution of forces on faces to the nodes of the faces."""
 
 from typing import NamedTuple
 
@@ -12,8 +12,8 @@ class FaceShares(NamedTuple):
     """
 
     face: np.ndarray  # (m,) index of the face
-    node: np.ndarray  # (m,)
-    share: np.ndarray  # (m,)
+    node: np.ndarray  # (m,) index of the node
+    share: np.ndarray  # (m,) fraction of the load on the face that the node receives
 
     @classmethod
     def linear(cls, faces: np.ndarray) -> "FaceShares":

@@ -8,13 +8,13 @@ from pellucid.geometry.meshes.triangulation import directed_edges
 
 
 class Rings(NamedTuple):
-    """Half-edges and one-rings. Half-edge 3 t + k starts at corner k of triangle t; rings are counterclockwise about the
-    normal."""
+    """Half-edges and one-rings of a triangulation. Half-edge 3 t + k starts at corner k of triangle t; rings are
+    counterclockwise about the normal."""
 
-    triangles: np.ndarray  # (e, 3)
+    triangles: np.ndarray  # (e, 3) corners of the triangles
     twin: np.ndarray  # (3 e,) the opposite half-edge
     valence: np.ndarray  # (n,) number of neighbours of each node
-    ring: np.ndarray  # (3 e, v) neighbours of the start node of a half-edge, in order from its end node; the last one repeated
+    ring: np.ndarray  # (3 e, v) neighbours of a half-edge's start node, in order from its end node; then the last one again
     out: np.ndarray  # (n,) a half-edge that starts at each node
 
     @property

@@ -49,15 +49,15 @@ class Meshed(Countable):
 
 
 def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
-    """Return a quadrilateral for each square of n × m points, shape (q, 4); if wrapped, the last row is connected to the
-    first."""
+    """Return the quadrilaterals between neighbouring points of a grid of n × m points, shape (q, 4); points are numbered
+    row by row, n rows of m points; if wrapped, the last row is connected to the first."""
     i, j = np.meshgrid(np.arange(n if wrapped else n - 1), np.arange(m - 1), indexing="ij")
     a, b = (i * m + j).ravel(), ((i + 1) % n * m + j).ravel()
     return np.stack([a, b, b + 1, a + 1], axis=1)
 
 
 def cut_to_box(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
-    """Return the mesh of the quadrilaterals, shape (q, 4), whose four corners lie in a box.
+    """Return the mesh of those quadrilaterals, shape (q, 4), that have all four corners in a box.
 
     bounds: lower and upper corner of the box [m], shape (3,) each. reach: largest distance of an accepted corner from the
     box [m].

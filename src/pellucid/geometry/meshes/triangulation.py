@@ -56,7 +56,8 @@ def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pieces(links: np.ndarray, n: int) -> np.ndarray:
-    """Label connected components: return for each of n vertices the smallest vertex connected to it by links, shape (m, 2)."""
+    """Label connected components: return for each of n vertices the smallest vertex connected to it; links: pairs of
+    directly connected vertices, shape (m, 2)."""
     from scipy.sparse import coo_array, csgraph  # slow import, not needed to read a case
 
     graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(n, n))

@@ -1,4 +1,4 @@
-"""Interface of the shapes of bodies."""
+"""Base class of shapes, i.e. regions of space: bounds, point-in-shape test, volume, sharp edges."""
 
 from abc import abstractmethod
 

@@ -24,7 +24,8 @@ class Rotated(Geometry):
         return self.shape.is_convex
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return a box around the rotated shape, computed from the reach of the original along directions rotated back."""
+        """Return a box around the rotated shape, computed from the extents of the original shape (`reach`) along the axes
+        rotated back."""
         turn = self.turn
         start = turn.after - turn.matrix @ turn.before
         lower, upper = [-self.shape.reach(-row) for row in turn.matrix], [self.shape.reach(row) for row in turn.matrix]

@@ -1,4 +1,4 @@
-"""Interface of the meshes of solids."""
+"""Base class of the tetrahedral meshes of a case."""
 
 import warnings
 from abc import abstractmethod

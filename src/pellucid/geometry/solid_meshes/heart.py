@@ -98,7 +98,7 @@ def _boundaries(points: np.ndarray) -> np.ndarray:
 
 
 def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
-    """Return the depth inside an ellipsoid, to first order in the distance [m], shape (n,)."""
+    """Return the depth of points inside an ellipsoid, to first order in the distance [m], shape (n,)."""
     squares = np.sum((points / semi_axes) ** 2, axis=1)
     slope = np.linalg.norm(points / semi_axes**2, axis=1)
     return np.asarray(0.5 * (1.0 - squares) / np.maximum(slope, 1.0 / semi_axes.max()))

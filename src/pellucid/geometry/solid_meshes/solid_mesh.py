@@ -1,4 +1,5 @@
-"""Meshes of solids. To add one, define a class in its own file and add one line here."""
+"""Selection of the mesh of a solid in a case by one key. To add a mesh, define a class in its own file and add one line
+here."""
 
 from collections.abc import Iterator
 from functools import lru_cache

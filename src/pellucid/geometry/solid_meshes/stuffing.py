@@ -75,7 +75,8 @@ def _cuts(contains: Contains, nodes: np.ndarray, cells: np.ndarray, sign: np.nda
 
 
 def _limits(nodes: np.ndarray, cuts: _Cuts, size: float) -> np.ndarray:
-    """Return the fraction of each cut edge within which its node is moved to the boundary, shape (k,)."""
+    """Return, for each cut edge, the distance from the boundary within which an end of the edge is moved to the boundary,
+    as a fraction of the edge, shape (k,)."""
     length = np.linalg.norm(nodes[cuts.outer] - nodes[cuts.inner], axis=1)
     return np.where(length > LONG * size, NEAR_LONG, NEAR_SHORT)
 
@@ -146,9 +147,11 @@ def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corner
 
 
 def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Add spare cells, whose nodes were all moved, at edges where two parts of the boundary would touch, as in a narrow notch.
+    """Add spare cells at edges where two parts of the boundary would otherwise touch, as in a narrow notch; return the
+    cells.
 
-    Raises ValueError if parts still touch.
+    spare: cells whose nodes were all moved to the boundary; moved: mask of these nodes. Raises ValueError if parts still
+    touch.
     """
     while True:
         faces, count = np.unique(faces_of_cells(cells[moved[cells].sum(axis=1) >= 2]), axis=0, return_counts=True)

@@ -1,4 +1,5 @@
-"""Surfaces of membranes. To add one, define a class in its own file and add one line here."""
+"""Selection of the surface of a membrane in a case by one key. To add a surface, define a class in its own file and add one
+line here."""
 
 from functools import lru_cache
 from typing import Any, ClassVar, Literal

@@ -41,7 +41,8 @@ def states_at_rest(eos: Law, density: float, energy: float, gravity: float, dept
 
 
 def _one_way(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> np.ndarray:
-    """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths that all have the same sign."""
+    """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths that are all positive or all negative; ρ₀ is
+    the density at depth 0."""
     from scipy.integrate import solve_ivp  # models of cases stay light without it
 
     speed = sound_speed(eos, density, energy)

@@ -1,5 +1,5 @@
-"""Equations of state: functions at a point, with pressures linear in the energy, P = A(ρ) + B(ρ) e, and the base of the
-models."""
+"""Equations of state: functions at a point, with the pressure linear in the specific energy, P = A(ρ) + B(ρ) e, and the
+base class of the data models."""
 
 from abc import abstractmethod
 from math import inf
@@ -21,12 +21,12 @@ def lowest_pressure(eos: Any) -> float:
 
 
 def any_tension(eos):
-    """Return the value of `lowest_pressure` for a fluid that carries any tension: -inf."""
+    """Return -inf, as implementation of `lowest_pressure` for a fluid that carries any tension."""
     return -inf
 
 
 def limited_tension(eos):
-    """Return the value of `lowest_pressure` for a law with the parameter `p_min`: this parameter."""
+    """Return the parameter `p_min` [Pa], as implementation of `lowest_pressure` for a law with this parameter."""
     return eos.p_min
 
 

@@ -1,4 +1,4 @@
-"""Ideal gas, P = (γ-1) ρ e."""
+"""Ideal gas, P = (γ-1) ρ e, with the specific internal energy e."""
 
 from math import sqrt
 from typing import Literal, NamedTuple
@@ -9,7 +9,7 @@ from pellucid.model import parameter
 
 
 class IdealGas(NamedTuple):
-    """Parameters of the ideal gas for kernels."""
+    """Parameter of the ideal gas for kernels: ratio γ of specific heats."""
 
     gamma: float
 

@@ -1,6 +1,7 @@
-"""Mie–Grüneisen with a linear shock Hugoniot, U = c₀ + s u. Source: Lian et al. 2014, eq. 66 with μ = ρ/ρ₀ - 1.
+"""Mie–Grüneisen with a linear shock Hugoniot, U = c₀ + s u, for the shock speed U and the particle speed u.
 
-P = p_H (1 - γμ/2) + γ₀ρ₀ e, p_H = ρ₀c₀² μ(1+μ)/[1-(s-1)μ]² in compression and ρ₀c₀² μ in expansion, γ = γ₀ρ₀/ρ.
+P = p_H (1 - γμ/2) + γ₀ρ₀ e with μ = ρ/ρ₀ - 1, p_H = ρ₀c₀² μ(1+μ)/[1-(s-1)μ]² in compression and ρ₀c₀² μ in expansion, γ =
+γ₀ρ₀/ρ. Source: Lian et al. 2014, eq. 66.
 """
 
 from math import inf, sqrt
@@ -12,7 +13,8 @@ from pellucid.model import parameter
 
 
 class MieGruneisen(NamedTuple):
-    """Parameters of the Mie–Grüneisen equation for kernels."""
+    """Parameters of the Mie–Grüneisen equation for kernels: initial density ρ₀ [kg/m³], shock speed c₀ at zero particle
+    speed [m/s], slope s of the Hugoniot, Grüneisen coefficient γ₀, and smallest pressure [Pa]."""
 
     rho0: float
     c0: float
@@ -37,7 +39,7 @@ class MieGruneisenCase(EquationOfStateModel):
 
 @pointwise
 def _cold_line(eos, density):
-    """Return A(ρ) [Pa] of the pressure P = A + B e, and its derivative dA/dρ."""
+    """Return A(ρ) [Pa], the pressure P = A + B e at zero specific energy e, and its derivative dA/dρ."""
     mu = density / eos.rho0 - 1.0
     stiffness = eos.rho0 * eos.c0 * eos.c0
     if mu <= 0.0:

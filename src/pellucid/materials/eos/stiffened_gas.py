@@ -1,4 +1,5 @@
-"""Stiffened gas, P = Γ ρ e - (Γ+1) P∞. Source: Gan et al. 2011, eq. 37."""
+"""Stiffened gas, P = Γ ρ e - (Γ+1) P∞, with the specific internal energy e and the parameters Γ and P∞. Source: Gan et al.
+2011, eq. 37."""
 
 from math import sqrt
 from typing import Literal, NamedTuple
@@ -9,7 +10,7 @@ from pellucid.model import parameter
 
 
 class StiffenedGas(NamedTuple):
-    """Parameters of the stiffened gas for kernels."""
+    """Parameters of the stiffened gas for kernels: Grüneisen exponent Γ and stiffness P∞ [Pa]."""
 
     Gamma: float
     p_inf: float

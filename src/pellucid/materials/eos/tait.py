@@ -1,4 +1,5 @@
-"""Tait's liquid, P = P₀ + ρ₀ c₀²/n [(ρ/ρ₀)ⁿ - 1]; pressure does not depend on the energy."""
+"""Tait's liquid, P = P₀ + ρ₀ c₀²/n [(ρ/ρ₀)ⁿ - 1], with the initial pressure P₀, density ρ₀ and sound speed c₀; the pressure
+does not depend on the energy."""
 
 from math import inf, sqrt
 from typing import Literal, NamedTuple
@@ -10,7 +11,8 @@ from pellucid.model import parameter
 
 
 class Tait(NamedTuple):
-    """Parameters of Tait's equation for kernels."""
+    """Parameters of Tait's equation for kernels: density ρ₀ [kg/m³], pressure P₀ [Pa] and sound speed c₀ [m/s] of the
+    initial state, exponent n, and smallest pressure [Pa]."""
 
     rho0: float
     p0: float
