@@ -1,10 +1,10 @@
-// A body on the stage: its points, surface or lines, and the face where a cut goes through tetrahedra.
+// A body on the stage: its points, surface or lines, and the cut face of its tetrahedra.
 import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineSegments, Mesh, Points, ShaderMaterial, Vector2 } from "three";
 import { placed } from "./frame.js";
 import { section } from "./section.js";
 import { points, surface } from "./shaders.js";
 
-const STROKE = [-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => [x, y])); // lines a pixel wide side by side make a wide one
+const STROKE = [-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => [x, y])); // copies of lines that are one pixel wide, shifted by a pixel, look like a wide line
 
 export class Actor {
   constructor(body, frame, shared, flat) {
@@ -30,7 +30,7 @@ export class Actor {
 
   drawn() {
     const { kind, vertex, triangles, lines } = this.body, geometry = (this.geometry = new BufferGeometry());
-    this.corners = kind === "surface" ? vertex : null; // an edge that is sharp has several vertices at a point
+    this.corners = kind === "surface" ? vertex : null; // a point on a sharp edge has several vertices
     const count = this.corners ? vertex.length : this.body.points;
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * count), 3));
     geometry.setAttribute("shade", new BufferAttribute(new Uint8Array(count), 1, true));

@@ -1,16 +1,16 @@
-// Instants, colours, cuts and bodies to choose.
+// Controls of the view: time, colours, cut plane and visible bodies.
 import { LinearSRGBColorSpace } from "three";
 import { addLegend } from "./legend.js";
 import { element, prefixed } from "./words.js";
 
-const LONGEST = 6000, SLOWEST = 200, QUICKEST = 40; // ms: of a film, of an instant in it
+const LONGEST = 6000, SLOWEST = 200, QUICKEST = 40; // durations [ms]: of a film; of one frame, longest and shortest
 
 export function addControls(place, stage) {
   const tell = addLegend(stage), change = (changes) => (stage.set(changes), tell());
   const rows = [instants(stage, change), element("div", { className: "row" }, ...colours(stage, change)), bodies(stage, change)];
   if (!stage.scene.flat) rows[1].append(...cut(stage));
-  const hint = stage.scene.flat ? "Drag to move" : "Drag to turn, with two fingers or the right button to move";
-  const notes = [...stage.scene.notes, ...(stage.scene.notes.length ? ["The files have all"] : []), `${hint}; after a click the wheel zooms; a double click brings the first view back`];
+  const hint = stage.scene.flat ? "Drag to pan" : "Drag to rotate; drag with two fingers or the right mouse button to pan";
+  const notes = [...stage.scene.notes, ...(stage.scene.notes.length ? ["The result files contain all data"] : []), `${hint}`, "Click the picture, then turn the wheel to zoom", "Double-click to reset the view"];
   place.append(...rows, element("p", { className: "notes" }, `${notes.join(". ")}.`));
   tell();
 }
@@ -19,7 +19,7 @@ function instants(stage, change) {
   const { times } = stage.scene, last = times.length - 1, time = element("output");
   const slider = element("input", { type: "range", className: "instant", min: 0, max: last, step: 1, value: stage.instant });
   const play = element("button", { type: "button", className: "play" });
-  slider.setAttribute("aria-label", "instant");
+  slider.setAttribute("aria-label", "time");
   let timer = null;
   const show = (instant) => {
     slider.value = instant;
@@ -36,7 +36,7 @@ function instants(stage, change) {
     const pause = Math.max(QUICKEST, Math.min(SLOWEST, LONGEST / times.length));
     timer = setInterval(() => show((stage.instant + 1) % times.length), pause);
     play.textContent = "❚❚";
-    play.setAttribute("aria-label", "halt");
+    play.setAttribute("aria-label", "pause");
   };
   play.onclick = () => (timer ? halt() : start());
   slider.oninput = () => (halt(), show(Number(slider.value)));
@@ -52,19 +52,19 @@ function select(label, className, options, chosen) {
 }
 
 function colours(stage, change) {
-  const { fields } = stage.scene, options = [...fields.map(({ word }, k) => [k, word]), [-1, "bodies"]];
-  const [choice, label] = select("colours", "field", options, stage.field);
+  const { fields } = stage.scene, options = [...fields.map(({ word }, k) => [k, word]), [-1, "body"]];
+  const [choice, label] = select("colour by", "field", options, stage.field);
   choice.onchange = () => change({ field: Number(choice.value) });
   return [label];
 }
 
 function cut(stage) {
   const { frame, scene } = stage, steps = 200;
-  const towards = (axis) => (scene.axes[2][axis] < 0 ? -1 : 1); // the side of the eye goes first
-  const [axis, label] = select("cut across", "axis", [[-1, "nothing"], [0, "x"], [1, "y"], [2, "z"]], scene.cut ? scene.cut[0] : -1);
+  const towards = (axis) => (scene.axes[2][axis] < 0 ? -1 : 1); // the side towards the viewer is cut away first
+  const [axis, label] = select("cut normal to", "axis", [[-1, "none"], [0, "x"], [1, "y"], [2, "z"]], scene.cut ? scene.cut[0] : -1);
   const slider = element("input", { type: "range", className: "cut", min: 0, max: steps, value: steps / 2 });
-  const other = element("input", { type: "checkbox" }), side = element("label", {}, other, " other side"), at = element("output");
-  slider.setAttribute("aria-label", "place of the cut");
+  const other = element("input", { type: "checkbox" }), side = element("label", {}, other, " keep the other side"), at = element("output");
+  slider.setAttribute("aria-label", "position of the cut");
   if (scene.cut) {
     const [k, place] = scene.cut;
     slider.value = ((place - frame.low[k]) / (frame.high[k] - frame.low[k])) * steps;

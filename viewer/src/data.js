@@ -1,4 +1,4 @@
-// The arrays that packing.py wrote.
+// Unpacks the arrays that packing.py wrote.
 export const LEVELS = 8191, GONE = 65535, SHADES = 254;
 
 const bytesOf = (text) => Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
@@ -14,7 +14,7 @@ class Reader {
     this.at = 0;
   }
 
-  // numbers of a kind of array, differences from `before` or else from the number before
+  // read an array of this type, stored as differences from the array `before` or else from the previous number
   next(Kind, count, before) {
     const size = Kind.BYTES_PER_ELEMENT, found = new Kind(count), start = this.at;
     for (let i = 0, last = 0; i < count; i++) {

@@ -1,7 +1,7 @@
-// What the colours mean, and how long things are.
+// Legend of the colours and scale bar.
 import { element, number, prefixed, round } from "./words.js";
 
-const WIDEST = 0.22, ROOM = 110; // of the bar, as a share of the window; pixels for its words at the least
+const WIDEST = 0.22, ROOM = 110; // largest width of the scale bar as a share of the window; smallest width for its text [pixels]
 
 export function addLegend(stage) {
   const legend = element("div", { className: "legend" }), bar = element("div", { className: "bar" });
@@ -30,7 +30,7 @@ function scale(scene, field) {
   const parts = [element("div", {}, field.word, field.unit ? ` [${field.unit}]` : ""), strip, element("div", { className: "ends" }, ...ends)];
   if (below || above) {
     const words = [below ? `down to ${number(field.least)}` : "", above ? `up to ${number(field.most)}` : ""].filter(Boolean);
-    parts.push(element("div", { className: "beyond" }, `some points ${words.join(" and ")}`));
+    parts.push(element("div", { className: "beyond" }, `some points outside the scale: ${words.join(", ")}`));
   }
   return parts;
 }

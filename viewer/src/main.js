@@ -1,4 +1,4 @@
-// Every view of the page: its data, its stage, its controls.
+// Starts every view of the page: reads its data, creates its stage and its controls.
 import { addControls } from "./controls.js";
 import { read } from "./data.js";
 import { Stage } from "./stage.js";
@@ -10,7 +10,7 @@ async function mount(place) {
     stage = new Stage(place, await read(JSON.parse(words.textContent), packed.textContent));
   } catch (error) {
     place.classList.add("failed");
-    console.warn(`no view: ${error.message}`);
+    console.warn(`The interactive view could not start: ${error.message}`);
     return;
   }
   packed.remove();

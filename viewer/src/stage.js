@@ -1,10 +1,10 @@
-// The picture: a camera of parallel light that turns, the bodies, what cuts them.
+// The picture: a camera with parallel projection, the bodies, and the cut plane.
 import { DataTexture, LinearFilter, OrthographicCamera, RGBAFormat, Scene, Vector2, Vector3, Vector4, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Actor } from "./actor.js";
 import { frameOf } from "./frame.js";
 
-const ROOM = 90; // pixels above and below a plane together, for what is written there
+const ROOM = 90; // total height above and below a plane problem for texts [pixels]
 const MARGIN = 1.06, AWAY = 20, EVERYTHING = 1e9;
 
 export class Stage {
@@ -15,7 +15,7 @@ export class Stage {
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `${scene.title}, in space`);
+    this.canvas.setAttribute("aria-label", `${scene.title}, interactive view`);
     this.box = document.createElement("div");
     this.box.className = "stage";
     this.box.append(this.canvas);
@@ -29,7 +29,7 @@ export class Stage {
     this.camera = new OrthographicCamera(-1, 1, 1, -1, 0, 2 * AWAY);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableRotate = !scene.flat;
-    this.controls.enableZoom = false; // a page that scrolls by is not caught
+    this.controls.enableZoom = false; // so that the wheel scrolls the page
     this.controls.screenSpacePanning = true;
     if (scene.flat) Object.assign(this.controls.mouseButtons, { LEFT: 2 }), Object.assign(this.controls.touches, { ONE: 1 });
     this.controls.addEventListener("change", () => this.ask());
@@ -44,7 +44,7 @@ export class Stage {
     this.update();
   }
 
-  // the eye where it was first
+  // reset the camera
   home() {
     const [, up, eye] = this.scene.axes.map((axis) => new Vector3(...axis));
     this.camera.up.set(...(this.scene.flat ? up.toArray() : [0, 0, 1]));
@@ -55,7 +55,7 @@ export class Stage {
     this.controls.update();
   }
 
-  // the window takes the shape of its place, the picture fills it
+  // fit the canvas to the page, and the picture to the canvas
   fit() {
     const width = this.box.clientWidth, [wide, tall] = [this.reach(0), this.reach(1)];
     const shape = this.scene.flat ? (width * tall) / wide + ROOM : Math.max(0.62 * width, Math.min(width, 320));
@@ -67,12 +67,12 @@ export class Stage {
     this.ask();
   }
 
-  // how far the bodies reach from the middle to the right or up, with a ball at the end
+  // extent of the bodies from the centre to the right (k = 0) or upwards (k = 1), including the radius of a ball
   reach(k) {
     return this.frame.reach[k] / this.frame.size + Math.max(...this.actors.map((actor) => actor.own.radius.value));
   }
 
-  // metres across a pixel of the page
+  // size of a pixel of the page [m]
   get metres() {
     return ((this.camera.top - this.camera.bottom) / this.camera.zoom / this.canvas.clientHeight) * this.frame.size;
   }
@@ -89,7 +89,7 @@ export class Stage {
     this.setCut();
   }
 
-  // slice: { axis, at [m], sign }; what lies beyond on the side of the sign is not seen
+  // slice: { axis, at [m], sign }; material beyond the plane in the direction of the sign is cut away
   setCut() {
     const { slice, frame } = this, normal = slice && [0, 1, 2].map((k) => (k === slice.axis ? slice.sign : 0));
     const offset = slice && (slice.sign * (slice.at - frame.middle[slice.axis])) / frame.size;

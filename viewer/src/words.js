@@ -1,4 +1,4 @@
-// Numbers and lengths for the eye.
+// Formatting of numbers and lengths, and creation of elements.
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹", PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M" };
 
 export function number(value, digits = 3) {
@@ -9,13 +9,13 @@ export function number(value, digits = 3) {
   return `${Number((value / 10 ** power).toPrecision(digits))} × 10${power < 0 ? "⁻" : ""}${raised}`.replace("-", "−");
 }
 
-// a value with a prefix before its unit
+// format a value with an SI prefix before its unit
 export function prefixed(value, unit, digits = 4) {
   const power = value ? Math.floor(Math.log10(Math.abs(value)) / 3 + 1e-9) * 3 : 0, known = Math.max(-12, Math.min(6, power));
   return `${Number((value / 10 ** known).toPrecision(digits))} ${PREFIXES[known]}${unit}`.replace("-", "−");
 }
 
-// the longest of 1, 2 and 5 with a power of ten that is not longer
+// round down to 1, 2 or 5 times a power of ten
 export function round(length) {
   const power = 10 ** Math.floor(Math.log10(length));
   return power * [5, 2, 1].find((leading) => leading * power <= length);

@@ -1,5 +1,5 @@
-"""A measurement in a separate process with its own peak memory; arguments: a module of the benchmark and its arguments as
-JSON."""
+"""Run one measurement of the benchmark as a separate process, so that it has its own peak memory; arguments: the name of a
+module of the benchmark, and the arguments of its `measure` as JSON."""
 
 import json
 import sys

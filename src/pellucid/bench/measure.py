@@ -14,8 +14,8 @@ BLOCKS = 3
 def measure(
     body: str, points: int, steps: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
 ) -> dict[str, Any]:
-    """Run the benchmark problem for `BLOCKS` blocks of `steps` steps and return the results of the fastest block. Keys as
-    in `bench`."""
+    """Run the benchmark problem for `BLOCKS` blocks of `steps` steps and return the results of the fastest block. Keys of
+    the result as in `pellucid.bench.whole.bench`."""
     what = body, functions, transfer
     Simulation(case_of(1000, *what), threads=threads).step()  # compiles the kernels or loads them
     before = peak_bytes()

@@ -31,8 +31,8 @@ def cube(points: int) -> SimplexMesh:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Measure the computation of forces with pointwise and averaged volume ratios; the fastest of `steps` evaluations
-    counts. Keys as in `bench`."""
+    """Measure the duration of the computation of forces with pointwise and averaged volume ratios; the fastest of `steps`
+    evaluations counts. Keys of the result as in `pellucid.bench.whole.bench`."""
     threads = set_threads(threads)
     built(cube(200), True)  # compiles the kernels or loads them
     before, mesh, start, processor_start = peak_bytes(), cube(points), time.perf_counter(), time.process_time()

@@ -1,4 +1,4 @@
-"""Passes over points, measured one by one: time, and smallest memory traffic."""
+"""Kernels that loop over all points of a body (passes), measured one by one: time, and smallest memory traffic."""
 
 import time
 from collections.abc import Callable
@@ -18,7 +18,8 @@ SECONDS = 0.05  # of a round, about
 def measure(
     body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
 ) -> dict[str, Any]:
-    """Measure the passes of the benchmark problem; the fastest of `ROUNDS` rounds counts. Keys as in `bench`."""
+    """Measure the durations of the passes of the benchmark problem; the fastest of `ROUNDS` rounds counts. Keys of the
+    result as in `pellucid.bench.whole.bench`."""
     simulation = Simulation(case_of(points, body, functions, transfer), threads=threads)
     for _ in range(WARM_UP_STEPS):
         simulation.step()

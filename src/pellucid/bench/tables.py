@@ -40,7 +40,7 @@ def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable
 
 
 def _names(rows: list[dict[str, Any]], key: str) -> list[str]:
-    """Return the names of the parts or passes of all rows, without duplicates."""
+    """Return the names of the parts of a step or of the passes (`key`) in all rows, without duplicates."""
     return list(dict.fromkeys(name for row in rows for name in row[key]))
 
 

@@ -1,4 +1,4 @@
-"""Check of data against the model of a case: returns the case, or all findings in the data."""
+"""Check data against the model of a case: returns the case, or all findings in the data."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -45,19 +45,19 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
 
 
 def related(one: Path, other: Path) -> bool:
-    """Return True if one of two paths is the beginning of the other."""
+    """Return True if one of two paths of keys is the beginning of the other."""
     length = min(len(one), len(other))
     return one[:length] == other[:length]
 
 
 def setting(key: str, value: Any) -> str:
-    """Return a setting as text of the command line."""
+    """Return a setting as an option of the command line, such as `--set grid.cell=0.02`."""
     return f"--set {key}={value if isinstance(value, str) else shown(value)}"
 
 
 def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Remove the keys that only the previous kind of a table has where a setting changed `kind`. The new kind starts from
-    its defaults."""
+    """Where a setting changed the `kind` of a table, remove the keys that only its previous kind has. The new kind starts
+    from its defaults."""
     for path in paths:
         if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
             table = value_at(path[:-1], data)

@@ -1,4 +1,4 @@
-"""Columns of the history that plots and checks may name, with their units; they are known before the run."""
+"""Look up the columns of the history that plots and checks may name, and their units, before a run."""
 
 from collections.abc import Iterator
 from typing import Any

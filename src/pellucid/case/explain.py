@@ -38,7 +38,8 @@ TYPES = {
 
 
 class Detail(NamedTuple):
-    """An error of pydantic at the path that the user wrote."""
+    """An error of pydantic: the path of the key as the user wrote it, the type of the error, its context (e.g. a limit) and
+    its message."""
 
     path: Path
     kind: str
@@ -77,7 +78,7 @@ def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
 
 
 def value_at(path: Path, data: Any) -> Any:
-    """Return the value at a path, or MISSING."""
+    """Return the value at a path of keys in nested data; MISSING if there is none."""
     for part in path:
         is_key = isinstance(data, dict) and part in data
         is_item = isinstance(data, (list, tuple)) and part in range(len(data))
@@ -89,7 +90,7 @@ def value_at(path: Path, data: Any) -> Any:
 
 
 def problem(found: Finding, data: Any) -> Problem:
-    """Return a finding as a problem, with key and value as the user wrote them."""
+    """Convert a finding to a problem for the user, with key and value as written in the case."""
     path = found.path
     if path[-1:] == (0,) and isinstance(value_at(path[:-1], data), str):
         path = path[:-1]  # one name where there may be a list
@@ -170,7 +171,7 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
 
 
 def _of_others(path: Path, data: Any, schema: Schema) -> str:
-    """Return the other kinds of the table that have an unknown key, or an empty text."""
+    """Return the remedy for a key that only other kinds of the table have; an empty text if no kind has it."""
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
     if not kinds:
         return ""

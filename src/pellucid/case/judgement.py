@@ -15,7 +15,7 @@ Quantity = float | str
 
 
 def in_si(value: Quantity, unit: str) -> float:
-    """Return a quantity in this SI unit. Raises UnitError."""
+    """Convert a number, or a text with a unit, to a number in this SI unit. Raises UnitError."""
     return to_si(value, unit) if isinstance(value, str) else value
 
 

@@ -1,5 +1,5 @@
-"""The parts of a case by its data model: the keys that hold tables, the class of these tables, and whether a key holds a
-list."""
+"""The parts (tables) of a case, found from its data model: the keys that hold tables, the class of these tables, and
+whether a key holds a list."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -13,7 +13,8 @@ from pellucid.parts.part import Parts, Section
 
 
 class Place(NamedTuple):
-    """Type of a key of a case, and the name of the attribute of the case that holds its table or tables."""
+    """Type of a key of a case: attribute of the case that holds its table or tables, class and validator of a table, and
+    whether the key holds a list."""
 
     attribute: str
     base: type[Model]

@@ -25,7 +25,7 @@ Quick = Annotated[bool, typer.Option("--quick", help="Use the quick settings of 
 
 
 def read_threads(text: str) -> int:
-    """Return a number of threads. Raises UsageError for an invalid text."""
+    """Return the number of threads in a text. Raises UsageError for an invalid text."""
     from pellucid.jit import check_threads
 
     threads = int(text) if text.isascii() and text.isdecimal() else text

@@ -155,7 +155,8 @@ def view(dir_: Folder) -> None:
 
 
 def share(ranks: int | None) -> None:
-    """Share the command among this number of processes. Raises UsageError if several processes already share it."""
+    """Start this number of MPI processes that share the command, in place of this process; do nothing for None. Raises
+    UsageError if several processes already share it."""
     if ranks is None:
         return
     if processes.size > 1:

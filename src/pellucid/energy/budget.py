@@ -54,11 +54,11 @@ class Totals:
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
     def to_data(self) -> dict[str, object]:
-        """Return the numbers for a checkpoint."""
+        """Return the sums for a checkpoint, as JSON data."""
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the sums from the data of `to_data`."""
         vars(self).update({**data, "momentum": np.array(data["momentum"])})
 
 
@@ -86,9 +86,9 @@ class EnergyBudget:
     Hairer, Lubich & Wanner 2006, Geometric Numerical Integration, section IX.3).
 
     The remaining error is split by its two causes. `transfer` is the kinetic energy lost or gained in transfers of velocity
-    between points and grid, without the work and heat that are counted. `time_integration` is the difference between the
-    change of the stored energy and the work of the internal forces. Both are errors of the method and vanish under
-    refinement. Their sum is compared with `energy_scale`: the largest energy that moved so far, at least the energy
+    between points and grid, except the work and heat that other entries contain. `time_integration` is the difference
+    between the change of the stored energy and the work of the internal forces. Both are errors of the method and vanish
+    under refinement. Their sum is compared with `energy_scale`: the largest energy that moved so far, at least the energy
     `at_stake` at the start [J].
     """
 
@@ -276,12 +276,12 @@ class EnergyBudget:
         }
 
     def state_numbers(self) -> dict[str, object]:
-        """Return the numbers for a checkpoint."""
+        """Return the state of the balance for a checkpoint, as JSON data."""
         arrays = {name: vars(self)[name].tolist() for name in ARRAYS}
         return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
     def restore(self, numbers: Mapping[str, object]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the state of the balance from the data of `state_numbers`."""
         arrays = {name: np.array(numbers[name]) for name in ARRAYS}
         vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
@@ -316,7 +316,7 @@ class EnergyBudget:
 class AngularMomentum(NamedTuple):
     """Angular momentum of bodies about a point, shape (3,), and the sum of the magnitudes Σ m |r| |v| over their points."""
 
-    vector: np.ndarray  # (3,) Σ m r × v, with that of the points about themselves [N m s]
+    vector: np.ndarray  # (3,) Σ m r × v, including the angular momentum of each point about its centre [N m s]
     size: float  # Σ m |r| |v| [N m s]
 
 
@@ -342,8 +342,8 @@ class AngularBalance:
         self._initial, self._scale = self._sum(bodies)
 
     def error(self, bodies: Sequence[Turning]) -> float:
-        """Return the change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 if nothing
-        moves."""
+        """Return the change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 if no point has
+        moved."""
         now, size = self._sum(bodies)
         scale = max(self._scale, size)
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
@@ -358,10 +358,10 @@ class AngularBalance:
         return np.sum([one.vector for one in of_bodies], axis=0), sum(one.size for one in of_bodies)
 
     def state_numbers(self) -> dict[str, object]:
-        """Return the numbers for a checkpoint."""
+        """Return the state of the balance for a checkpoint, as JSON data."""
         return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the state of the balance from the data of `state_numbers`."""
         self._about, self._initial = np.array(numbers["about"]), np.array(numbers["initial"])
         self._scale = float(numbers["scale"])

@@ -123,12 +123,12 @@ class WorkLayout:
 class StepWork(NamedTuple):
     """Work and impulses of a step, summed over bodies and nodes."""
 
-    works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
+    works: np.ndarray  # (columns,) work by column [J]; last columns may be missing if they are zero
     gravity_mass: float  # mass of the nodes on which gravity acts [kg]
-    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports; last row: of thin axes [N s]
+    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports; last row: of axes one cell thick [N s]
     impulse: np.ndarray  # (3,) impulse of all other external actions [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
-    turning: Mapping[str, np.ndarray] = {}  # angular impulses of motions of rigid bodies about their centres, by name [N m s]
+    turning: Mapping[str, np.ndarray] = {}  # angular impulses of rigid-body motions about the centres of mass, by name [N m s]
 
 
 def no_work(columns: int, n_supports: int) -> StepWork:
@@ -145,8 +145,8 @@ def row_length(columns: int, n_impulses: int) -> int:
 def step_work(sums: np.ndarray, columns: int) -> StepWork:
     """Convert a row summed by a kernel, see `row_length`, to the work of a step.
 
-    The impulses of the supports and of thin axes come first in the row; the impulse of loads and absorbing faces comes
-    last.
+    The impulses of the supports and of axes that are one cell thick come first in the row; the impulse of loads and
+    absorbing faces comes last.
     """
     impulses = sums[columns + 1 :].reshape(-1, 3)
     return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
@@ -173,9 +173,9 @@ class Passed(NamedTuple):
     """Points that left a body in a step or entered it after the step: their number, mass, momentum and energies."""
 
     points: int
-    mass: float  # [kg]
-    momentum: np.ndarray  # (3,) [kg m/s]
-    kinetic: float  # [J]
+    mass: float  # sum over the points [kg]
+    momentum: np.ndarray  # (3,) sum over the points [kg m/s]
+    kinetic: float  # kinetic energy [J]
     stored: float  # internal or strain energy [J]
     half_power: float = 0.0  # half the power of the internal forces, as in `Totals` [W]
 

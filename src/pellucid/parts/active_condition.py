@@ -1,4 +1,4 @@
-"""Interface of a condition in a run."""
+"""Interface of a condition in a run, which a new kind of condition implements."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -50,8 +50,8 @@ class ActiveCondition:
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Return the impulses of the condition over the step [N s], shape (3,), that nodes and bodies sum without a
-        name, by the name under which probes read them."""
+        """Return the impulse of the condition over the step [N s], shape (3,), by the name under which probes read it;
+        empty if the nodes and bodies that the condition acts on report it by name."""
         return {}
 
     def step_limit(self) -> StepLimit:
@@ -77,7 +77,7 @@ class ActiveCondition:
         return {}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the state of the condition from these numbers, bit for bit."""
+        """Restore the state of the condition from numbers of `state_numbers`, bit for bit."""
 
 
 class AtEachStep(ActiveCondition):

@@ -1,4 +1,4 @@
-"""The bodies of a case as conditions access them when a run is assembled."""
+"""The assembled bodies of a run, through which conditions access them when they are activated."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
@@ -74,8 +74,8 @@ class Assembly(NamedTuple):
     """The parts of a run that conditions access when they are activated."""
 
     bodies: Mapping[str, AssembledBody]  # by name
-    actions: Sequence[NodalActions]  # of every velocity field
-    layout: WorkLayout  # columns of works for the channels
+    actions: Sequence[NodalActions]  # actions on the nodes of each velocity field
+    layout: WorkLayout  # columns of the work channels in a row of works
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
         """Return a function that adds external forces [N], shape (n, 3), in storage order, to a body over a step."""

@@ -147,7 +147,7 @@ class Body(ConstrainedPoints, ABC):
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the state from these arrays, bit for bit."""
+        """Restore the state from arrays of `state_arrays`, bit for bit."""
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Start from the arrays of this body in an earlier run, in the order of point numbers, before conditions act.
@@ -200,7 +200,7 @@ class Body(ConstrainedPoints, ABC):
         return Cells.of_points(self.n_points)
 
     def places(self) -> np.ndarray:
-        """Return the positions in the order of `frame` [m], shape (n, 3)."""
+        """Return the positions of all points or nodes [m], shape (n, 3), in the order of their numbers."""
         return np.asarray(self.arrays["position"][np.argsort(self.arrays["id"])])
 
     def frame(self) -> dict[str, np.ndarray]:
@@ -220,11 +220,11 @@ class Body(ConstrainedPoints, ABC):
         return f"at {in_metres(self.arrays['position'][p])}"
 
     def fault(self, code: int, p: int) -> Fault:
-        """Return the meaning and remedy of a fault (of `pellucid.grid.points`) at point p."""
+        """Return the meaning and remedy of a fault (codes: `pellucid.grid.points`) of point p."""
         return FAULTS[code]
 
     def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
+        """Raise `RunStopped` for a fault (codes: `pellucid.grid.points`) of point p."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
         fault = self.fault(int(code), p)
         leave = ", or let it leave through an [[outflow]]" if fault is FAULTS[LOST] and self.may_leave else ""

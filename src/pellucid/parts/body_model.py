@@ -1,4 +1,4 @@
-"""Interface of the model of a body."""
+"""Interface of the model of a body in a case, which a new kind of body implements."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence

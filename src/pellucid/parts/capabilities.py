@@ -38,7 +38,8 @@ class TakesPressure(Protocol):
     """A membrane on which a pressure acts along the normals."""
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals over this step."""
+        """Add the forces of a pressure [Pa] along the normals over this step; column: column of their work in a row of
+        works."""
 
 
 @runtime_checkable
@@ -46,7 +47,10 @@ class TakesTractions(Protocol):
     """A surface that evaluates its loads itself, at the times that it needs within a step."""
 
     def add_traction(self, traction: "Traction", column: int, label: str) -> None:
-        """Add forces on the surface over this step. label: name of the load for users."""
+        """Add the forces of a traction on the surface over this step.
+
+        column: column of their work in a row of works; label: name of the load for users.
+        """
 
 
 @runtime_checkable
@@ -75,13 +79,13 @@ class NodalSupport(NamedTuple):
     """A support on nodes of a body with its own nodes."""
 
     nodes: np.ndarray  # (n,) mask of the constrained nodes
-    axes: tuple[bool, bool, bool]  # constrained directions
-    velocity: tuple[float, float, float]  # [m/s]
-    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it turns into a wall
-    label: str = "a support"  # for messages
-    friction: float = 0.0  # coefficient of the wall
-    face: tuple[int, int] | None = None  # axis and end of its face of the grid, if it acts on a face
-    until: float = inf  # end time [s]
+    axes: tuple[bool, bool, bool]  # True for the constrained directions
+    velocity: tuple[float, float, float]  # prescribed velocity [m/s]
+    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that acts as a wall
+    label: str = "a support"  # name in messages
+    friction: float = 0.0  # friction coefficient of the wall
+    face: tuple[int, int] | None = None  # axis and end of the constrained face of the grid; None for a region
+    until: float = inf  # time at which the support ends [s]
 
 
 @runtime_checkable
@@ -105,8 +109,8 @@ class HeldInRegions(Protocol):
     """A body whose points on the grid are also held by supports at rest within their regions, in addition to the grid nodes."""
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Set for each point the number of the support that holds it in all directions, counted from 1 face by face, 0 for
-        none, shape (n,), in the order of the point numbers."""
+        """Set for each point the support that holds it in all directions: its number in the list of supports, counted from
+        1; 0 for none; shape (n,), in the order of the point numbers."""
 
 
 @runtime_checkable
@@ -157,7 +161,7 @@ class HasMesh(Protocol):
 
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
-        """Named node sets of the mesh of the body, as node numbers."""
+        """Node numbers of the named node sets of the mesh, by name."""
 
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
         """Return the distribution of loads on triangles of its surface, shape (f, 3), to its nodes.

@@ -1,4 +1,4 @@
-"""Interface of the model of a condition."""
+"""Interface of the model of a condition in a case, which a new kind of condition implements."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
@@ -24,8 +24,8 @@ class Swing(NamedTuple):
 class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new condition is a subclass, and a key of the case."""
 
-    swings_as: ClassVar[Swing] = Swing()  # used if `swing_of` limits the time step
-    losses: ClassVar[Sequence[Channel]] = ()  # channels of its other work and losses, if they do not depend on its keys
+    swings_as: ClassVar[Swing] = Swing()  # description of the step limit that follows from `swing_of`
+    losses: ClassVar[Sequence[Channel]] = ()  # channels of work and losses, in addition to `load_channel`
 
     def load_channel(self) -> str | None:
         """Return the name of the channel of the condition's external forces (a column of the history ending with `_work`),
@@ -33,7 +33,7 @@ class Condition(Part):
         return None
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the other work and losses of the condition."""
+        """Return the channels of the work and losses of the condition, except the channel `load_channel`."""
         return self.losses
 
     def columns(self) -> Mapping[str, str]:
@@ -95,7 +95,7 @@ class Condition(Part):
 
 
 def conditions_in_case(parts: Parts) -> list[Condition]:
-    """Return the valid conditions of a case as they act in it."""
+    """Return the valid conditions of a case, each as `Condition.in_case` returns it."""
     conditions, bodies = parts.of(Condition), parts.of(BodyModel)
     x, y, z = parts.active_axes
     return [condition.in_case(bodies, conditions, (not x, not y, not z)) for condition in conditions]

@@ -39,7 +39,7 @@ class LeadsPoints(PointConstraint, Protocol):
         order."""
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Exclude these nodes of the grid, shape (k,), from the constraint by points that now rest there."""
+        """Exclude nodes of the grid, shape (k,), from the constraint by those points that rest at their present positions."""
 
 
 @runtime_checkable
@@ -54,7 +54,7 @@ class RigidConstraint(PointConstraint, Protocol):
 
     @property
     def own_spin(self) -> np.ndarray:
-        """Angular momentum of the points about themselves [N m s], shape (3,)."""
+        """Angular momentum due to the rotation of the points about their own centres [N m s], shape (3,)."""
 
 
 class ConstrainedPoints:

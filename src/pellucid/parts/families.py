@@ -54,7 +54,8 @@ class GridBody(Body):
 
     @abstractmethod
     def sort_if_needed(self) -> None:
-        """Sort the points by their grid nodes if one left its slab, or if that reduces the run time."""
+        """Sort the points by their grid nodes if one left its slab (a block of layers of cells), or if that reduces the run
+        time."""
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
@@ -107,8 +108,9 @@ class NodalBody(Body):
     def predict(self, dt: float) -> None:
         """Solve the equation of motion without contact over a step dt [s].
 
-        A body that uses the grid also scatters mass and the momentum of the nodes at the end of the step, which contact needs.
-        That is either the trial momentum itself, or the current momentum with the internal and external forces and gravity.
+        A body that uses the grid also scatters its mass and momentum to the grid, since contact needs the momentum of the
+        grid nodes at the end of the step. It scatters either this momentum itself, or the current momentum together with
+        the internal and external forces and gravity.
         """
 
     @abstractmethod
@@ -122,4 +124,4 @@ class NodalBody(Body):
 
     @abstractmethod
     def work(self) -> StepWork:
-        """Return work and impulses of this step, in the layout of `pellucid.energy`."""
+        """Return work and impulses of the body in this step; columns as in `pellucid.energy.WorkLayout`."""

@@ -33,7 +33,8 @@ PartType = TypeVar("PartType", bound=Model)
 
 
 class Section(NamedTuple):
-    """The contents of a key of a case: one table, or a list of tables."""
+    """The contents of a key of a case: one table, or a list of tables (`is_list`); `is_written` is False if the case omits
+    the key."""
 
     base: type[Model]
     """Class of the tables, or the common base class of their kinds."""

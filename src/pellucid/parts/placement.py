@@ -13,7 +13,7 @@ class Placement(NamedTuple):
     grid_case: GridCase | None
     velocity_field: VelocityField | None
     velocity_transfer: VelocityTransfer
-    gravity: tuple[float, float, float]  # [m/s²]; a body with its own nodes applies it itself
+    gravity: tuple[float, float, float]  # acceleration of gravity [m/s²], applied by bodies with their own nodes
     n_loads: int  # number of channels of external forces
 
     def on_grid(self) -> tuple[GridCase, VelocityField]:

@@ -11,9 +11,9 @@ SLOWER_LOADS = "increase steady.load_steps or steady.loading, or decrease steady
 class Springs(NamedTuple):
     """Internal forces and inertia of nodes, from which their stiffness is estimated."""
 
-    position: np.ndarray  # (n, 3) [m]
+    position: np.ndarray  # (n, 3) positions of the nodes [m]
     force: np.ndarray  # (n, 3) internal forces at these positions [N]
-    inertia: np.ndarray  # (n,) [kg]
+    inertia: np.ndarray  # (n,) mass of the nodes in the relaxation [kg]
     free: np.ndarray  # (n, 3) mask of the directions that are not prescribed
     contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 

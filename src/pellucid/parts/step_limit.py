@@ -115,8 +115,7 @@ def time_to_fall(cell: float, gravity: float) -> float:
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
-    """Return the step limit with the length 1/rate [s], for a rate [1/s], and with the cause and reason of the tightest
-    of several limits."""
+    """Return a step limit of 1/rate [s], for a rate [1/s], with the cause and reason of the tightest of several limits."""
     return tightest(limits)._replace(step=1.0 / rate) if rate > 0.0 else NO_LIMIT
 
 

@@ -9,8 +9,8 @@ import numpy as np
 class SurfacePoints(NamedTuple):
     """Quadrature points of a load at one time, in an array of any shape."""
 
-    position: np.ndarray  # (..., 3) [m]
-    normal: np.ndarray  # (..., 3) outward
+    position: np.ndarray  # (..., 3) positions [m]
+    normal: np.ndarray  # (..., 3) outward unit normals
     density_ratio: np.ndarray  # (...) current over initial areal density, i.e. initial over current area
 
 
@@ -21,6 +21,6 @@ Traction = Callable[[SurfacePoints, float], np.ndarray]
 class ActingTraction(NamedTuple):
     """A traction (force per unit area) that acts on a body over a step."""
 
-    column: int  # of its work
+    column: int  # column of the work of the traction in a row of works
     traction: Traction
     label: str  # name of the load for users

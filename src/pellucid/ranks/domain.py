@@ -1,4 +1,5 @@
-"""The rows of slabs of the grid that this process owns; the rows are adjacent.
+"""The rows of slabs of the grid that this process owns; the rows are adjacent. A slab is a block of cells
+(`pellucid.grid.sorting`); a row contains all slabs in the same layers of cells along one axis.
 
 Loops by colour add to nodes row by row. With several processes, the even rows of all processes are added first. At a cut
 between two processes, the process whose adjacent row is even then sends the sums of the nodes that both sides reach. The
@@ -21,10 +22,10 @@ EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
 
 
 class OfListed(NamedTuple):
-    """Values at the nodes of a list, in its order. Points add to them in parallel loops over slabs."""
+    """Values at a list of grid nodes, in the order of the list. Points add to them in parallel loops over slabs."""
 
-    values: np.ndarray  # (n, ...), or flat
-    node: np.ndarray  # (n,)
+    values: np.ndarray  # (n, ...) values of the listed nodes, or the same values flattened
+    node: np.ndarray  # (n,) numbers of the listed grid nodes
 
 
 Given = np.ndarray | OfListed
@@ -91,7 +92,7 @@ class Domain:
         self._take_rows(cuts_of(cost, self.group.size))
 
     def leave(self) -> None:
-        """Return all rows to this process, at the end of the simulation."""
+        """End the distribution of rows at the end of the simulation: every process owns all rows again."""
         self.is_cut, joint_region.by_parity = False, None
         self.cuts_made += 1
 
@@ -109,8 +110,8 @@ class Domain:
     # loops by colour
 
     def by_parity(self, run: Callable[[], None], given: Sequence[Given]) -> None:
-        """Execute loops over slabs that add to these nodal arrays, first for even and then for odd rows of slabs, and
-        exchange the sums between processes."""
+        """Execute loops over slabs (`run`) that add to the nodal arrays `given`, first for even and then for odd rows of
+        slabs, and exchange the sums between processes."""
         if not self.is_cut:
             run()
             return
@@ -153,7 +154,7 @@ class Domain:
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
     def spread(self, of_nodes: np.ndarray) -> None:
-        """Distribute nodal values, shape (nodes, ...), to every process, for uses beyond the reach of points."""
+        """Distribute nodal values, shape (nodes, ...), to every process, for nodes that its points do not reach."""
         if self.is_cut:
             of_nodes[...] = self.of_nodes(of_nodes)
 
@@ -206,7 +207,7 @@ class Domain:
         return self.group.joined(values[slice(*(ends if node is None else np.searchsorted(node, ends)))])
 
     def whole(self, own: np.ndarray) -> np.ndarray:
-        """Gather point data of all processes in serial order, where `joins` requires it."""
+        """Gather point data of all processes in the order of a serial run; `joins` sets which processes receive it."""
         if not self.is_cut or self.joins == NOWHERE:
             return own
         return self.group.joined(own, to_first=self.joins == IN_FIRST)
@@ -233,7 +234,7 @@ class Domain:
         return [int(self.group.largest(max(signals, default=0)))] if self.any(len(signals) > 0) else []
 
     def largest(self, value: float) -> float:
-        """Return the largest value of all processes."""
+        """Return the largest of the values that all processes pass."""
         return self.group.largest(value) if self.is_cut else value
 
     @contextmanager

@@ -76,7 +76,7 @@ class Group:
         return self.largest(float(flag)) > 0.0
 
     def largest(self, value: float) -> float:
-        """Return the largest value of all processes."""
+        """Return the largest of the values that all processes pass."""
         if self.size == 1:
             return value
         with self._waiting():
@@ -102,8 +102,8 @@ class Group:
             return np.sum(self._comm.allgather(own), axis=0)
 
     def joined(self, own: np.ndarray, lengths: np.ndarray | None = None, to_first: bool = False) -> np.ndarray:
-        """Gather the rows of all processes, in the order of the processes; with `to_first`, other processes than the first
-        get no rows.
+        """Gather the rows of an array from all processes, in the order of the processes; with `to_first`, other processes
+        than the first get no rows.
 
         lengths: number of rows of each process; None if unknown.
         """

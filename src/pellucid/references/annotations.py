@@ -1,6 +1,6 @@
 """Types for annotations in references and the gallery.
 
-They are imported for type checking only, because the numbers of a reference can be used without reading cases.
+They are imported for type checking only, so that references can be evaluated without importing the data model of cases.
 """
 
 from typing import TYPE_CHECKING

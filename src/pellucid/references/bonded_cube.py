@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 
 class AtRest(NamedTuple):
-    """Strain energy [J], force along z on the upper face [N], and the relative tolerance of each."""
+    """State of the cube at rest: strain energy [J], force along z on the upper face [N], and the relative error of each
+    value."""
 
     energy: float
     reaction: float

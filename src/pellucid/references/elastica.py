@@ -1,6 +1,7 @@
 """The heavy elastica: large deflections of a beam that is clamped horizontally and bends under its own weight.
 
-With the angle θ below the horizontal at the arc length s from the clamp, all per width:
+With the angle θ below the horizontal at the arc length s from the clamp, the length L, the bending rigidity D, the weight q
+per unit area and the stretching stiffness EA, all per width:
 
     D θ'' + (1 + e) q (L - s) cos θ = 0,    θ(0) = 0, θ'(L) = 0,    e = q (L - s) sin θ / EA,
 
@@ -22,8 +23,8 @@ def heavy_elastica(
 ) -> tuple[Array, Array]:
     """Return the horizontal and vertical distances from the clamp [m] of positions on the beam at rest.
 
-    along: arc lengths of the positions from the clamp [m]; length: length of the beam [m]; rigidity: D [J]; weight: q per
-    unit area [Pa]; stretching_stiffness: EA per width [N/m].
+    along: arc lengths of the positions from the clamp [m]; length: length L of the beam [m]; rigidity: bending rigidity D
+    [J]; weight: weight q per unit area [Pa]; stretching_stiffness: EA per width [N/m].
     """
 
     def change(s: Array, state: Array) -> Array:

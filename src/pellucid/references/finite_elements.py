@@ -1,4 +1,5 @@
-"""Curves of whole cases by our own finite elements, stored as tables that the scripts in `validation/` write."""
+"""Reference curves of gallery cases computed by our own finite elements, stored as tables that the scripts in `validation/`
+write."""
 
 import csv
 from importlib.resources import files

@@ -18,7 +18,8 @@ HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is 
 
 @dataclass(frozen=True)
 class HeavyColumn:
-    """A heavy column: stress-free height [m], density [kg/m³], gravity [m/s²] and Lamé's constants [Pa]."""
+    """A heavy column: stress-free height [m], density [kg/m³], gravity [m/s²] and Lamé's constants λ (`first`) and μ
+    (`shear`) [Pa]."""
 
     height: float
     density: float

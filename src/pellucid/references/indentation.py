@@ -1,11 +1,12 @@
 """Smooth rigid sphere pressed into an elastic layer on a rigid base: linear elasticity; includes Hertz contact with a
 half-space.
 
-A pressure with the Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt displaces the face by 2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr) dk,
-where L is 1 for the half-space. Equating this to the parabola of the sphere gives Fredholm's equation φ(t) + 2/π ∫₀ᵃ φ(s)
-∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact (N. N. Lebedev & Ya. S.
-Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes, L. M. Keer, G. Herrmann & L. F. Mockros, J. Biomech. 5 (1972)
-541-551, for the bonded layer).
+A sphere of radius R at the depth δ touches a layer of thickness h within the contact radius a. Its pressure, written as the
+Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt with an unknown function φ, displaces the face by 2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr)
+dk, where L is the relative compliance, 1 for the half-space. Equating this to the parabola of the sphere gives Fredholm's
+equation φ(t) + 2/π ∫₀ᵃ φ(s) ∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact
+(N. N. Lebedev & Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes, L. M. Keer, G. Herrmann & L. F.
+Mockros, J. Biomech. 5 (1972) 541-551, for the bonded layer).
 """
 
 from math import pi, sqrt

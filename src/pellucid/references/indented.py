@@ -1,5 +1,5 @@
-"""Indented bodies, computed with linear and quadratic tetrahedra on the meshes of cases:
-`validation/mountris2019-indentation`.
+"""Strain energies and forces of indented bodies, computed with linear and quadratic tetrahedra on the meshes of the gallery
+cases: `validation/mountris2019-indentation`.
 
 Neo-Hookean in the coupled form, Young's modulus 3000 Pa, Poisson's ratio 0.49.
 """

@@ -17,9 +17,10 @@ SIDE, HEIGHT, POISSON_RATIO = 1.0, 0.1, 0.3
 
 def at_rest(pressure: float) -> dict[str, float]:
     """Return `volume` [m³], `height` [m] (half of the full height), `half_width` [m] in the middle of an edge and at a
-    `corner`, for a bag with unit side at p/(E t) [1/m].
+    `corner`, for a bag with unit side.
 
-    Raises ValueError outside the range of the table, 0.01 to 0.1 per metre.
+    pressure: p/(E t) [1/m], with the pressure p, Young's modulus E and the thickness t. Raises ValueError outside the range
+    of the table, 0.01 to 0.1 per metre.
     """
     table = read("inflated_bag")
     known = table["pressure"]

@@ -46,7 +46,8 @@ class Tube:
         return {name: self.diaphragm + speed * time for name, speed in speeds.items()}
 
     def mean_profile(self, time: float, cells: int = 4, samples: int = 400) -> "Profile":
-        """Return exact means over bins of `cells` cells, weighted as in `Profile.of_points`, by the midpoint rule."""
+        """Return the means of the exact fields at a time [s] over bins of `cells` grid cells, weighted as in
+        `Profile.of_points`, by the midpoint rule with `samples` points in each bin."""
         edges = self.edges(cells)
         inside = (np.arange(samples) + 0.5) / samples
         fields = self.exact(edges[:-1, None] + np.diff(edges)[:, None] * inside, time)

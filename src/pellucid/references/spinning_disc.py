@@ -23,7 +23,7 @@ from pellucid.references.annotations import Array, Case
 @dataclass(frozen=True)
 class SpinningDisc:
     """A spinning disc: radius [m], density [kg/m^3], Young's modulus [Pa], Poisson's ratio, angular velocity [rad/s],
-    number of modes."""
+    number of radial modes in the sum."""
 
     radius: float
     density: float
@@ -77,7 +77,7 @@ class SpinningDisc:
         a, b = self._static
 
         def share(q: float) -> float:
-            """Return the projection of the static displacement on the mode J₁(qr)."""
+            """Return the coefficient of the mode J₁(qr) in the expansion of the static displacement."""
             overlap = quad(lambda r: r * (a * r - b * r**3) * float(j1(q * r)), 0.0, self.radius, limit=400)[0]
             return float(overlap / quad(lambda r: r * float(j1(q * r)) ** 2, 0.0, self.radius, limit=400)[0])
 

@@ -1,8 +1,8 @@
 """Exact motions and shapes of fluid films: circles, spheres, tethers, shapes of vesicles.
 
-A circle of film with the surface pressure p = a (ρ - ρ₀) grows by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere
-by 2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet 2015, eqs. 6.67 and 7.48, with the follower load P; a dead load
-per unit initial area is P ρ/ρ(0)).
+A circle of film of radius R(t) with the viscosities μ and λ and the surface pressure p = a (ρ - ρ₀) at the density ρ grows
+by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere by 2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet
+2015, eqs. 6.67 and 7.48, with the follower load P; a dead load per unit initial area is P ρ/ρ(0)).
 """
 
 from math import pi, sqrt
@@ -17,14 +17,14 @@ class Growing(NamedTuple):
     """A growing circle or sphere of film whose equation of state has the exponent 1."""
 
     sphere: bool
-    radius: float  # at the start [m]
-    density: float  # at the start [kg/m²]
-    rest_density: float  # ρ₀ [kg/m²]
-    stiffness: float  # a [N m/kg]
-    viscosity: float  # μ [N s/m]
+    radius: float  # initial radius [m]
+    density: float  # initial areal density [kg/m²]
+    rest_density: float  # ρ₀, areal density without surface pressure [kg/m²]
+    stiffness: float  # a, coefficient of the equation of state [N m/kg]
+    viscosity: float  # μ, shear viscosity [N s/m]
     dilatational_viscosity: float  # λ [N s/m]
-    pressure: float = 0.0  # P [Pa]
-    dead: bool = False
+    pressure: float = 0.0  # P, inner pressure [Pa]
+    dead: bool = False  # True for a load per unit initial area, False for a follower load
 
     def densities(self, radius: np.ndarray) -> np.ndarray:
         """Return the density ρ [kg/m²] at radii [m]."""
@@ -49,8 +49,8 @@ class Growing(NamedTuple):
 class Tether(NamedTuple):
     """Force [N] and radius [m] of a tube of film under tension."""
 
-    force: float  # [N]
-    radius: float  # [m]
+    force: float  # force along the tube [N]
+    radius: float  # radius of the tube [m]
 
 
 def tether(tension: float, rigidity: float, pressure: float = 0.0) -> Tether:
@@ -83,11 +83,12 @@ solutions of the shape equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev.
 
 
 def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, radius: float) -> float:
-    """Return the decay rate [1/s] of n waves about a circle of inextensible film with the same drag in all directions.
+    """Return the decay rate [1/s] of a disturbance with n waves around a circle of inextensible film, with the same drag in
+    all directions.
 
-    ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the inner pressure P [Pa], the bending rigidity κ [J/m] and
-    the drag ζ [Pa s/m]. Linear theory: r = R + u cos nφ causes the normal force -S u, and without stretch the tangential
-    velocity is 1/n of the normal velocity. Errors are of the order of (u/R)².
+    ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the radius R [m], the inner pressure P [Pa], the bending
+    rigidity κ [J/m] and the drag ζ [Pa s/m]. Linear theory: r = R + u cos nφ causes the normal force -S u, and without
+    stretch the tangential velocity is 1/n of the normal velocity. Errors are of the order of (u/R)².
     """
     square = waves * waves
     stiffness = (square - 1) * (pressure / radius + rigidity * (square - 1) / radius**4)

@@ -1,4 +1,4 @@
-"""Evaluation of the checks of a case as metrics."""
+"""Evaluate the checks of a case on the history of a run; the results are metrics."""
 
 from collections.abc import Callable, Mapping
 from math import inf, nan

@@ -1,4 +1,4 @@
-"""A run as users read it: in a notebook, as a table, as a dataset, or as a VTK scene."""
+"""Results of a run for users: in a notebook, as a pandas table, as an xarray dataset, or as a VTK scene."""
 
 from functools import partial
 from html import escape

@@ -1,4 +1,5 @@
-"""The members of a study: cases identified by a digest of their contents, and their paths in the study's folder."""
+"""The members of a study, i.e. its single runs: cases identified by a digest of their contents, and their paths in the
+study's folder."""
 
 import hashlib
 import json

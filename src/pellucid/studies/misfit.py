@@ -1,5 +1,5 @@
-"""The misfit between a case and measured curves as a function of the free parameters. Each evaluation is a member that is
-kept."""
+"""The misfit between a case and measured curves as a function of the free parameters. Each evaluation runs the case as a
+member of the study, whose results are kept."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -84,7 +84,8 @@ class Pool:
         return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
 
     def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
-        """Return the outcome of each member by its digest. Members that are not done are run, the most expensive first."""
+        """Return the outcome of each member by its digest. Members that are not done are run, the most expensive first;
+        told: called with each new outcome."""
         found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
         left = [member for member in members if member.digest not in found]
         if left and self._client is None:

@@ -1,5 +1,5 @@
-"""Execution of a member in a separate process. If the worker that started it ends, the process writes a checkpoint and
-ends."""
+"""Run a member of a study, i.e. one of its cases, in a separate process. If the worker that started it ends, the process
+writes a checkpoint and ends."""
 
 import subprocess
 import sys

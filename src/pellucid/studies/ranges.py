@@ -1,4 +1,4 @@
-"""Variations of a study as given by its user: KEY=V1,V2, KEY=LOW:HIGH, or a table of values."""
+"""Read the variations of a study as given by its user: KEY=V1,V2, KEY=LOW:HIGH, or a table of values."""
 
 import csv
 import math

@@ -1,4 +1,5 @@
-"""The members of a sweep as rows of settings: every combination, a Latin hypercube, a list."""
+"""Create the members of a sweep as rows of settings: every combination of values, a Latin hypercube sample, or a given
+list."""
 
 from collections.abc import Mapping, Sequence
 from itertools import product

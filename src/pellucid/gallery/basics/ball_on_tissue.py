@@ -1,5 +1,5 @@
-"""Rigid ball pressed into a block, compared with the exact solution for a layer: force, and distance of the face from the
-ball.
+"""Metrics of a rigid ball pressed into a block: force, and distance of the face from the ball, compared with the exact
+solution for a layer.
 
 A quarter, x > 0 and y > 0, is computed. The block is as wide as it is high, which changes the force by 0.3 % relative to an
 infinite layer (validation/sphere-on-layer).
@@ -31,8 +31,8 @@ class Pressed(NamedTuple):
     """Reference of the ball on the tissue: the elastic layer, the radius of the ball, and the initial height of its centre."""
 
     layer: Layer
-    radius: float  # of the ball, with half of the thickness of its membrane [m]
-    centre: float  # height of its middle at the start [m]
+    radius: float  # outer radius of the ball, including half the thickness of its membrane [m]
+    centre: float  # initial height of the centre of the ball [m]
 
     @classmethod
     def of(cls, run: Run) -> "Pressed":

@@ -1,4 +1,5 @@
-"""Belt on a drum: forces and tensions compared with the capstan equation including the drag of the belt."""
+"""Metrics and figures of a belt on a drum: forces and tensions compared with the capstan equation including the drag of the
+belt."""
 
 from typing import Any
 

@@ -1,4 +1,5 @@
-"""Strong explosions compared with the similarity solution: radius of the shock, density about the centre, total energy."""
+"""Metrics and figures of strong explosions: radius of the shock, density around the centre and total energy, compared with
+the similarity solution."""
 
 import numpy as np
 

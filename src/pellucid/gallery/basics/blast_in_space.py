@@ -1,4 +1,4 @@
-"""Spherical blast, with the same metrics as the cylindrical one."""
+"""Metrics and figures of a spherical blast: those of the cylindrical one."""
 
 from pellucid.gallery.basics.blast import CAPTIONS, METRICS, figures, metrics
 

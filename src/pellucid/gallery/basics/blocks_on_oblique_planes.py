@@ -1,4 +1,5 @@
-"""Blocks that slide down planes turned about two axes: motion along the steepest descent by Coulomb's law."""
+"""Metrics and figures of blocks that slide down planes rotated about two axes: motion along the steepest descent, compared
+with Coulomb's law."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Blocks that slide, stick and rest, compared with Coulomb's law."""
+"""Metrics of blocks that slide, stick and rest on a slope, compared with Coulomb's law."""
 
 import numpy as np
 

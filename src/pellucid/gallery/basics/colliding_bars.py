@@ -1,4 +1,4 @@
-"""Two bars colliding in one dimension: one transfers its whole velocity to the other."""
+"""Metrics of two colliding bars in one dimension, of which one transfers its whole velocity to the other."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Two colliding discs: symmetry, energy, contact and rebound."""
+"""Metrics of two colliding discs: symmetry, energy, contact and rebound."""
 
 import numpy as np
 

@@ -1,4 +1,5 @@
-"""Cylinders that oscillate in a trough, sliding or rolling, compared with pendulums."""
+"""Metrics and figures of cylinders that oscillate in a trough, sliding or rolling: angles and energies compared with
+pendulums."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

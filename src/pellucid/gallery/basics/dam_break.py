@@ -1,4 +1,4 @@
-"""Collapsing water column compared with Martin and Moyce's experiment."""
+"""Metrics and figures of a collapsing water column, compared with Martin and Moyce's experiment."""
 
 from typing import Any
 

@@ -1,4 +1,5 @@
-"""Drop on tissue: the water does not penetrate the face, contact impulses equal the momentum of the water, balances hold.
+"""Metrics of a drop on tissue: the water does not penetrate the face, the contact impulse equals the momentum of the water,
+and mass, momentum and energy are conserved.
 
 A quarter, x > 0 and y > 0, is computed.
 """

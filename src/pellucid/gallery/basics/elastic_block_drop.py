@@ -1,4 +1,5 @@
-"""Block without lateral strain that bounces on a floor: the exact impact of a bar on a rigid wall."""
+"""Metrics of a block without lateral strain that bounces on a floor, compared with the exact impact of a bar on a rigid
+wall."""
 
 from typing import NamedTuple
 
@@ -20,13 +21,13 @@ class Impact(NamedTuple):
     section 167.
     """
 
-    length: float  # [m]
-    area: float  # [m²]
-    wave_speed: float  # [m/s]
-    density: float  # [kg/m³]
-    speed: float  # [m/s]
-    touch: float  # [s]
-    spacing: float  # of the nodes along the bar [m]
+    length: float  # length of the bar [m]
+    area: float  # cross-section [m²]
+    wave_speed: float  # speed of longitudinal waves [m/s]
+    density: float  # density of the bar [kg/m³]
+    speed: float  # speed of the bar before the impact [m/s]
+    touch: float  # time of first contact [s]
+    spacing: float  # spacing of the nodes along the bar [m]
 
     @classmethod
     def of(cls, run: Run) -> "Impact":

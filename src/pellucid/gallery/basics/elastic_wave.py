@@ -1,4 +1,4 @@
-"""Standing wave of an elastic bar compared with the exact solution."""
+"""Metrics and figures of the standing wave of an elastic bar, compared with the exact solution."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,5 +1,5 @@
-"""Discs that slide without friction on a plate and over a disc: speed and energy are conserved; the second disc moves like
-a bead on a circle."""
+"""Metrics and figures of discs that slide without friction on a plate and over a disc: speed and energy are conserved; the
+second disc moves like a bead on a circle."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

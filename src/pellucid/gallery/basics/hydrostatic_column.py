@@ -1,4 +1,5 @@
-"""Column at rest under its own weight: displacements, stresses and speeds of its points compared with the exact solution."""
+"""Metrics and figures of a column at rest under its own weight: displacements, stresses and speeds of its points, compared
+with the exact solution."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Oscillating drop compared with Rayleigh's frequency and Laplace's pressure."""
+"""Metrics and figures of an oscillating drop, compared with Rayleigh's frequency and Laplace's pressure."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Ball that rolls down a plate in space, compared with a rigid body."""
+"""Metrics of a ball that rolls down a plate in space, compared with a rigid ball."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Soft balls on a slope, solid and inflated, rolling and sliding, compared with rigid balls."""
+"""Metrics of soft balls on a slope, solid and inflated, rolling and sliding, compared with rigid balls."""
 
 from typing import Any
 

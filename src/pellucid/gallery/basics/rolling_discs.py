@@ -1,4 +1,4 @@
-"""Discs that roll without slip or slide without friction down a slope, compared with rigid bodies."""
+"""Metrics of discs that roll without slip or slide without friction down a slope, compared with rigid discs."""
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric

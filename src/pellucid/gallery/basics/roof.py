@@ -1,4 +1,4 @@
-"""The Scordelis-Lo roof, compared with the deflection by shell theory."""
+"""Metrics and figures of the Scordelis-Lo roof, compared with the deflection by shell theory."""
 
 from math import pi
 

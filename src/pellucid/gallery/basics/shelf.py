@@ -1,4 +1,4 @@
-"""Strip of cloth clamped horizontally, compared with the heavy elastica."""
+"""Metrics and figures of a horizontally clamped strip of cloth, compared with the heavy elastica."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Sod's shock tube, with the metrics of all shock tubes."""
+"""Metrics and figures of Sod's shock tube: those of all shock tubes."""
 
 from pellucid.gallery.gan2011.shock_tube import METRICS, figures, metrics
 

@@ -1,4 +1,4 @@
-"""Spinning elastic disc compared with the exact radial oscillation of linear elasticity."""
+"""Metrics and figures of a spinning elastic disc, compared with the exact radial oscillation of linear elasticity."""
 
 import numpy as np
 

@@ -1,4 +1,5 @@
-"""Water that should stay at rest: speeds of its points, and their pressure compared with the hydrostatic pressure."""
+"""Metrics and figures of water that should stay at rest: speeds of its points, and their pressure compared with the
+hydrostatic pressure."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Blocks on plates that are rotated relative to the grid: they slide and stick by Coulomb's law for all orientations."""
+"""Metrics and figures of blocks that slide or stick on plates rotated relative to the grid, compared with Coulomb's law."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Compressed sphere compared with the exact motion."""
+"""Metrics and figures of a compressed sphere, compared with the exact motion."""
 
 from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 

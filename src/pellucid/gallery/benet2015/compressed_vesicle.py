@@ -1,4 +1,4 @@
-"""Compressed vesicles of three viscosities compared with the exact motion."""
+"""Metrics and figures of compressed vesicles of three viscosities, compared with the exact motion."""
 
 from pellucid.gallery.benet2015 import growing
 from pellucid.gallery.benet2015.growing import figures, metrics

@@ -1,4 +1,4 @@
-"""Diffusion along a bar compared with the Fourier series."""
+"""Metrics and figures of diffusion along a bar, compared with the Fourier series."""
 
 import numpy as np
 

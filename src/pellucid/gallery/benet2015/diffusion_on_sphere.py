@@ -1,4 +1,4 @@
-"""Spherical harmonics that decay on a sphere by diffusion, each at its exact rate."""
+"""Metrics and figures of spherical harmonics that decay on a sphere by diffusion, each compared with its exact rate."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Films of vesicle cases, their loads and conserved quantities."""
+"""Access to the films of vesicle cases, their loads, and metrics of their conserved quantities."""
 
 import numpy as np
 

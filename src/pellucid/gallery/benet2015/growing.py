@@ -1,4 +1,4 @@
-"""Common parts of the cases of growing vesicles: radius and density compared with the exact motion."""
+"""Common metrics and figures of the cases of growing vesicles: radius and density compared with the exact motion."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ METRICS = ("radius", "density", "energy")
 
 
 def exact(run: Run, film: FluidFilmCase) -> Growing:
-    """Return the exact motion of the growing film with this name."""
+    """Return the exact motion of a growing film of a run."""
     material = lipid_of(film)
     load = next((load for load in pressures_of(run) if load.body == film.name), None)
     pressure, dead = (load.value, load.on == "initial-area") if load else (0.0, False)
@@ -34,7 +34,7 @@ def _columns(run: Run, film: FluidFilmCase) -> tuple[str, str, str]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the errors of radius and density of each film at the end, and of the balance of power."""
+    """Compute the errors of radius and density of each film at the end, and of the energy balance."""
     allowed = 1e-3  # the steps keep errors of this share of the distance of nodes; that of the curve's geometry is far below
     result = {}
     for film in films_of(run):
@@ -43,7 +43,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         density = float(motion.densities(np.array(radius)))
         result[at] = compared(float(history[at][-1]), radius, allowed, "m", "radius at the end")
         result[dense] = compared(float(history[dense][-1]), density, 2.0 * allowed, "kg/m^2", "density at the end")
-    text = "largest relative error of the power balance (load, storage, dissipation)"
+    text = "largest relative error of the energy balance (work of loads, stored energy, dissipation)"
     return {**result, "energy": worst_balance(run, allowed, text)}
 
 

@@ -1,4 +1,4 @@
-"""Inflated vesicle compared with the exact motion."""
+"""Metrics and figures of an inflated vesicle, compared with the exact motion."""
 
 from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 

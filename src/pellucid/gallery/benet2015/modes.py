@@ -1,4 +1,4 @@
-"""Small disturbances of round films: decay rates compared with linear theory."""
+"""Metrics and figures of small disturbances of round films: decay rates compared with linear theory."""
 
 from typing import NamedTuple
 
@@ -29,15 +29,15 @@ ALLOWED = 0.01  # of the rate: linear theory is off by some amplitudes over the 
 class Decay(NamedTuple):
     """Decay of a mode: times, relative amplitudes, measured and exact rates."""
 
-    times: np.ndarray  # [s]
-    amplitudes: np.ndarray  # over the radius
-    rate: float  # measured [1/s]
-    exact: float  # [1/s]
+    times: np.ndarray  # times of the frames [s]
+    amplitudes: np.ndarray  # amplitudes of the mode divided by the radius
+    rate: float  # decay rate of the run [1/s]
+    exact: float  # decay rate by linear theory [1/s]
 
 
 def _waves(places: np.ndarray, waves: int) -> float:
-    """Return the amplitude of the radius of a curve about its centroid at a number of waves, divided by the mean radius;
-    places: shape (n, 2)."""
+    """Return the amplitude of the Fourier component with `waves` periods of the radius of a curve about its centroid,
+    divided by the mean radius; places: positions of the nodes, shape (n, 2)."""
     x, y = (places - places.mean(axis=0)).T
     angle, radius = np.unwrap(np.arctan2(y, x)), np.hypot(x, y)
     closed = np.append(angle, angle[0] + 2.0 * np.pi), np.append(radius, radius[0])
@@ -47,8 +47,8 @@ def _waves(places: np.ndarray, waves: int) -> float:
 
 
 def _harmonic(places: np.ndarray) -> float:
-    """Return the amplitude of the Legendre polynomial of degree 2 about z in the radii of nodes, divided by the mean
-    radius; places: shape (n, 3)."""
+    """Return the amplitude of the Legendre polynomial of degree 2 about z in the distances of nodes from the centre,
+    divided by the mean radius; places: positions of the nodes, shape (n, 3)."""
     from_middle = places - places.mean(axis=0)
     radius = np.linalg.norm(from_middle, axis=1)
     wave = 1.5 * (from_middle[:, 2] / radius) ** 2 - 0.5

@@ -1,4 +1,4 @@
-"""Vesicle constricted by a belt: waist, density and flow."""
+"""Metrics and figures of a vesicle constricted by a belt: waist, density and flow."""
 
 import numpy as np
 
@@ -18,10 +18,12 @@ solution of the same problem, accurate to 5 %."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: radius of the waist at the end against a separate solution; balance of power; mass."""
+    """Compute the metrics: radius of the waist at the end, compared with a separate solution; energy balance; mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
-        "energy": worst_balance(run, 5e-3, "largest relative error of the power balance (load, storage, dissipation)"),
+        "energy": worst_balance(
+            run, 5e-3, "largest relative error of the energy balance (work of loads, stored energy, dissipation)"
+        ),
         "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
     band = BANDS.get(lipid_of(film_of(run)).stiffness)

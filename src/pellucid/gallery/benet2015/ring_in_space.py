@@ -1,4 +1,4 @@
-"""Vesicle constricted by a belt: a surface in space compared with a surface of revolution."""
+"""Metrics and figures of a vesicle constricted by a belt: a surface in space compared with a surface of revolution."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -41,7 +41,7 @@ def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: waist and profile of the film in space compared with the film of revolution, balance of power,
+    """Compute the metrics: waist and profile of the film in space compared with the film of revolution, energy balance,
     mass."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
@@ -54,7 +54,9 @@ def metrics(run: Run) -> dict[str, Metric]:
         "profile": Metric(
             worst, 0.0, worst / waist, 1e-2, "m", "largest difference of the radii; error relative to the waist radius"
         ),
-        "energy": worst_balance(run, 5e-3, "largest relative error of the power balance (load, storage, dissipation)"),
+        "energy": worst_balance(
+            run, 5e-3, "largest relative error of the energy balance (work of loads, stored energy, dissipation)"
+        ),
         "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
 

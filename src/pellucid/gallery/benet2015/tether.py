@@ -1,4 +1,4 @@
-"""Tether pulled from a vesicle, compared with the force and radius of a tube."""
+"""Metrics and figures of a tether pulled from a vesicle, compared with the force and radius of a tube."""
 
 import numpy as np
 
@@ -15,7 +15,8 @@ METRICS = ("force", "radius", "thin_force", "energy")
 
 
 def _tube(run: Run) -> tuple[Tether, Tether]:
-    """Return the exact tube at the final tension, with the inner pressure and without it."""
+    """Return force and radius of the exact tube at the final tension of the run: with its inner pressure, and without
+    pressure."""
     rigidity, tension = film_of(run).material.bending_rigidity, float(run.history["tension"][-1])
     return tether(tension, rigidity, pressures_of(run)[0].value), tether(tension, rigidity)
 
@@ -36,7 +37,7 @@ def _radius(run: Run) -> float:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: force and radius compared with a tube at the same tension; balance of power."""
+    """Compute the metrics: force and radius compared with a tube at the same tension; energy balance."""
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
@@ -45,7 +46,9 @@ def metrics(run: Run) -> dict[str, Metric]:
         "force": compared(force, tube.force, 0.02, "N", "force on the pole; reference: tube with pressure inside"),
         "radius": compared(radius, tube.radius, 0.02, "m", "radius of the tube; reference: tube with pressure inside"),
         "thin_force": compared(force, thin.force, 0.005 + share, "N", text),
-        "energy": worst_balance(run, 1e-3, "largest relative error of the power balance (load, storage, dissipation)"),
+        "energy": worst_balance(
+            run, 1e-3, "largest relative error of the energy balance (work of loads, stored energy, dissipation)"
+        ),
     }
 
 

@@ -1,4 +1,4 @@
-"""Common parts of the cases of translating vesicles: the steady motion compared with the exact motion."""
+"""Common metrics and figures of the cases of translating vesicles: the steady motion compared with the exact motion."""
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: velocity, deviation from rigid motion, tension, balance of power."""
+    """Compute the metrics: velocity, deviation from rigid motion, tension, energy balance."""
     film = film_of(run)
     axis = _drive(run)[2]
     exact, found = _velocity(run), float(run.history["velocity"][-1])
@@ -62,7 +62,9 @@ def metrics(run: Run) -> dict[str, Metric]:
         "velocity": compared(found, exact, 1e-3, "m/s", "mean velocity of the nodes at the end"),
         "rigidity": vanishing(spread, 1e-3, "largest difference from the mean velocity, relative to the exact velocity"),
         "tension": vanishing(error, 2e-3 + off, "largest error of the tension at the nodes, relative to the largest tension"),
-        "energy": worst_balance(run, 1e-3, "largest relative error of the power balance (load, storage, dissipation)"),
+        "energy": worst_balance(
+            run, 1e-3, "largest relative error of the energy balance (work of loads, stored energy, dissipation)"
+        ),
     }
 
 

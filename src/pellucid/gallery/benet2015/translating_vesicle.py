@@ -1,4 +1,4 @@
-"""Translating vesicle compared with the exact steady motion."""
+"""Metrics and figures of a translating vesicle, compared with the exact steady motion."""
 
 from pellucid.gallery.benet2015.translating import CAPTIONS, METRICS, figures, metrics
 

@@ -1,4 +1,5 @@
-"""Vesicle in a constriction: it passes with the flow, stays off the walls, and conserves its mass and enclosed area."""
+"""Metrics and figures of a vesicle in a constriction: it passes with the flow, stays off the walls, and conserves its mass
+and enclosed area."""
 
 from typing import Any
 
@@ -26,8 +27,9 @@ METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 def metrics(run: Run) -> dict[str, Metric]:
     """Return the metrics: displaced flow at the throat, final position, smallest distance from the walls, losses.
 
-    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum. Until the vesicle is
-    in the throat, the piston therefore displaces between 1/1.5 of and the whole volume between both positions.
+    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum, which is 1.5 times
+    the mean. When the vesicle reaches the throat, the piston has therefore displaced between 1/1.5 and all of the volume of
+    the channel between the initial position of the vesicle and the throat.
     """
     times = run.times(NAME)
     places = [run.fields(NAME, float(time))["position"][:, :2] for time in times]

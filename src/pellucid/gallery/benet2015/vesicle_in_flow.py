@@ -1,5 +1,5 @@
-"""Drop in a shear flow: deformation compared with Taylor's theory; conservation of the film's mass and of the enclosed
-volume."""
+"""Metrics and figures of a drop in a shear flow: deformation compared with Taylor's theory; conservation of the film's mass
+and of the enclosed volume."""
 
 from typing import Any, NamedTuple
 
@@ -23,11 +23,11 @@ METRICS = ("deformation", "volume", "film_mass")
 class Drop(NamedTuple):
     """Parameters of the drop in a shear flow between two plates."""
 
-    radius: float  # [m]
-    capillary: float
-    ratio: float  # of the viscosities, inside over outside
-    confinement: float  # radius over the distance of the plates
-    shear: float  # [1/s]
+    radius: float  # initial radius of the drop [m]
+    capillary: float  # capillary number
+    ratio: float  # viscosity of the drop divided by that of the outer fluid
+    confinement: float  # radius divided by the distance of the plates
+    shear: float  # shear rate [1/s]
 
     def expected(self, time: float) -> float:
         """Return the expected deformation at a time [s]."""

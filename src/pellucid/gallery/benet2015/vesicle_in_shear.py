@@ -1,4 +1,5 @@
-"""Plane vesicle in a shear flow, compared with boundary integrals; conservation of mass and enclosed area."""
+"""Metrics and figures of a plane vesicle in a shear flow, compared with boundary integrals; conservation of mass and
+enclosed area."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Bending energy of a vesicle in space, compared with the solution of the shape equations."""
+"""Metrics of a vesicle in space: its bending energy, compared with the solution of the shape equations."""
 
 from pellucid.gallery.benet2015.vesicle_shapes import metrics
 

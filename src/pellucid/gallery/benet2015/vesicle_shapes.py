@@ -1,4 +1,4 @@
-"""Shapes of vesicles and their bending energies, compared with solutions of the shape equations."""
+"""Metrics and figures of vesicle shapes: bending energies compared with solutions of the shape equations."""
 
 from math import pi
 

@@ -1,8 +1,8 @@
-"""Tank-treading rate and inclination of a capsule, compared with the ellipsoid of Keller and Skalak.
+"""Metrics and figures of a tank-treading capsule: rate and inclination compared with the ellipsoid of Keller and Skalak.
 
-The surface moves as (L cos φ, B sin φ) along its axes L and B, with the same rate of φ everywhere (Keller & Skalak 1982, J.
-Fluid Mech. 120, 27). With equal viscosities and the shear rate γ̇, tan θ = B/L and φ' = -γ̇ L B/(L² + B²) for any width of
-the ellipsoid.
+The surface moves as (L cos φ, B sin φ) along its half axes L and B, with the same rate of the phase φ everywhere (Keller &
+Skalak 1982, J. Fluid Mech. 120, 27). With equal viscosities inside and outside and the shear rate γ̇, the inclination θ
+follows from tan θ = B/L, and φ' = -γ̇ L B/(L² + B²) for any width of the ellipsoid.
 """
 
 import numpy as np

@@ -1,4 +1,5 @@
-"""Tension curves of membrane laws: tension against stretch in strips and sheets, compared with derivatives of the energies."""
+"""Metrics and figures of membrane laws: tension against stretch in strips and sheets, compared with derivatives of the
+energies."""
 
 import csv
 from pathlib import Path

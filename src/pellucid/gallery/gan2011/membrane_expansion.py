@@ -1,4 +1,5 @@
-"""Lid, cube and gas, compared with finite elements with the same ties."""
+"""Metrics of a lid with a cube above expanding gas, compared with finite elements that are tied to each other in the same
+way."""
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator

@@ -1,4 +1,4 @@
-"""Cuboid on a net, compared with finite elements with the same ties."""
+"""Metrics of a cuboid that falls on a net, compared with finite elements that are tied in the same way."""
 
 import numpy as np
 

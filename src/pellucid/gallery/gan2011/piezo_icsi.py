@@ -1,4 +1,4 @@
-"""Piezo-ICSI: position of the failure of the zona, leaks of the cytoplasm, and energy balance."""
+"""Metrics and pictures of piezo-ICSI: position of the failure of the zona, leaks of the cytoplasm, and energy balance."""
 
 from collections.abc import Callable
 from functools import partial

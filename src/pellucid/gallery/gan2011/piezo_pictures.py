@@ -47,11 +47,11 @@ PALETTE = "PuOr_r"
 
 
 class Stage(NamedTuple):
-    """Common settings of the pictures at all times; `limits` are the limits of the pressure [Pa] in the cut."""
+    """Common settings of the pictures at all times: camera, cut plane, and limits of the pressure [Pa] in the cut."""
 
     camera: Camera
-    triangles: np.ndarray  # of the zona
-    plate: np.ndarray  # distances between the layers of its points [m], shape (3,)
+    triangles: np.ndarray  # (m, 3) surface triangles of the zona
+    plate: np.ndarray  # (3,) distances between the layers of points of the plate along x, y, z [m]
     cut: Plane | None = None
     limits: tuple[float, float] = (-1.0, 1.0)
 

@@ -1,4 +1,4 @@
-"""Shock tube compared with the exact solution of the Riemann problem, for all tubes of ideal gases."""
+"""Metrics and figures of shock tubes of ideal gases, compared with the exact solution of the Riemann problem."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Airbag: volume at rest compared with the shape of minimum energy, gas pressure, wrinkles."""
+"""Metrics and figures of an airbag: volume at rest compared with the shape of minimum energy, gas pressure, wrinkles."""
 
 from typing import Any
 

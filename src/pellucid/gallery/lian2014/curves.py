@@ -1,4 +1,4 @@
-"""Common parts of the two cases of a sheet and a sphere: comparison with our own finite elements, hourglass energy."""
+"""Common metrics of the two cases of a sheet and a sphere: comparison with our own finite elements, hourglass energy."""
 
 from collections.abc import Mapping
 

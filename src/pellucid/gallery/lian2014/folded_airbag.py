@@ -1,4 +1,4 @@
-"""The folded airbag: its volume and pressure at rest compared with a circle; crossings and gaps of its layers."""
+"""Metrics of the folded airbag: its volume and pressure at rest compared with a circle; crossings and gaps of its layers."""
 
 from math import pi
 from typing import Any

@@ -1,4 +1,4 @@
-"""Box inflated to a circle: its radius, and the loss of energy."""
+"""Metrics and figures of a box inflated to a circle: its radius, and the loss of energy."""
 
 from math import pi, sin
 from typing import Any

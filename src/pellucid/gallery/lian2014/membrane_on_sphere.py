@@ -1,4 +1,4 @@
-"""Sheet on a sphere, compared with our own finite elements, which also carry no compression."""
+"""Metrics of a sheet that falls on a sphere, compared with our own finite elements, which also carry no compression."""
 
 from pellucid.gallery.lian2014.curves import beside_elements
 from pellucid.results.metrics import Metric

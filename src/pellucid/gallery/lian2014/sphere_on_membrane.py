@@ -1,4 +1,4 @@
-"""Sphere on a clamped sheet, compared with our own finite elements."""
+"""Metrics of a sphere that falls on a clamped sheet, compared with our own finite elements."""
 
 import numpy as np
 

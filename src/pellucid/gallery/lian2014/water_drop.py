@@ -1,4 +1,4 @@
-"""Drop on a clamped sheet: no water penetrates the sheet, and the drop spreads and breaks.
+"""Metrics and figures of a drop on a clamped sheet: no water penetrates the sheet, and the drop spreads and breaks.
 
 A quarter, x > 0 and y > 0, is computed.
 """

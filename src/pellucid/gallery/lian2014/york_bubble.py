@@ -1,4 +1,4 @@
-"""Bag of water: no leaks, contact with the floor, roundness, and the energy needed to flatten it."""
+"""Metrics of a bag of water: no leaks, contact with the floor, roundness, and the energy needed to flatten it."""
 
 from typing import Any
 

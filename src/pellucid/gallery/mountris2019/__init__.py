@@ -1,1 +1,1 @@
-"""Mountris et al. 2019: meshless solids of maximum entropy in total-Lagrangian form, under very large strain."""
+"""Mountris et al. 2019: meshless solids with maximum-entropy functions in total-Lagrangian form, under very large strain."""

@@ -1,4 +1,4 @@
-"""Cube between clamps, stretched or compressed, compared with second-order finite elements."""
+"""Common metrics of a cube between clamps, stretched or compressed: comparison with second-order finite elements."""
 
 from collections.abc import Sequence
 

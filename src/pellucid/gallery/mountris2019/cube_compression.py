@@ -1,4 +1,4 @@
-"""Cube between clamps, compressed to half its height."""
+"""Metrics and figures of a cube between clamps, compressed to half its height."""
 
 from pellucid.gallery.mountris2019.clamped_cube import METRICS, beside_known, known_at, metrics_at, of_mesh
 from pellucid.results.metrics import Metric

@@ -1,4 +1,4 @@
-"""Cube between clamps, stretched by half its edge."""
+"""Metrics and figures of a cube between clamps, stretched by half its edge."""
 
 import numpy as np
 

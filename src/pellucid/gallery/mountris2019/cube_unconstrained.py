@@ -1,4 +1,4 @@
-"""Cube between smooth plates, compared with the exact uniform strain."""
+"""Metrics and figures of a cube between smooth plates, compared with the exact uniform strain."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Cylinder indented by half its height."""
+"""Metrics and figures of a cylinder indented by half its height."""
 
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric

@@ -1,4 +1,4 @@
-"""Heart with two ventricles whose right wall is indented."""
+"""Metrics and figures of a heart with two ventricles whose right wall is indented."""
 
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric

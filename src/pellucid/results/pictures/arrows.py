@@ -28,7 +28,7 @@ def draw_arrows(
     some: np.ndarray,
     fastest: float,
 ) -> None:
-    """Draw arrows of the tangential velocity at selected nodes of a surface. The longest arrow represents the speed
+    """Draw arrows of the tangential velocity at the nodes `some` of a surface. The longest arrow represents the speed
     `fastest` [m/s]."""
     normal = vertex_normals(position, triangles)
     along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal

@@ -122,8 +122,8 @@ class SpaceStage:
         return meshes_of_walls(self._walls, time, self._box, self._look.view.axes()[2])
 
     def _rims(self, drawn: Sequence[Drawable], skins: Sequence[Mesh], cut: Plane) -> list[Mesh]:
-        """Build ribbons along the cut edges of membranes, moved towards the eye so that balls that protrude from the cut do
-        not hide them."""
+        """Build ribbons along the cut edges of membranes. They are moved towards the eye, so that points drawn as balls,
+        which protrude from the cut plane, do not hide them."""
         reach = max((float(balls.radii.max(initial=0.0)) for balls in drawn if isinstance(balls, Balls)), default=0.0)
         nearer = 1.01 * reach * self._look.view.axes()[2]
         ribbons = (rim(skin, cut, RIM / self._camera.scale) for skin in skins)

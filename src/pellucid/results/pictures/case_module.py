@@ -42,8 +42,8 @@ def _warn(run: Run, kind: str, error: Exception) -> None:
 
 @contextmanager
 def noticed(notices: list[str], name: str = "") -> Iterator[None]:
-    """Omit a picture whose files are damaged or missing, or that would be empty; append a notice with its name to
-    `notices`."""
+    """Skip the picture that the block draws if its files are damaged or missing or if it would be empty; append a notice
+    with its name to `notices`."""
     try:
         yield
     except (OutputError, UsageError) as error:

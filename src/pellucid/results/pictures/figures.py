@@ -169,8 +169,8 @@ def energies(run: Run) -> Figure:
 
 
 def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
-    """Return line widths of the energy curves [pt], decreasing; all are thinner if a curve oscillates so often that it
-    would look like a block."""
+    """Return line widths of the energy curves [pt], decreasing; all are thinner if a curve oscillates so often that its
+    strokes would merge into a solid area."""
     swings = max((int(np.sum(np.diff(np.sign(np.diff(values))) != 0)) for values in curves), default=0)
     share = min(1.0, max(SWINGS / max(swings, 1), 0.4))
     return [EQUAL] * len(curves) if equal else [share * float(width) for width in np.linspace(*WIDE, max(len(curves), 2))]

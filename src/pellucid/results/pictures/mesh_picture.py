@@ -56,7 +56,8 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
 
 
 class _Shown(NamedTuple):
-    """Vertices, triangles, the quality of each triangle's element, and the edges and boundary edges to draw."""
+    """The part of a mesh to draw: vertices, triangles, quality of each triangle's element, edges (`sides`) and boundary
+    edges (`rim`) as pairs of vertices."""
 
     vertices: np.ndarray
     triangles: np.ndarray
@@ -118,7 +119,8 @@ def _drawables(shown: _Shown, camera: Camera, both_sides: bool) -> list[Drawable
 
 
 def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple[float, float, float], radius: float) -> Balls:
-    """Build lines between vertices as rows of balls; radius in pixels."""
+    """Build lines along edges as rows of balls. sides: pairs of vertices, shape (k, 2); radius: radius of the balls in
+    pixels."""
     start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
     counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
     which, step = spread(counts)

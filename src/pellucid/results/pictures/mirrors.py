@@ -14,7 +14,7 @@ class Mirror(NamedTuple):
     """A plane of symmetry normal to an axis."""
 
     axis: int
-    place: float  # m
+    place: float  # position of the plane along the axis [m]
 
 
 def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, ...]:

@@ -28,7 +28,7 @@ class FilmPicture(NamedTuple):
     """A picture of a film at one time."""
 
     film: str
-    time: float  # s
+    time: float  # time of the picture [s]
 
 
 class Painter:

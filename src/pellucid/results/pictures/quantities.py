@@ -29,8 +29,8 @@ class Slice(NamedTuple):
     """Selection of the points that were next to a plane normal to an axis in the initial configuration."""
 
     axis: int
-    at: float  # m
-    reach: float  # m, to either side
+    at: float  # position of the plane along the axis [m]
+    reach: float  # largest distance of a selected point from the plane [m]
 
 
 class Look(NamedTuple):
@@ -59,7 +59,8 @@ about zero."""
 
 
 class Limits(NamedTuple):
-    """Limits of the colour bar: the values at its ends, and at which of its ends values exceed it."""
+    """Limits of the colour bar: the values at its ends, and the ends beyond which some values lie (`extend`, as in
+    matplotlib)."""
 
     low: float
     high: float

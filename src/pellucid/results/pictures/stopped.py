@@ -80,7 +80,8 @@ def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarra
 
 
 def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
-    """Return, for each view of the point that stopped the run, the pair of axes that span the picture."""
+    """Return, for each view of the point that stopped the run, the pair of axes that span the picture; thin: axes along
+    which the grid is one cell thick."""
     wide = [axis for axis in range(3) if not thin[axis]]
     if len(wide) == 3:
         return [(0, 1), (0, 2), (1, 2)]

@@ -45,8 +45,8 @@ def draw_walls(
 ) -> None:
     """Draw walls at a time [s] as lines with hatching on their back side.
 
-    flat: axes of the picture; at: position of the picture along the third axis [m]; window: its corners [m], shape (2,)
-    each.
+    flat: axes of the picture; at: position of the picture along the third axis [m]; window: lower and upper corner of the
+    picture [m], shape (2,) each.
     """
     (left, below), (right, above) = window
     paper = np.array([(left, below), (right, below), (right, above), (left, above)])
@@ -85,7 +85,7 @@ def fan_of(corners: int) -> np.ndarray:
 
 
 def around(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners of a box that is larger than another by BEYOND of its size on each side [m]."""
+    """Return the lower and upper corner of a box, extended on each side by BEYOND times its longest edge [m]."""
     gap = BEYOND * float((high - low).max())
     return low - gap, high + gap
 

@@ -38,7 +38,7 @@ class NoFrame(IndexError):
 def create(
     path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None, constant: Collection[str] = CONSTANT
 ) -> bytes:
-    """Lay out a file for `capacity` frames and write the first frame; return its digest.
+    """Lay out a file for `capacity` frames and write the first frame; return the digest of this frame.
 
     Arrays have shape (n,), (n, 3), (n, 6) or similar. cells: cells of the body; default: one cell per point. constant:
     names of the fields that are the same in all frames. Raises OSError if the file cannot be written.

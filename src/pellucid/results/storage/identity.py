@@ -1,4 +1,5 @@
-"""Identity of a run. A checkpoint is resumed only with the case, the bodies and the version that wrote it."""
+"""Identity of a run: data by which a run is recognized when it is resumed. A checkpoint is resumed only with the case, the
+bodies and the version that wrote it."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -35,7 +36,8 @@ def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` with the differences if the run was started with another case or another version."""
+    """Raise `UsageError` with the differences if the run was started with another case or another version; kept: the
+    identity in its checkpoint."""
     if not kept:
         _refuse(folder, ["the checkpoint was written by an earlier version of pellucid"])
     if kept["version"] != package_release():
@@ -65,14 +67,14 @@ def with_pictures(case: "Case", other: "Case") -> "Case":
 
 
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` if the initial state, which is read from an earlier run, has changed since the run was started.
-    Regions are evaluated in the initial state."""
+    """Raise `UsageError` if the initial state, which is read from an earlier run, has changed since the run was started;
+    kept: the identity in its checkpoint. Regions are evaluated in the initial state."""
     if start_digest(start) != kept["start"]:
         _refuse(folder, ["the earlier run that provides the initial state (start.path) has changed"])
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` if the numbers of points of bodies differ from a checkpoint."""
+    """Raise `UsageError` if the numbers of points of the bodies differ from those in a checkpoint; kept: its identity."""
     before, now = kept["points"], {body.name: body.n_points for body in bodies}
     changed = [name for name in now if before.get(name) != now[name]]
     _refuse(folder, [f"body {name} had {before.get(name)} points and now has {now[name]}" for name in changed])

@@ -116,7 +116,7 @@ class ProbeReader:
 
 
 def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] | None:
-    """Return the arrays of a rigid body; None for other bodies."""
+    """Return the state arrays of the body with this name if it is rigid, else None."""
     arrays: Mapping[str, np.ndarray] = next((getattr(body, "arrays", {}) for body in bodies if body.name == name), {})
     return arrays if {"start", "angle"} <= arrays.keys() else None
 

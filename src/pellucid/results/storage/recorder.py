@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Recorder:
-    """Writes the history, frames, checkpoints and facts of a run to its folder.
+    """Writes the history, frames and checkpoints of a run to its folder, and collects the values of its summary (`facts`).
 
     `compiling` returns the total compilation time of kernels so far [s]. `numbers` are the numbers of the checkpoint from
     which the run continues; None for a new run.
@@ -105,7 +105,7 @@ class Recorder:
             self.checkpoint(sim)
 
     def end(self, sim: Any) -> None:
-        """Write the last row, frame and checkpoint, and collect the facts for the summary."""
+        """Write the last row, frame and checkpoint, and collect the values of the summary."""
         finished = self.case.time.reached(sim.time)
         if not finished:  # an early stop: what is written below is not part of the run and is cut when it goes on
             self.checkpoint(sim)
@@ -228,7 +228,7 @@ class Recorder:
         return frames.append(path, sim.time, frame, body.constant_fields)
 
     def _files(self, sim: Any) -> dict[str, Path]:
-        """Return the paths of the history and of the bodies' fields, by the keys of `_written`."""
+        """Return the paths of the history and of the fields of each body, by file name and body name, as in `_written`."""
         history_file = {self.folder.history.name: self.folder.history}
         return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
 
@@ -270,8 +270,8 @@ class Recorder:
 
 
 def _row_interval(case: "Case") -> float:
-    """Return the time between rows of the history [s]; if the case does not set it, in a steady analysis short enough for a
-    row at each equilibrium."""
+    """Return the time between rows of the history [s]. In a steady analysis whose case does not set it, it is short enough
+    for a row at each equilibrium."""
     interval = case.output.rows_every(case.time.end)
     if case.steady is None or case.output.history is not None:
         return interval
@@ -280,7 +280,8 @@ def _row_interval(case: "Case") -> float:
 
 
 def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
-    """Collect the facts that bodies report, by name; if several bodies report the same fact, the key includes the body."""
+    """Collect the values that bodies report for the summary, by name; if several bodies use the same name, the key includes
+    the name of the body."""
     facts = {body.name: body.facts() for body in bodies}
     names = [name for of_body in facts.values() for name in of_body]
     shown = {}

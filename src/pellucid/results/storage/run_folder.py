@@ -173,7 +173,7 @@ class RunFolder:
             raise
 
     def write_summary(self, facts: Mapping[str, Any], metrics: Mapping[str, Metric]) -> None:
-        """Write `summary.json`: the facts of the run, unchanged, and its metrics."""
+        """Write `summary.json`: the values `facts` of the run, unchanged, and its metrics."""
         data = _json_safe(facts) | {"metrics": {name: metric.to_data() for name, metric in metrics.items()}}
         with explained(self.path):
             write_text(self.summary, json.dumps(data, indent=2, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""Schedule of output at a fixed interval in simulated time."""
+"""Schedule of output: decides when output at a fixed interval of simulated time is due."""
 
 import math
 from dataclasses import dataclass

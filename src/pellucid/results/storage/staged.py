@@ -1,4 +1,4 @@
-"""A file whose changes stay in memory until they are written together."""
+"""A file object that keeps all changes in memory until they are written together."""
 
 from typing import BinaryIO
 

@@ -121,7 +121,7 @@ def _data(body: Any) -> dict[str, Any]:
 
 
 def _at(table: Mapping[str, Any], key: str) -> Any:
-    """Return the value at a dotted key; None if there is none."""
+    """Return the value at a dotted key of a table of the case; None if there is none."""
     value: Any = table
     for part in key.split("."):
         value = value.get(part) if isinstance(value, Mapping) else None

@@ -38,11 +38,12 @@ class Place(NamedTuple):
     offset: int
     size: int
     dtype: np.dtype
-    once: bool  # one value for all frames
+    once: bool  # True if the field is stored once, for all frames
 
 
 class Layout(NamedTuple):
-    """Layout of a file: numbers of frames, and locations of all data that are written without HDF5."""
+    """Layout of a file: number of written frames, number of frames that have space, and locations of all data that are
+    written without HDF5: fields by name, and the offset of the times of the frames (`values`)."""
 
     frames: int
     capacity: int

@@ -126,7 +126,8 @@ def _of_wall(wall: WallActor, time: float) -> _Instant:
 
 
 def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
-    """Return the description of a body and add its arrays to the pack, in the order that viewer/src/data.js requires."""
+    """Return the metadata of a body for the page, and add its arrays to the pack in the order that viewer/src/data.js
+    requires."""
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}

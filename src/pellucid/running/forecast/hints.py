@@ -1,4 +1,4 @@
-"""Hints that would make the time step of a case much larger."""
+"""Hints to the user: settings that would make the time step of a case much larger."""
 
 from math import isfinite
 

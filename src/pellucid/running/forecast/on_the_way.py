@@ -26,7 +26,7 @@ class ToldOnTheWay(Progress):
         self._progress.compiling(kernel, number, expected)
 
     def compiled(self) -> None:
-        """Restart the measurement of the speed."""
+        """Exclude the time of the compilation from the time per step."""
         self._pace.leave_out(monotonic() - self._since)
         self._progress.compiled()
 

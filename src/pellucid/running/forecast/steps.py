@@ -1,4 +1,4 @@
-"""Step limit and number of steps: of a case before set-up, and of a simulation in its present state."""
+"""Predict the step limit and the number of steps: of a case before set-up, or of a simulation in its present state."""
 
 from collections.abc import Iterator
 from math import ceil, hypot, inf, isfinite, sqrt
@@ -14,7 +14,7 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, m
 
 
 class Foretold(NamedTuple):
-    """Forecast of the remaining steps, if the time step remains as it is now."""
+    """Forecast of the remaining steps of a run, if the time step remains as it is now."""
 
     step: float
     """Time step [s]; nan if unknown."""
@@ -125,7 +125,8 @@ def _limits(case: "Case") -> Limits:
 
 
 def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
-    """Return the step limit of a body that also oscillates on a condition at the rate `swing` [1/s]."""
+    """Return the step limit of a body that also oscillates against the elastic force of a condition, at the rate `swing`
+    [1/s]."""
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
@@ -141,7 +142,7 @@ def _top_speed(motion: Motion) -> float:
 def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: float) -> Iterator[tuple[str, StepLimit]]:
     """Yield the step limits of rigid and fully driven bodies in contact, by the name of the body.
 
-    Their oscillation on other bodies and walls must be resolved, independently of `time.courant`.
+    Their oscillation on the contact springs to other bodies and walls must be resolved, independently of `time.courant`.
     """
     hard = (body for body in case.body if body.is_rigid or body.name in driven)
     speeds = {body.name: body.fastest_at_start(body.places_between_bounds()) for body in hard}

@@ -19,7 +19,8 @@ Fragments = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 
 class Canvas:
-    """A depth buffer: for every pixel the depth of the nearest fragment, its part and its primitive."""
+    """A depth buffer: for every pixel the depth of the nearest fragment, the drawn object to which it belongs (its part)
+    and the number of its primitive (triangle, ball or pixel) in this part."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.shape = shape
@@ -27,7 +28,7 @@ class Canvas:
         self._starts = [0]
 
     def begin_part(self, primitives: int) -> None:
-        """Start a new part with this number of primitives."""
+        """Start a new part, i.e. the next drawn object, with this number of primitives."""
         self._starts.append(self._starts[-1] + primitives)
 
     def add(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray, primitive: np.ndarray) -> None:
@@ -52,7 +53,7 @@ class Canvas:
 
 
 def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """Yield the fragments of triangles, row by row; corners: pixel coordinates and depth, shape (m, 3, 3)."""
+    """Yield the fragments (covered pixels) of triangles, row by row; corners: pixel coordinates and depth, shape (m, 3, 3)."""
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are nowhere
         a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -85,7 +86,8 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """Yield the fragments of the balls selected by `kept`; place: x, y, depth and radius in pixels, shape (n, 4)."""
+    """Yield the fragments (covered pixels) of the balls in the mask `kept`; place: x, y, depth and radius in pixels, shape
+    (n, 4)."""
     size = np.zeros(len(place), np.int64)
     size[kept] = 2 * np.ceil(place[kept, 3]).astype(np.int64) + 1
     for which, side in _by_size(size):

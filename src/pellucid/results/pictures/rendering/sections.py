@@ -67,8 +67,8 @@ def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, 
 def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour | None = None) -> Mesh:
     """Return the section of a membrane of a given thickness [m] with a plane, as a flat ribbon of this width.
 
-    The ribbon has the given colour, by default the colours of the mesh, and its marks. It lies slightly in front of the
-    plane so that it covers other sections.
+    The ribbon has the given colour, by default the colours of the mesh, and the flags `marked` of the mesh. It lies
+    slightly in front of the plane so that it covers other sections.
     """
     beyond = plane.beyond(mesh.vertices)
     above = beyond[mesh.triangles] > 0.0
