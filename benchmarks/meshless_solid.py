@@ -1,5 +1,6 @@
-"""The finest mesh of Mountris et al. 2019, of about 50 000 nodes and 300 000 tetrahedra with four points each: what its tables
-cost to build and to keep, and the updates of its points a second on two threads and on one.
+"""Benchmark of a meshless solid on the finest mesh of Mountris et al. 2019, with about 50 000 nodes and 300 000 tetrahedra
+of four points each: time to build the tables of shape functions, memory, and point updates per second on two threads and on
+one.
 
 Run it with `python benchmarks/meshless_solid.py [points]`; it takes minutes. Numbers: docs/reference/speed.md.
 """

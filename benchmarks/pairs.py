@@ -1,9 +1,11 @@
-"""Whole steps and passes over points of this tree beside those of another one, in turns, so that both see the same machine.
+"""Speed of whole steps and of loops over points (passes) of this working tree relative to another one. The trees are
+measured in turns, so that the load of the machine affects both.
 
     git worktree add /tmp/before COMMIT
     python benchmarks/pairs.py /tmp/before [--points 1e6] [--threads 1] [--pairs 5] [--only ideal-gas]
 
-A ratio above one says that this tree is faster. A pass below 0.9 stands wrong: see `pellucid.grid.passes.each_point`.
+A ratio above one means that this tree is faster. If the ratio of a pass is below 0.9, its code probably breaks one of the
+rules for fast loops in `pellucid.grid.passes.each_point`.
 """
 
 import argparse
@@ -25,7 +27,8 @@ WHAT = [
 
 
 def main() -> None:
-    """Print a line for each problem: ratios of whole steps, and of each pass where both trees measure passes."""
+    """Print for each problem the median and range of the ratios of whole steps, and of each pass if both trees measure
+    passes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("before", type=Path)
     parser.add_argument("--points", type=float, default=1e6)

@@ -1,4 +1,4 @@
-"""Draws docs/images/architecture.png, the picture of docs/architecture.md: python docs/architecture_picture.py."""
+"""Draw docs/images/architecture.png, the picture of docs/architecture.md. Run it with `python docs/architecture_picture.py`."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ ROOM, TEXT, EDGE, FILL = "#1f4e79", "#222222", "#7a8ca0", "#f2f5f9"
 
 
 def main() -> None:
-    """Draw and save it."""
+    """Draw the picture and save it to TARGET."""
     figure, axes = plt.subplots(figsize=(11.0, 4.3), dpi=150)
     centres = [(column * ACROSS, -row * DOWN) for column, row, _, _ in BOXES]
     for (x, y), (_, _, room, text) in zip(centres, BOXES, strict=True):

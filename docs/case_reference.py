@@ -21,7 +21,8 @@ LIMITS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "m
 
 
 def reference() -> str:
-    """The page: a section for the case and for every table that it may hold, in the order of their first mention."""
+    """Return the text of the page, with a section for the case and for every table in it, in the order of their first
+    mention."""
     schema = json_schema()
     pages: dict[str, str] = {}
     _section("Case", "the whole file", schema, schema["$defs"], pages)
@@ -29,7 +30,8 @@ def reference() -> str:
 
 
 def _section(name: str, place: str, node: dict[str, Any], definitions: dict[str, Any], pages: dict[str, str]) -> None:
-    """Add the section of a table, then those of the tables inside it."""
+    """Add the section of a table to `pages`, then the sections of the tables inside it; place: where the table stands in a
+    case; node: JSON schema of the table."""
     if name in pages:
         return
     needed = node.get("required", [])
@@ -48,7 +50,7 @@ def _section(name: str, place: str, node: dict[str, Any], definitions: dict[str,
 
 
 def _references(field: Any) -> list[str]:
-    """Names of the tables that a field may hold."""
+    """Return the names of the tables that a field may contain, from its JSON schema."""
     if isinstance(field, dict):
         own = [field["$ref"].rpartition("/")[2]] if "$ref" in field else []
         inside = [value for key, value in field.items() if key not in ("default", "discriminator")]
@@ -78,7 +80,7 @@ def _type(field: dict[str, Any]) -> str:
 
 
 def _unit_inside(field: dict[str, Any]) -> str:
-    """The unit of an optional field, which the schema keeps inside its alternatives."""
+    """Return the unit of an optional field, which the JSON schema stores in its alternatives; empty if it has none."""
     return next((option["unit"] for option in field.get("anyOf", []) if option.get("unit")), "")
 
 

@@ -32,7 +32,7 @@ COLUMNS = ("case", "metric", "value", "reference", "error", "tolerance", "unit",
 
 
 def measured() -> dict[str, list[dict[str, str]]]:
-    """The metrics of each case, in the order of the file."""
+    """Return the metrics of each case by its id, in the order of the file measured.csv."""
     rows: dict[str, list[dict[str, str]]] = {}
     with MEASURED.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -41,7 +41,7 @@ def measured() -> dict[str, list[dict[str, str]]]:
 
 
 def measure(case: str) -> list[dict[str, str]]:
-    """Run the quick variant of a case; its metrics."""
+    """Run the quick variant of a case, and return its metrics as rows of the file measured.csv."""
     from pellucid.running.launch import run_case
 
     with TemporaryDirectory() as scratch:
@@ -72,7 +72,7 @@ def keep(rows: dict[str, list[dict[str, str]]]) -> None:
 
 
 def numbers() -> str:
-    """The page of all metrics."""
+    """Return the text of the page with all metrics."""
     return OPENING + "".join(
         f"| {_link(case)} | {row['points']} | {row['metric'].replace('_', ' ')} | {row['value']} {row['unit']} "
         f"| {row['reference']} | {row['error']} | {row['tolerance']} |\n"
@@ -82,7 +82,7 @@ def numbers() -> str:
 
 
 def index() -> str:
-    """The page of pictures, whose other text stays as it is."""
+    """Return the text of the page of pictures, with new pictures and its other text unchanged."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(FIRST)
     return before + FIRST + _pictures() + LAST + rest.partition(LAST)[2]
 
@@ -101,7 +101,8 @@ def _rank(case: str) -> int:
 
 
 def _card(case: str, picture: str, row: dict[str, str]) -> str:
-    """Picture, title, time and the first metric of a case."""
+    """Return a cell of the table of pictures: picture, title, run times and first metric of a case; row: its row of
+    measured.csv."""
     told: dict[str, Any] = tomllib.loads(catalogue.text(case))
     times = told["times"]
     found = f"{row['metric'].replace('_', ' ')} {row['value']} {row['unit']}".strip()
@@ -118,7 +119,7 @@ def _picture(case: str) -> str:
 
 
 def _link(case: str) -> str:
-    """A link to the page of the case: that of its name, or the one whose heading names it."""
+    """Return a link to the page of a case: the page with its name, or the page whose heading contains this name."""
     name = case.partition("/")[2]
     own = FOLDER / f"{name}.md"
     pages = [own] if own.exists() else [page for page in sorted(FOLDER.glob("*.md")) if page != NUMBERS and _names(page, name)]

@@ -35,12 +35,13 @@ SETS: dict[type[Any], str] = {
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",
 }
-"""The sets that declare fields, and whose they are; none where they are those of the set before."""
+"""Sets of nodal arrays that declare fields, each with a heading of the table; the heading is empty for a set that continues
+the previous one."""
 CLEARED = {STEP: "each step", REMAP: "before momentum is mapped again", RUN: "-"}
 
 
 def table() -> str:
-    """A row for each field, and one for each view of some of its numbers."""
+    """Return the table, with a row for each nodal field and for each view of some of its components."""
     head = "| field | numbers | unit | contributions | cleared | what |\n|---|---|---|---|---|---|\n"
     lines = []
     for kind, whose in SETS.items():
@@ -58,7 +59,7 @@ def table() -> str:
 
 
 def page() -> str:
-    """The page with the table of today."""
+    """Return the text of the page with a new table."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     return before + BEGIN + table() + END + rest.partition(END)[2]
 

@@ -1,4 +1,4 @@
-"""A cube of five tetrahedra as Abaqus input: flat, and as Abaqus/CAE writes an assembly."""
+"""Texts of Abaqus input files with a cube of five tetrahedra: a flat file, and an assembly as Abaqus/CAE writes it."""
 
 PLACES = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 ROWS = [f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(PLACES, 1)]

@@ -1,4 +1,4 @@
-"""Membranes that hold something: balls and domes of triangles on nodes of their own."""
+"""Cases and simulations of closed membranes of triangles (balls, domes) that enclose a gas or a liquid."""
 
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
@@ -15,7 +15,8 @@ def skin(surface=BALL, **more):
 
 
 def case(*enclosed, bodies=None, end=0.2, courant=0.9, **more):
-    """Each of `enclosed` holds something in the body `skin`, if it names no other."""
+    """Return a case with the given tables [[enclosed]]; each encloses a content in the body `skin`, unless it names another
+    body."""
     held = [{"name": f"bag{number or ''}", "body": "skin"} | each for number, each in enumerate(enclosed)]
     time = {"end": end, "courant": courant} | more.pop("time", {})
     table = {"schema": 1, "title": "a test", "time": time, "body": bodies or [skin()], "enclosed": held}
@@ -27,5 +28,6 @@ def simulation(*enclosed, threads=1, **more):
 
 
 def shown(sim, name="bag"):
-    """What the history shows of it now, without its name."""
+    """Return the present values that the enclosed content `name` writes to the history, by column name without the name of
+    the content."""
     return {key.removeprefix(f"{name}_"): value for key, value in sim.condition_states.items() if key.startswith(name)}

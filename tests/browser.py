@@ -1,4 +1,4 @@
-"""Chromium without a screen, driven by selenium; tests that need it are skipped where either is missing."""
+"""Chromium without a screen, driven by selenium. Tests that need it are skipped if either is not installed."""
 
 import shutil
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ OPTIONS = (
 
 @contextmanager
 def chromium(profile: Path) -> Iterator:
-    """A browser with a new folder for what it keeps."""
+    """Yield the driver of a browser that stores its profile in the folder `profile`; the browser ends with the block."""
     webdriver = pytest.importorskip(
         "selenium.webdriver", reason="selenium is not installed: pip install '.[test]' in the clone of pellucid"
     )
@@ -46,12 +46,12 @@ def chromium(profile: Path) -> Iterator:
 
 
 def settle(driver) -> None:
-    """Wait until what was asked for is drawn."""
+    """Wait until the browser has drawn the page after the last change."""
     driver.execute_async_script("const end = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => end()))")
 
 
 def pixels(driver, selector: str) -> np.ndarray:
-    """What an element shows, shape (rows, columns, 3)."""
+    """Return the pixels of an element of the page, by its CSS selector, shape (rows, columns, 3)."""
     from PIL import Image
 
     settle(driver)

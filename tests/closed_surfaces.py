@@ -1,4 +1,4 @@
-"""Closed surfaces of all kinds, as the case file has them."""
+"""Closed surfaces of all kinds as tables of a case file, and the surface of a red blood cell."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ CLOSED = {
 
 
 def red_cell(refinements: int) -> Triangulation:
-    """A biconcave surface (Evans & Fung 1972, Microvascular Research 4, 335), in micrometres."""
+    """Return the biconcave surface of a red blood cell (Evans & Fung 1972, Microvascular Research 4, 335), in micrometres."""
     vertices, triangles = Icosphere(centre=(0, 0, 0), radius=1.0, refinements=refinements).triangulate()
     away = np.hypot(vertices[:, 0], vertices[:, 1])
     half = 0.5 * np.sqrt(np.maximum(1.0 - away**2, 0.0)) * (0.207 + 2.003 * away**2 - 1.123 * away**4)

@@ -1,4 +1,4 @@
-"""What a user does with the run of free flight, in this process or another."""
+"""Operations on a run of the case of free flight, such as starting and resuming it, for this process or another one."""
 
 import json
 import time
@@ -46,20 +46,20 @@ def go_on_with_another_limit(out: Path) -> None:
 
 
 def write_plain_report(out: Path) -> None:
-    """A report without figures, which take longest."""
+    """Write a report without figures, which take most of the time."""
     with mock.patch.object(figures, "figures_of", return_value={}):
         write_report(out)
 
 
 def hold(out: Path, held: Connection) -> None:
-    """Keep others from the folder, after a word that it is so."""
+    """Lock the folder of a run against other processes, for ever, after a message through `held` that it is locked."""
     with RunFolder(out).held():
         held.send(True)
         time.sleep(1e6)
 
 
 def results(out) -> dict[str, object]:
-    """Everything that must not depend on how often a run was broken off."""
+    """Return the history, summary and fields of a run, which must not depend on how often the run was interrupted."""
     summary = json.loads((out / "summary.json").read_text())
     for name in ("wall_seconds", "point_steps_per_second"):
         del summary[name]

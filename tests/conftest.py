@@ -1,4 +1,5 @@
-"""Makes the modules of this folder that hold no tests (`algebra`, `small_cases`) importable from the tests below it."""
+"""Fixtures and hooks of all tests. This file also makes the modules of this folder that contain no tests, such as
+`algebra`, importable from the tests in subfolders."""
 
 import os
 import signal
@@ -15,7 +16,7 @@ settings.load_profile("without a clock")
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_registered_stays():
-    """What extensions of gallery cases register is unknown to the files that follow."""
+    """Remove the kinds that extensions of gallery cases register, so that the next test files do not know them."""
     from registries import forgotten_afterwards
 
     with forgotten_afterwards():
@@ -24,7 +25,8 @@ def nothing_registered_stays():
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whose tests share kernels; of the gallery a case does, or one worker would run all of them."""
+    """Return a scheduler that sends the tests of a file to one worker, as they share kernels. Tests of the gallery are
+    distributed by case, or one worker would run all of them."""
     from xdist.scheduler import LoadFileScheduling
 
     class ByFileOrCase(LoadFileScheduling):
@@ -38,7 +40,8 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture(scope="session", autouse=True)
 def _no_helpers():
-    """Runs compile, step and draw alone: the workers of the suite have the cores. Tests of helpers ask for cores themselves."""
+    """Make runs compile, step and draw without other processes, as the workers of the suite use the cores. Tests of such
+    processes set the number of free cores themselves."""
     from pellucid.compilation import ahead
     from pellucid.results.pictures import painter
     from pellucid.simulation import simulation
@@ -51,7 +54,7 @@ def _no_helpers():
 
 @pytest.fixture
 def fake(monkeypatch):
-    """Runs are made by the fake simulation."""
+    """Replace the simulation of the package by the fake simulation of `free_flight`, and return its class."""
     from free_flight import FakeSimulation, fake_module
 
     monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
@@ -60,7 +63,7 @@ def fake(monkeypatch):
 
 @pytest.fixture
 def gradients_in_doubles(monkeypatch):
-    """Meshless solids with gradients in doubles, for what holds to round-off but for the rounding of singles."""
+    """Store the gradients of meshless solids in double precision, for tests to round-off."""
     import numpy as np
 
     from pellucid.bodies.meshless_solid import tables
@@ -70,7 +73,7 @@ def gradients_in_doubles(monkeypatch):
 
 @pytest.fixture
 def interruptible():
-    """Ctrl-C interrupts, also where the tests were started in the background, by a shell that ignores it there."""
+    """Let Ctrl-C raise KeyboardInterrupt, also if a shell started the tests in the background, where it ignores the signal."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

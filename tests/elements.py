@@ -1,4 +1,4 @@
-"""Membrane elements for tests: on a grid of their own, without a simulation, their nodes moved by hand or by steps."""
+"""Bodies of membrane elements for tests, on a grid without a simulation. Tests move their nodes directly or by steps."""
 
 from types import SimpleNamespace
 
@@ -18,12 +18,13 @@ DENSITY = 1000.0
 
 
 def element_sheet(law="linear-membrane", points=(7, 7), **more):
-    """A sheet of elements of 1 m about the origin, as `membranes.sheet`."""
+    """Return the table of a square sheet of membrane elements with edges of 1 m about the origin, see `membranes.sheet`."""
     return sheet(law, points=points, kind="membrane-elements") | more
 
 
 def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0), gravity=(0.0, 0.0, 0.0)):
-    """The body in a velocity field of its own, with one channel of loads; with another mesh where one is given."""
+    """Build the body of a table in a velocity field of its own, with one channel of loads; mesh: a mesh that replaces the
+    mesh of the table."""
     whole = case(table, counts=counts, cell=cell, lower=lower)
     body = whole.body[0]
     if mesh is not None:
@@ -47,7 +48,8 @@ def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0,
 
 
 def distorted(mesh, amount, seed=0, across=0.0):
-    """The mesh with its inner nodes moved at random in its plane, z = constant, by at most `amount` [m]; all `across` it."""
+    """Return a plane mesh, z = constant, with its inner nodes moved in the plane at random by at most `amount` [m], and all
+    nodes normal to it by at most `across` [m]."""
     generator = np.random.default_rng(seed)
     shift = generator.uniform(-1.0, 1.0, mesh.vertices.shape) * (amount, amount, 0.0)
     shift[rim(mesh)] = 0.0
@@ -56,7 +58,7 @@ def distorted(mesh, amount, seed=0, across=0.0):
 
 
 def rim(mesh):
-    """Which nodes lie on the bounding rectangle of a sheet with z = constant."""
+    """Return a mask of the nodes on the bounding rectangle of a plane sheet, z = constant."""
     plane = mesh.vertices[:, :2]
     return np.any((plane - plane.min(axis=0) < 1e-9) | (plane.max(axis=0) - plane < 1e-9), axis=1)
 
@@ -69,19 +71,19 @@ def bring(body, target, dt=1.0):
 
 
 def places(body):
-    """Positions [m]."""
+    """Return a copy of the node positions of a body [m], shape (n, 3)."""
     return body.arrays["position"].copy()
 
 
 def forces(body):
-    """Internal forces [N]."""
+    """Return the internal forces on the nodes of a body at their present positions [N], shape (n, 3)."""
     force = np.zeros((body.n_points, 3))
     body.surface.add_internal_forces(body.arrays["position"], force)
     return force
 
 
 def step(body, dt, pressure=0.0):
-    """One step without contact."""
+    """Advance a body by one step dt [s] without contact, under a pressure [Pa]."""
     body.velocity_field.clear()
     body.begin(dt)
     if pressure:
@@ -93,30 +95,30 @@ def step(body, dt, pressure=0.0):
 
 
 def supported(places, axes, velocity=(0.0, 0.0, 0.0)):
-    """A support that holds the nodes `places`, shape (n,), along some axes, such as "xz"."""
+    """Return a support that holds the nodes `places`, shape (n,), along some axes, such as "xz"; velocity [m/s]."""
     return NodalSupport(places, tuple(axis in axes for axis in "xyz"), velocity, None)
 
 
 def wall(body, axis, end, velocity=(0.0, 0.0, 0.0)):
-    """A face of the grid that lets no node through, and holds none at the start."""
+    """Return the support of a face of the grid that no node of a body may cross; at the start it holds no node."""
     return NodalSupport(np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
 
 
 def global_stress(body):
-    """Stresses of the nodes as matrices, shape (n, 3, 3)."""
+    """Return the Cauchy stresses at the nodes of a body as matrices [Pa], shape (n, 3, 3)."""
     xx, yy, zz, yz, xz, xy = body.frame()["stress"].T
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1)
 
 
 def rotation(axis, angle):
-    """Rotation about an axis, shape (3, 3)."""
+    """Return the rotation matrix about an axis by an angle [rad], shape (3, 3)."""
     x, y, z = np.array(axis) / np.linalg.norm(axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
 
 
 def single_element(table, kind):
-    """A body of one distorted element of about 1 m, of kind "quadrilaterals" or "triangles"."""
+    """Build a body of one distorted element with edges of about 1 m; kind: "quadrilaterals" or "triangles"."""
     numbers = np.random.default_rng(2)
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) + numbers.uniform(-0.2, 0.2, (4, 3)) * (1, 1, 0)
     none = [np.zeros((0, n), int) for n in (4, 3)]
@@ -125,14 +127,15 @@ def single_element(table, kind):
 
 
 def bring_to(body, stretches, steps=20):
-    """Stretch a body along x and y."""
+    """Stretch a body along x and y by two ratios, in several steps."""
     start = places(body)
     for k in range(1, steps + 1):
         bring(body, start * (*np.power(stretches, k / steps), 1.0))
 
 
 def fastest_frequency(body):
-    """The largest eigenfrequency of elements [1/s], by differences of the forces on their nodes."""
+    """Return the largest eigenfrequency of a body of elements [1/s], from the stiffness matrix by differences of the nodal
+    forces."""
     position, kept = places(body), {name: array.copy() for name, array in body.element_arrays.items()}
 
     def forces_at(shift):

@@ -1,4 +1,5 @@
-"""Checkpoints and frames of known numbers, and what writes one after the other until it is killed."""
+"""Checkpoints and frames with known numbers, and functions that write them one after the other until their process is
+killed."""
 
 from pathlib import Path
 from typing import NoReturn
@@ -28,14 +29,14 @@ def frame(k: int) -> dict[str, np.ndarray]:
 
 
 def write_checkpoints(folder: Path, seed: int) -> NoReturn:
-    """Those of the seeds after one."""
+    """Write the checkpoints `arrays(seed)` of all seeds after a given one, without end."""
     while True:
         seed += 1
         checkpoint.write(folder, arrays(seed), {"seed": seed})
 
 
 def append_frames(path: Path, count: int) -> NoReturn:
-    """To a file that has so many."""
+    """Append frames without end to a file that contains `count` frames."""
     while True:
         frames.append(path, 0.5 * count, frame(count))
         count += 1

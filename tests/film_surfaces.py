@@ -11,7 +11,7 @@ from pellucid.geometry.surfaces.icosphere import Icosphere
 
 
 def sphere(refinements: int) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles and places of evenly spread nodes on the unit sphere."""
+    """Return the triangles and positions of evenly distributed nodes on the unit sphere."""
     mesh = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=refinements).mesh()
     surface, places = LoopSurface(mesh.triangles, len(mesh.vertices)), mesh.vertices
     for _ in range(10):
@@ -21,7 +21,7 @@ def sphere(refinements: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def scattered(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles between points at random on the unit sphere, with few and with many neighbours."""
+    """Return the triangles between n random points on the unit sphere, which have few or many neighbours, and the points."""
     places = np.random.default_rng(seed).normal(size=(n, 3))
     places /= np.linalg.norm(places, axis=1)[:, None]
     triangles = ConvexHull(places).simplices.astype(np.int64)
@@ -32,7 +32,8 @@ def scattered(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def torus(around: int, across: int, ratio: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles and places of a torus, the larger radius `ratio` times the smaller; every node has six neighbours."""
+    """Return the triangles and node positions of a torus with the minor radius 1 and the major radius `ratio`; every node
+    has six neighbours."""
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
 
     def number(i: np.ndarray, j: np.ndarray) -> np.ndarray:
@@ -46,13 +47,13 @@ def torus(around: int, across: int, ratio: float) -> tuple[np.ndarray, np.ndarra
 
 
 def loop(mesh: tuple[np.ndarray, np.ndarray]) -> tuple[TriangleSurface, np.ndarray]:
-    """A Loop surface through places, and its nodes."""
+    """Return a Loop subdivision surface through the positions of a mesh, and its control nodes."""
     surface = LoopSurface(mesh[0], len(mesh[1]))
     return surface, surface.through(mesh[1])
 
 
 def radial(mesh: tuple[np.ndarray, np.ndarray]) -> tuple[TriangleSurface, np.ndarray]:
-    """A surface by blended radial interpolation, and its nodes."""
+    """Return a surface by blended radial interpolation through the positions of a mesh, and its nodes."""
     return RadialSurface(*mesh, PolyharmonicModel()), mesh[1]
 
 

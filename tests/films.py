@@ -1,4 +1,4 @@
-"""Cases of one fluid film."""
+"""Case files with one fluid film, and their simulation."""
 
 from pellucid.case import loads
 from pellucid.simulation.simulation import Simulation

@@ -1,4 +1,4 @@
-"""A block with a slit from one of its ends, as a closed surface of triangles."""
+"""A block with a horizontal slit from one of its ends, as a closed surface of triangles in a file."""
 
 from pathlib import Path
 
@@ -6,7 +6,8 @@ import numpy as np
 
 
 def forked_block(path: Path, lower: tuple[float, ...], size: tuple[float, ...], slit: float, depth: float) -> None:
-    """Write a block with a slit of a width and a depth along x [m] at half its height along z as a file of Wavefront."""
+    """Write the surface of a block to a Wavefront file. The slit, of a given width and a depth along x [m], lies at half
+    the height along z."""
     (length, width, height), half = size, 0.5 * slit
     low, high = 0.5 * height - half, 0.5 * height + half
     outline = [(0, 0), (length, 0), (length, height), (0, height), (0, high), (depth, high), (depth, low), (0, low)]

@@ -1,4 +1,4 @@
-"""A simulation of free flight: small, exact, and with the interface that the results are written against."""
+"""A fake simulation of bodies in free flight, small and exact, with the interface that the results read."""
 
 from types import ModuleType
 from typing import ClassVar
@@ -88,7 +88,8 @@ class FakeBody:
 
 
 class FakeSimulation:
-    """Points fly freely; with `breaks_at` the run stops itself in that step."""
+    """Simulation in which points move with constant velocities. If `breaks_at` is set, the run stops with an error in that
+    step."""
 
     breaks_at: int | None = None
     is_balanced = True
@@ -154,7 +155,7 @@ class FakeSimulation:
 
 
 def fake_module() -> ModuleType:
-    """What stands for the module of simulations where runs are made by the fake one."""
+    """Return a module that replaces `pellucid.simulation.simulation` if runs are to use the fake simulation."""
     module = ModuleType("pellucid.simulation.simulation")
     module.Simulation = FakeSimulation
     return module

@@ -1,4 +1,4 @@
-"""A cube of five tetrahedra with faces and a point, in the versions of Gmsh's format."""
+"""Gmsh files of a cube of five tetrahedra with named faces, in several versions of the format."""
 
 import struct
 
@@ -15,7 +15,7 @@ TAGS = [10 * k + 3 for k in range(8)]
 
 
 class Writer:
-    """The bytes of numbers, as text or binary."""
+    """Writer that collects the bytes of a file, with numbers as text or binary."""
 
     def __init__(self, binary, order):
         self.binary, self.order, self.parts = binary, order, []
@@ -37,7 +37,8 @@ class Writer:
 
 
 def gmsh_file(version, binary=False, order="<", parametric=False):
-    """Return the bytes of a file of version "2.2", "4.0" or "4.1"."""
+    """Return the bytes of a Gmsh file of version "2.2", "4.0" or "4.1"; order: byte order; parametric: True to write nodes
+    with parametric coordinates."""
     w = Writer(binary, order)
     w.line(f"$MeshFormat\n{version} {int(binary)} 8")
     if binary:

@@ -1,4 +1,4 @@
-"""Sheets of membrane for tests: on a grid of their own, driven by a velocity gradient."""
+"""Sheets of membrane points for tests, on a grid without a simulation, strained by a given velocity gradient."""
 
 import numpy as np
 from small_cases import case
@@ -26,11 +26,11 @@ SURFACE_LAWS = {
         "fibre_angle": 30.0,
     },
 }
-"""Parameters of every registered surface law but the density [N/m]."""
+"""Parameters of every registered surface law except the density [N/m]."""
 
 
 def sheet(law="linear-membrane", edges=((1, 0, 0), (0, 1, 0)), points=(11, 11), **more):
-    """A square sheet of 1 m about the origin."""
+    """Return the table of a square sheet of membrane with edges of 1 m about the origin."""
     corner = -0.5 * np.array(edges[0]) - 0.5 * np.array(edges[1]) + (0.01, 0.02, 0.03)
     rectangle = {"corner": corner.tolist(), "first_edge": edges[0], "second_edge": edges[1], "points": points}
     material = {"kind": law, "density": 1000.0, "young_modulus": E, "poisson_ratio": NU}
@@ -39,7 +39,7 @@ def sheet(law="linear-membrane", edges=((1, 0, 0), (0, 1, 0)), points=(11, 11), 
 
 
 def body_of(table):
-    """The body on a grid of its own, without a simulation."""
+    """Build the body of a table and its grid, without a simulation; return both."""
     whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
     grid = Grid(whole.grid)
     field = VelocityField("common", grid)
@@ -49,7 +49,7 @@ def body_of(table):
 
 
 def drive(grid, body, gradient, dt, steps):
-    """Strain and move a body by a uniform velocity gradient [1/s], shape (3, 3)."""
+    """Strain and move a body by a uniform velocity gradient [1/s], shape (3, 3), in steps of dt [s]."""
     index, position = grid.where()
     for _ in range(steps):
         velocity = position @ np.array(gradient).T
@@ -60,9 +60,10 @@ def drive(grid, body, gradient, dt, steps):
 
 
 def neo_hookean_stretch(stretches, nu=NU):
-    """Principal stresses in the plane [Pa] and the thickness stretch of the three-dimensional neo-Hookean law.
+    """Return the principal stresses in the plane [Pa] and the thickness stretch of a neo-Hookean sheet with two in-plane
+    stretches.
 
-    The thickness stretch is that which leaves no stress across, found by bisection.
+    The thickness stretch, at which the normal stress vanishes, is found by bisection.
     """
     mu = E / (2.0 * (1.0 + nu))
     lam = 2.0 * mu * nu / (1.0 - 2.0 * nu)
@@ -76,7 +77,8 @@ def neo_hookean_stretch(stretches, nu=NU):
 
 
 def edge(name, x, y, hold="xyz", **more):
-    """A motion of the points of an edge, those within 0.01 m."""
+    """Return the table of a motion that holds the points within 0.01 m of an edge of the sheet along some axes; x, y:
+    coordinates of the ends of the edge [m]."""
     lower, upper = (x[0] - 0.01, y[0] - 0.01, -1.0), (x[1] + 0.01, y[1] + 0.01, 1.0)
     return {"name": name, "body": "sheet", "part": {"box": {"lower": lower, "upper": upper}}, "hold": tuple(hold)} | more
 
@@ -90,7 +92,8 @@ RIM = [
 
 
 def assert_stable_when_shaken(sim, steps=2000):
-    """Every point gets a velocity at random, and the kinetic energy stays of the size of what that gave."""
+    """Give every point a random velocity, and assert that the kinetic energy does not grow beyond a few times the energy
+    supplied."""
     velocity = sim.bodies[0].arrays["velocity"]
     velocity += np.random.default_rng(0).uniform(-1.0, 1.0, velocity.shape)
     given = 0.5 * sim.bodies[0].mass

@@ -1,4 +1,4 @@
-"""Meshes that tests share: squares, cubes and an L with nodes shifted at random, of triangles and tetrahedra."""
+"""Meshes of triangles and tetrahedra for several tests: squares, cubes and an L with nodes shifted at random."""
 
 from itertools import permutations
 
@@ -9,7 +9,8 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 def irregular(n, dimension, seed=1, shift=0.25):
-    """The unit square or cube with n nodes more than one along an edge; those within a face stay on it."""
+    """Return a mesh of the unit square or cube with n + 1 nodes along an edge. Inner coordinates are shifted at random by
+    `shift` spacings, so that nodes on a face stay on it."""
     axes = [np.linspace(0.0, 1.0, n + 1)] * dimension
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, dimension)
     inner = (nodes > 0.0) & (nodes < 1.0)
@@ -23,7 +24,7 @@ def irregular(n, dimension, seed=1, shift=0.25):
 
 
 def points_within(mesh, n, seed=0):
-    """So many cells at random, and a point in each, apart from its faces."""
+    """Return n random cells of a mesh and a random point inside each, shape (n, 3)."""
     rng = np.random.default_rng(seed)
     cells = rng.integers(len(mesh.cells), size=n)
     shares = rng.dirichlet(np.full(mesh.dimension + 1, 2.0), n)
@@ -31,9 +32,10 @@ def points_within(mesh, n, seed=0):
 
 
 def l_shape(n, seed=1, shift=0.2):
-    """The box of edges 2, 2 and 1 without its quarter where x and y are above 1, with n cubes of six tetrahedra along 1.
+    """Return the box with edges 2, 2 and 1 without the quarter with x and y above 1, with n cubes of six tetrahedra per
+    unit of length.
 
-    Nodes within are shifted at random, but for those on the planes x = 1 and y = 1.
+    Inner nodes are shifted at random, except nodes on the planes x = 1 and y = 1.
     """
     counts = np.array([2 * n, 2 * n, n])
     cubes = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)

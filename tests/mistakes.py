@@ -1,6 +1,6 @@
-"""Mistakes in the small case of tests/case, and the words that name them."""
+"""Mistakes in the small case of tests/case, and words that the message about each of them must contain."""
 
-# name: (what is replaced, by what, text on the line to blame ("" for the replacement, None for the file), words)
+# name: (text to replace, its replacement, text in the line that the message names ("": replacement, None: no line), words)
 MISTAKES = {
     "unknown key": (
         "density = 1000.0",

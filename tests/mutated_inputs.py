@@ -1,4 +1,4 @@
-"""Inputs damaged at random, each by the number of its trial: gallery cases, `--set`, and the files that cases name."""
+"""Inputs with random errors, reproducible by the number of a trial: gallery cases, `--set`, and the files that cases read."""
 
 import io
 import random
@@ -104,14 +104,15 @@ material = { kind = "neo-hookean", density = 1000, young_modulus = 1e6, poisson_
 KINDS = ("bytes of a case", "values of a case", "lines of a case", "settings", "files of a case")
 FORMATS = {"msh": "gmsh22"}
 SLOWEST = 10.0
-"""Of a trial [s], by the processor's time and without compilation: other processes may share the machine. The heart takes five
-with half its cubes."""
+"""Largest processor time of a trial without compilation [s]; other processes may use the machine. The heart takes five with
+half its cubes."""
 LONGEST = 4000
-"""Characters of a message."""
+"""Largest number of characters of a message."""
 
 
 class Outcome(NamedTuple):
-    """What became of a trial: its kind, which input, whether it was accepted, the time that it took, and what went wrong."""
+    """Outcome of a trial: kind and origin of the input, whether it was accepted, processor time [s], defect of the program
+    (empty if none), and the message."""
 
     kind: str
     origin: str
@@ -122,7 +123,7 @@ class Outcome(NamedTuple):
 
 
 def trial(number: int, folder: Path) -> Outcome:
-    """Damage an input and have it validated; `folder` is empty and stays so."""
+    """Insert errors into an input, validate it, and return the outcome; `folder` is empty before and after."""
     rng = random.Random(number)
     kind = KINDS[number % len(KINDS)]
     origin, settings, files = _damaged(rng, kind)
@@ -155,7 +156,7 @@ def trial(number: int, folder: Path) -> Outcome:
 
 
 def _damaged(rng: random.Random, kind: str) -> tuple[str, list[str], dict[str, bytes]]:
-    """The case or file that was damaged, settings, and files by name."""
+    """Return an input with random errors: the name of the case or file, settings, and the files by name."""
     origin = rng.choice(catalogue.ids())
     text = catalogue.text(origin)
     if kind == "settings":
@@ -171,7 +172,7 @@ def _damaged(rng: random.Random, kind: str) -> tuple[str, list[str], dict[str, b
 
 
 def _bytes(rng: random.Random, data: bytes) -> bytes:
-    """Some bytes changed, taken out or put in; now and then broken off, empty or put together twice."""
+    """Return the data with some bytes changed, removed or inserted; sometimes the data is truncated or a part repeated."""
     found = bytearray(data)
     for _ in range(rng.choice([1, 1, 2, 5, 30])):
         place = rng.randrange(len(found) + 1)
@@ -235,7 +236,7 @@ def _setting(rng: random.Random, text: str) -> str:
 
 
 def _keys(text: str) -> list[str]:
-    """Dotted keys of the tables of a case."""
+    """Return the dotted keys of the tables in the text of a case."""
     found, table = [], ""
     for line in text.splitlines():
         if head := re.match(r"\[+([\w.-]+)\]+", line):
@@ -247,7 +248,7 @@ def _keys(text: str) -> list[str]:
 
 @cache
 def cases_with_files() -> list[tuple[str, str, bytes]]:
-    """Files that cases name, each with a case."""
+    """Return files that cases can read: name, text of a case that reads it, and content of each."""
     from tempfile import TemporaryDirectory
 
     ball = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=1).mesh()

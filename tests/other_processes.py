@@ -1,6 +1,7 @@
-"""Other processes of the tests, of which some are killed.
+"""Processes that tests start in addition to their own, some of which are killed.
 
-They begin as copies of a process that has no threads. Copies of this one, whose threads may hold locks, might wait for ever.
+They are forked from a server process without threads. A fork of this process, whose threads may hold locks, could wait for
+ever.
 """
 
 import multiprocessing
@@ -14,8 +15,8 @@ from free_flight import fake_module
 
 from pellucid.errors import UsageError
 
-PATIENCE = 120.0  # s, for a busy machine
-REFUSED = 2  # exit status
+PATIENCE = 120.0  # longest time to wait for a process [s], on a busy machine
+REFUSED = 2  # exit status of a process that finds the run folder in use
 IMPORTED = ["numba", "h5py", "pytest", "pellucid.case", "pellucid.running.launch", "pellucid.compilation.ahead"]
 
 _context = multiprocessing.get_context("forkserver")
@@ -23,9 +24,10 @@ _context.set_forkserver_preload(IMPORTED)
 
 
 def start_together(works: Sequence[Callable], *arguments: object) -> list[BaseProcess]:
-    """Other processes that begin their works at once, when all of them are there. Runs are made by the fake simulation there.
+    """Start a process for each function in `works`, all at the same time, and return the processes. They use the fake
+    simulation of `free_flight`.
 
-    They exit with `REFUSED` where another one is writing to the run's folder.
+    A process exits with `REFUSED` if another one is writing to the folder of the run.
     """
     processes, ends = [], []
     for work in works:
@@ -43,7 +45,7 @@ def start_together(works: Sequence[Callable], *arguments: object) -> list[BasePr
 
 @contextmanager
 def killed_at_last(work: Callable, *arguments: object) -> Iterator[BaseProcess]:
-    """Another process at work, which is killed at the end of the block."""
+    """Yield a process that executes a function, and kill it at the end of the block."""
     (process,) = start_together([work], *arguments)
     try:
         yield process
@@ -54,7 +56,7 @@ def killed_at_last(work: Callable, *arguments: object) -> Iterator[BaseProcess]:
 
 
 def pipe() -> tuple[Connection, Connection]:
-    """Two ends, of which the second is for the other process."""
+    """Return the two ends of a pipe; the second is for the other process."""
     return _context.Pipe()
 
 

@@ -1,17 +1,20 @@
-"""An eighth of an inflated sphere filled with liquid, between planes of symmetry, that a wall or a sheet presses."""
+"""Cases of an oocyte pressed by a wall or a sheet: an eighth of an inflated sphere filled with liquid, between planes of
+symmetry."""
 
 import numpy as np
 
 RADIUS, THICKNESS = 50e-6, 8e-6
 WAYS = 1e-6 * np.array([4.0, 6.0, 8.0, 10.0, 12.0])
 FORCES = 1e-9 * np.array([157.1, 292.8, 471.6, 703.9, 1001.6])
-"""Force of the whole sphere on a flat plate [N] that has moved so far since it touched it [m], from the least energy of the
-membrane as a chain of cones; shooting through the equations of an axisymmetric membrane agrees to 1e-4."""
+"""Force of the whole sphere on a flat plate [N], for the displacements WAYS of the plate since first contact [m], from the
+least energy of the membrane as a chain of cones; a solution of the equations of an axisymmetric membrane by shooting agrees
+to 1e-4."""
 PRESSURE = 218.4  # Pa, at which the sphere is at rest
 
 
 def pressed_oocyte(start, speed=0.02, end=6.3e-4, divisions=8, plate="wall", **zona):
-    """A case in which a plate, a wall or a sheet of 1 um, comes down at a speed [m/s] from a height [m]."""
+    """Return the table of a case in which a plate, i.e. a wall or a sheet of 1 um, moves down at a speed [m/s] from a
+    height `start` [m]."""
     sphere = {"centre": [0, 0, 0], "radius": RADIUS, "divisions": divisions, "part": {"lower": [-1e-9] * 3, "upper": [1, 1, 1]}}
     body = {
         "name": "zona",
@@ -47,7 +50,8 @@ def pressed_oocyte(start, speed=0.02, end=6.3e-4, divisions=8, plate="wall", **z
 
 
 def force_on_plate(sim, speed, every=20):
-    """Ways of the wall [m] and mean forces of the whole sphere on it [N], over some steps each."""
+    """Run a simulation, and return the mean displacements of the wall [m] and the mean forces of the whole sphere on it [N]
+    over intervals of `every` steps, shape (2, intervals)."""
     rows, before = [], (0.0, 0.0)
     for _ in sim:
         if sim.n_steps % every == 0:

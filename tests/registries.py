@@ -1,4 +1,4 @@
-"""What tests share that register kinds: nothing of it stays behind."""
+"""Removal of the kinds and fields that tests register."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from pellucid.users import extensions
 
 @contextmanager
 def forgotten_afterwards() -> Iterator[None]:
-    """What is registered inside, or loaded as an extension, is forgotten at the end."""
+    """Remove at the end of the block all kinds, extensions and fields that were registered in it."""
     registries = [(registry, dict(registry.entries)) for registry in Registry.every]
     loaded, fields = dict(extensions._loaded), dict(FIELDS)
     try:

@@ -1,4 +1,4 @@
-"""A block of tetrahedra that is cut in two at half its height."""
+"""A block of tetrahedra that is cut into two halves at half its height, in a file."""
 
 from itertools import product
 from pathlib import Path
@@ -11,9 +11,10 @@ SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0,
 
 
 def slit_block(path: Path, size: float, gap: float | None, n: int = 4) -> None:
-    """Write a cube of n cubes of six tetrahedra along each edge, with a gap between the halves [m], as a file of VTK.
+    """Write a cube with edges `size` [m], n cubes of six tetrahedra along each edge, and a gap between the halves [m], as a
+    VTK file.
 
-    With None the halves have their nodes between them in common.
+    If the gap is None, the halves share the nodes between them.
     """
     number: dict[tuple[int, int, int, int], int] = {}
     nodes, cells = [], []

@@ -29,13 +29,14 @@ SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side 
 
 
 def box(lower, upper, material=SOLID, per_cell=(2, 2, 2), name="block", **more):
-    """A body that fills a box."""
+    """Return the table of a body that fills a box."""
     shape = {"box": {"lower": lower, "upper": upper}}
     return {"name": name, "shape": shape, "points_per_cell": per_cell, "material": material} | more
 
 
 def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", thickness=None, support=(), **more):
-    """A case on a grid of `counts` cells; `more` are keys of the table `time`, or those of TABLES."""
+    """Return a case with bodies on a grid of `counts` cells. `more` contains keys of the table `time`, and tables whose
+    names are in TABLES."""
     table = {name: more.pop(name) for name in TABLES if name in more}
     upper = [a + n * cell for a, n in zip(lower, counts, strict=True)]
     grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
@@ -50,33 +51,34 @@ def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="
 
 
 def shear_flow():
-    """A gas that flows along the layers of cells of its slabs, so that points mix within these and do not leave them."""
+    """Return a case of a gas that flows along the layers of cells that form slabs, so that points mix within slabs and do
+    not leave them."""
     wave = {"amplitude": (0, 1.5, 0), "wave_vector": (0, 0, 0.5 * np.pi)}
     gas = box((0, 0, 0), (15, 4, 4), GAS, velocity_wave=wave)
     return case(gas, counts=(15, 4, 4), support=SLIP, end=100.0)
 
 
 def simulation(*bodies, threads=1, **more):
-    """A sim of `case(...)`."""
+    """Return the simulation of a case with these bodies and the keys of `case`."""
     return Simulation(case(*bodies, **more), threads=threads)
 
 
 def place(body, position):
-    """Put the points or nodes of a body at other places [m], shape (n, 3)."""
+    """Set the positions of the points or nodes of a body [m], shape (n, 3), and sort them."""
     assert body.arrays["position"].shape == np.shape(position)
     body.arrays["position"][:] = position
     (body if isinstance(body, GridBody) else body.coupling).sort()
 
 
 def advance(sim, steps):
-    """Several steps."""
+    """Advance a simulation by several steps, and return it."""
     for _ in range(steps):
         sim.step()
     return sim
 
 
 def to_the_end(case, threads=1):
-    """The simulation of a case at its end."""
+    """Run a case, and return its simulation at the end."""
     sim = Simulation(case, threads=threads)
     while not sim.clock.finished(None):
         sim.step()

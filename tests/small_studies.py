@@ -1,4 +1,5 @@
-"""A case whose runs take no time, for studies: points fly freely, as fast as the case says, members run in this process."""
+"""A case for tests of studies, whose runs take almost no time: points move with constant velocities, and members run in
+this process."""
 
 import csv
 import sys
@@ -16,11 +17,12 @@ SPEED = "body.gas.velocity.0"
 LAG = "body.block.velocity.0"
 TOO_FAST = 12.0
 BEGUN: list[str] = []
-"""Digests of the members that were run; a module's own, because dask copies what a function holds."""
+"""Digests of the members that were run. The list belongs to the module because dask would copy it with a function."""
 
 
 class Paced(FakeSimulation):
-    """Gas that flies with the first component of its velocity, and slows down by that of the block."""
+    """Fake simulation in which the speed of the gas depends on both parameters: the first velocity component of the gas,
+    less 0.1 times the square of that of the block. Above TOO_FAST the run fails."""
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:
         super().__init__(case, threads, start)
@@ -35,7 +37,7 @@ def case(**settings: object) -> Case:
 
 
 def run_here(out: Path, digest: str, threads: int, until: float | None) -> Outcome:
-    """What stands for `run_member`."""
+    """Run a member in this process; replaces `run_member`."""
     if (found := outcome(out, digest)) is not None:
         return found
     BEGUN.append(digest)
@@ -50,7 +52,8 @@ def run_here(out: Path, digest: str, threads: int, until: float | None) -> Outco
 
 
 def run_members_here(monkeypatch) -> list[str]:
-    """Let studies run their members in this process by the simulation above; give the digests of those that are run."""
+    """Let studies run their members in this process with the simulation `Paced`; return the list to which the digests of
+    members that run are added."""
     module = fake_module()
     module.Simulation = Paced
     monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", module)
@@ -58,7 +61,8 @@ def run_members_here(monkeypatch) -> list[str]:
 
 
 def run_members_here_as_they_are(monkeypatch) -> list[str]:
-    """The same with the simulation of the package."""
+    """Let studies run their members in this process with the simulation that is imported; return the list to which the
+    digests of members that run are added."""
     monkeypatch.setattr(pool, "run_member", run_here)
     BEGUN.clear()
     return BEGUN

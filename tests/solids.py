@@ -16,7 +16,7 @@ from pellucid.parts.body import NodalSupport, Placement
 
 
 class Tissue(NamedTuple):
-    """What a meshless solid asks of its model."""
+    """Model of a meshless solid with the attributes that the body reads, without a case."""
 
     mesh: SimplexMesh
     kind: str = "cell-based-maximum-entropy"
@@ -51,12 +51,12 @@ class Tissue(NamedTuple):
 
 
 def held(where, axes="xyz", velocity=(0.0, 0.0, 0.0)):
-    """A support on the nodes that a function of their places selects: the support, from these places."""
+    """Return a function that builds a support from node positions; `where` selects the supported nodes by their positions."""
     return lambda places: NodalSupport(where(places), ("x" in axes, "y" in axes, "z" in axes), velocity, None)
 
 
 def solid(mesh, *supports, **settings):
-    """A body whose conditions are known."""
+    """Return a complete meshless solid on a mesh, with supports (see `held`) and settings of `Tissue`."""
     body = MeshlessSolid(Tissue(mesh, **settings), Placement(None, None, Flip(), (0.0, 0.0, 0.0), 0))
     body.add_supports([support(mesh.nodes) for support in supports])
     body.complete()
@@ -64,7 +64,7 @@ def solid(mesh, *supports, **settings):
 
 
 def advance_alone(body, steps, dt):
-    """Several steps of a body in nothing."""
+    """Advance a body by several steps dt [s] without grid, contact or simulation."""
     for _ in range(steps):
         body.begin(dt)
         body.predict(dt)
@@ -78,31 +78,32 @@ PULL = 0.01
 
 
 def block_of(material=TISSUE, cells=(3, 3, 3), **more):
-    """A cube of edge EDGE on the table of a case."""
+    """Return the table of a body that is a cube with the edge EDGE [m]."""
     mesh = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (EDGE, EDGE, EDGE), "cells": cells}}
     return {"name": "block", "kind": "meshless-solid", "mesh": mesh, "material": material} | more
 
 
 def block(material=TISSUE, cells=(3, 3, 3), body=None, **more):
-    """The case of such a cube."""
+    """Return the case of the cube of `block_of`; body: further keys of the body."""
     table = {"schema": 1, "title": "a test", "time": {"end": 0.4}, "body": [block_of(material, cells) | (body or {})]}
     return Case.model_validate(table | more)
 
 
 def layer(z):
-    """The region of the nodes at a height [m]."""
+    """Return the region of the nodes at a height z [m]."""
     return {"box": {"lower": (-1.0, -1.0, z - 1e-4), "upper": (1.0, 1.0, z + 1e-4)}}
 
 
 def thrown(material):
-    """The case of a cube that is clamped at its foot and thrown: kinetic energy turns into strain energy and back in part."""
+    """Return the case of a cube that is clamped at its lower face and starts with a velocity: kinetic energy turns into
+    strain energy, and partly back."""
     wave = {"kind": "sine-wave", "amplitude": (0.3, 0.0, 0.3), "wave_vector": (0.0, 0.0, 15.0)}
     foot = [{"name": "foot", "where": layer(0.0)}]
     return block(material, body={"initial": [wave]}, support=foot, time={"end": 0.04, "courant": 0.225})
 
 
 def pulled_block(duration=0.3, end=None, **body):
-    """The table of the case of a cube between a clamp and one that moves up by PULL over a duration [s]."""
+    """Return the table of a case in which the upper face of a clamped cube moves up by PULL over a duration [s]."""
     rise = {"kind": "ramp", "distance": PULL, "duration": duration}
     return {
         "schema": 1,

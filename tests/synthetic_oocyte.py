@@ -1,4 +1,4 @@
-"""A run of an oocyte pushed sideways by a pipette, by formula and not by mechanics: what pictures are tried on."""
+"""Run folder of an oocyte pushed sideways by a pipette, computed from formulas instead of mechanics, for tests of pictures."""
 
 from pathlib import Path
 
@@ -47,7 +47,8 @@ def lattice(lower, upper, spacing):
 
 
 def write(out: Path, refinements: int = 4, spacing: float = 5.0, instants: int = 5) -> Run:
-    """Frames of all bodies at equal distances over a period; `spacing` of the fluids' points [µm]."""
+    """Write frames of all bodies at equally spaced instants of a period to a folder, and return the run; spacing: distance
+    of the points of the fluids [µm]."""
     case = loads(CASE.format(refinements=refinements) + "".join(map(BODY.format_map, bodies_named())))
     folder = RunFolder(out)
     with folder.made():
@@ -81,7 +82,7 @@ def bodies_named():
 
 
 def tube():
-    """A tube of 5 µm outer and 4 µm inner radius along x that touches the oocyte."""
+    """Return the points of a tube along x that touches the oocyte, with outer radius 5 µm and inner radius 4 µm."""
     around = lattice((0, -5, -5), (15, 5, 5), 0.8)
     distance = np.hypot(around[:, 1], around[:, 2])
     return around[(distance < 5.0) & (distance > 3.8)] + CENTRE + [RADIUS + 4.0, 0, 0]

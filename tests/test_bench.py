@@ -1,4 +1,4 @@
-"""The benchmark: its problem, what it measures, and that the peers step the same problem."""
+"""The benchmark: its problem, its measurements, and agreement of the peer scripts with the same problem."""
 
 import importlib
 import importlib.util
@@ -29,7 +29,7 @@ PEER_SCRIPTS = Path(__file__).parents[1] / "benchmarks" / "peers"
 
 @pytest.fixture(scope="module")
 def block() -> ModuleType:
-    """The module that the peer scripts share."""
+    """Return the module `block` that the peer scripts share."""
     spec = importlib.util.spec_from_file_location("block", PEER_SCRIPTS / "block.py")
     assert spec
     assert spec.loader
@@ -41,8 +41,9 @@ def block() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
-    """A benchmark of a thousand points, with two of the variants, which compile kernels of their own. The first measurement
-    of each kind has a process of its own, as all have; later ones are made here, since each start takes longer than them."""
+    """Return the result of a benchmark with a thousand points and two of the variants, which compile kernels of their own.
+    The first measurement of each kind runs in a process of its own, as in a real benchmark; later ones run here, since the
+    start of a process takes longer than a measurement."""
     began, apart = set[str](), whole._in_a_process
 
     def once_apart(module: str, request: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The pass of one's own that CONTRIBUTING walks through, run as it stands there."""
+"""The user-defined pass over points in CONTRIBUTING.md works as written there."""
 
 import re
 import sys
@@ -36,7 +36,8 @@ def test_it_is_short(code):
 
 
 def amplitude_after(diffusion, cells, time=0.05):
-    """Of a cosine over the unit length, D = 1, by exact decay 1: exp(π² t) times what is left of it."""
+    """Return the amplitude of a cosine over the unit length after diffusion with D = 1 over a time, divided by its exact
+    value exp(-π² t)."""
     sim = simulation(box((0, 0, 0), (cells, 1, 1)), counts=(cells, 1, 1))
     body = sim.bodies[0]
     wave = np.cos(np.pi * body.arrays["position"][:, 0] / cells)

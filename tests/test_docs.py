@@ -1,4 +1,4 @@
-"""The documents say what the code does: snippets validate, links lead somewhere, generated pages are fresh."""
+"""The documentation agrees with the code: snippets are valid, links exist, generated pages are up to date."""
 
 import re
 import subprocess
@@ -23,7 +23,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 FENCE = re.compile(r"^```([^\s`]*)[^\n`]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)(?:#[^)]*)?\)")
 
-# what a fragment in the documents is put into
+# case in which a fragment of the documentation is inserted
 FRAME = """
 schema = 1
 title = "frame"
@@ -43,7 +43,7 @@ material = { kind = "linear-elastic", density = 1000, young_modulus = 1e6, poiss
 
 
 def snippets(language: str) -> list[Any]:
-    """Every fenced block of a language, named by its page."""
+    """Return every fenced block of a language in the pages, as a test parameter with the name of its page."""
     return [
         pytest.param(text, page, id=f"{page.relative_to(ROOT)}-{number}")
         for page in PAGES

@@ -46,7 +46,7 @@ COLUMNS = FIRST_LOAD + 2
 
 
 def body(kinetic, stored, momentum, mass=2.0, size=1.0, kind="strain", heating=0.0, **parts):
-    """What the balance asks of a body."""
+    """Return a body with the attributes that the energy balance reads."""
     totals = Totals()
     totals.kinetic, totals.stored, totals.momentum, totals.momentum_size = kinetic, stored, np.array(momentum), size
     totals.heating, totals.parts = heating, parts
@@ -54,7 +54,8 @@ def body(kinetic, stored, momentum, mass=2.0, size=1.0, kind="strain", heating=0
 
 
 def work(columns=None, mass=0.0, reactions=((0.0, 0.0, 0.0),), impulse=(0.0, 0.0, 0.0), **motions):
-    """Works by their columns, and impulses; `motions` are those of prescribed motions."""
+    """Return the work of a step with works by column [J] and impulses [N s]; motions: impulses of prescribed motions by
+    name."""
     done = no_work(COLUMNS, len(reactions) - 1)
     for column, amount in (columns or {}).items():
         done.works[column] = amount
@@ -274,7 +275,7 @@ def test_totals_survive_json():
 
 
 def squeezed(**more):
-    """Gas that is thrown against a wall, with artificial viscosity."""
+    """Return the simulation of a gas with artificial viscosity that moves against a wall."""
     gas = GAS | {"artificial_viscosity": {"quadratic": 2.0, "linear": 1.0}}
     return simulation(
         box((0, 0, 0), (20, 1, 1), gas, (4, 1, 1), velocity=(-1.0, 0, 0)), counts=(24, 1, 1), support=SLIP[:2], end=50.0, **more

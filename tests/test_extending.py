@@ -1,4 +1,4 @@
-"""The page on extending says what works: its files, named by its case, and the same from a script."""
+"""The examples of the page on extending work: its files, run from its case and from a script."""
 
 import json
 import os
@@ -143,7 +143,7 @@ def test_the_case_runs_and_resumes_and_a_script_gives_the_same(file: Path, monke
 
 
 def rms_of_vortex(file: Path) -> float:
-    """The root mean square of the speed with which the block starts."""
+    """Return the root mean square of the initial speed of the block in a case file [m/s]."""
     body = load(file).body[0]
     places = np.linspace(-0.5 + 1 / 16, 0.5 - 1 / 16, 8)
     x, y = (axis.ravel() for axis in np.meshgrid(places, places))

@@ -1,4 +1,4 @@
-"""What is meant by a name that is not there."""
+"""Hints for misspelt names."""
 
 import pytest
 

@@ -1,6 +1,7 @@
-"""Modules of the package import each other without cycles; lint-imports sees to the order of the folders, not inside them.
+"""Modules of the package must not import each other in cycles. The tool lint-imports checks the order of the folders only.
 
-Imports that only annotations need count between rooms. Within one, a thing may name the class of whoever makes it.
+Imports for annotations count between top-level folders, but not within one: there a class may be named by the classes that
+it builds.
 """
 
 import ast
@@ -20,7 +21,8 @@ def modules() -> dict[str, Path]:
 
 
 def imported(name: str, path: Path, known: set[str]) -> set[str]:
-    """The modules that a module imports anywhere in its text, those that only annotations need included."""
+    """Return the modules of the package that a module imports anywhere in its text, also only for annotations; known: all
+    modules."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -33,7 +35,7 @@ def imported(name: str, path: Path, known: set[str]) -> set[str]:
 
 
 def named_in_its_room(name: str, path: Path) -> set[str]:
-    """The modules of its own room, a folder of the package, that a module imports for annotations alone."""
+    """Return the modules of the same top-level folder of the package that a module imports for annotations only."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
@@ -42,7 +44,7 @@ def named_in_its_room(name: str, path: Path) -> set[str]:
 
 
 def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
-    """Groups of modules each of which leads to every other (Tarjan 1972, SIAM J. Comput. 1, 146)."""
+    """Return the groups of modules that import each other, directly or indirectly (Tarjan 1972, SIAM J. Comput. 1, 146)."""
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []

@@ -1,4 +1,4 @@
-"""What is looked up by its name tells what there is."""
+"""Dictionaries whose errors for unknown names list the known names."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""What a user sees of the package before anything runs: version, types, light imports."""
+"""Properties of the package before anything runs: version, types, light imports."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ HEAVY = ["numba", "scipy", "matplotlib", "h5py", "pint", "pyvista"]
 
 
 def imported_by(code: str) -> set[str]:
-    """The modules that a fresh interpreter holds after running `code`."""
+    """Return the names of the modules that are imported in a new interpreter after running `code`."""
     report = f"{code}\nimport sys\nprint('\\n' + ' '.join(sys.modules))"
     done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split())

@@ -1,4 +1,4 @@
-"""Kinds that are registered are known to case files, the schema and the messages, whoever registered them."""
+"""Registered kinds, of the package or of users, are known to case files, the schema and the messages."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal

@@ -33,7 +33,7 @@ SPIN = np.array([0.7, 0.2, 0.3])
 
 @pytest.fixture(params=range(5))
 def pair(request):
-    """Two tensors at random, row by row."""
+    """Return two random tensors as 9-tuples."""
     numbers = np.random.default_rng(request.param).uniform(-1.0, 1.0, (2, 9))
     return tuple(numbers[0].tolist()), tuple(numbers[1].tolist())
 

@@ -1,4 +1,4 @@
-"""The tutorials run: the pieces in a page are its file, and runs have the numbers that the page states."""
+"""The tutorials work: the fragments of a page form its file, and runs reproduce the numbers on the page."""
 
 import re
 from pathlib import Path
@@ -117,7 +117,8 @@ def test_the_vesicle_keeps_its_volume(tmp_path: Path) -> None:
 
 
 def volume(meridian: np.ndarray) -> float:
-    """What a meridian from pole to pole, shape (n, 3), encloses about z: a spline through it and its mirror image tells."""
+    """Return the volume enclosed by the surface of revolution of a meridian about z, from a spline through the meridian and
+    its mirror image; meridian: positions from pole to pole, shape (n, 3)."""
     r, z = meridian[:, 0], meridian[:, 2]
     closed = np.column_stack([np.r_[r, -r[-2::-1]], np.r_[z, z[-2::-1]]])
     closed[-1] = closed[0]

@@ -1,4 +1,4 @@
-"""Surfaces of triangles whose vertices the tests move themselves."""
+"""Contact surfaces of triangles whose vertices the tests move directly, and geometric checks of such surfaces."""
 
 import numpy as np
 
@@ -6,7 +6,8 @@ from pellucid.contact.contact_surface import ContactSurface, MovingTriangles
 
 
 class FreeTriangles(ContactSurface):
-    """Vertices without a body. force: on them, as contact adds it [N], shape (n, 3)."""
+    """Contact surface of triangles without a body; force: sum of the forces that contact adds to the vertices [N], shape
+    (n, 3)."""
 
     mass_per_area, rate = 1.0, 1000.0
 
@@ -24,7 +25,7 @@ class FreeTriangles(ContactSurface):
 
 
 def square(n: int, size: float = 1.0, height: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """n × n squares of two triangles each, with diagonals that alternate: vertices, triangles."""
+    """Return the vertices [m] and triangles of n × n squares of two triangles each, with alternating diagonals."""
     along = np.linspace(0.0, size, n + 1)
     x, y = np.meshgrid(along, along, indexing="ij")
     vertices = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
@@ -37,7 +38,7 @@ def square(n: int, size: float = 1.0, height: float = 0.0) -> tuple[np.ndarray, 
 
 
 def step(pair: object, dt: float = 1e-5) -> bool:
-    """Find the overlap of a pair and add its forces, for a step; whether there is one."""
+    """Find the overlap of a pair of surfaces and add its forces for a step dt [s]; return True if there is an overlap."""
     for surface in pair.surfaces:
         surface.force[:] = 0.0
     pair.step = dt
@@ -51,14 +52,14 @@ def step(pair: object, dt: float = 1e-5) -> bool:
 
 
 def write_obj(path: object, vertices: np.ndarray, triangles: np.ndarray) -> None:
-    """Write a surface into a file."""
+    """Write a surface of triangles to a Wavefront file."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += ["f {} {} {}".format(*corners) for corners in (triangles + 1).tolist()]
     path.write_text("\n".join(lines) + "\n")
 
 
 def strip(parts: tuple[int, int], length: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A strip of squares: place along it and across it of each vertex [m], and its triangles."""
+    """Return the coordinates of the vertices along and across a strip of squares [m], and its triangles."""
     vertices, triangles = square(max(parts))
     n, (along, across) = max(parts) + 1, parts
     inside = (vertices[:, 0] * (n - 1) <= along + 1e-9) & (vertices[:, 1] * (n - 1) <= across + 1e-9)
@@ -69,7 +70,7 @@ def strip(parts: tuple[int, int], length: float, width: float) -> tuple[np.ndarr
 
 
 def folded_in_three(parts: tuple[int, int], length: float, width: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """A strip that is folded to a Z: three arms on each other, joined by half circles."""
+    """Return the vertices [m] and triangles of a strip folded into a Z: three layers on each other, joined by half circles."""
     s, y, triangles = strip(parts, length, width)
     bend = np.pi * radius
     arm = (length - 2.0 * bend) / 3.0
@@ -82,7 +83,8 @@ def folded_in_three(parts: tuple[int, int], length: float, width: float, radius:
 
 
 def crossings(vertices: np.ndarray, triangles: np.ndarray) -> int:
-    """How many pairs of an edge and a triangle without a common vertex go through each other: all pairs, one by one."""
+    """Return the number of pairs of an edge and a triangle without a common vertex that intersect, from a check of all
+    pairs."""
     edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     p, q, corners = vertices[edges[:, 0]], vertices[edges[:, 1]], vertices[triangles]
     low, high = np.minimum(p, q), np.maximum(p, q)
@@ -106,7 +108,8 @@ def crossings(vertices: np.ndarray, triangles: np.ndarray) -> int:
 
 
 def layers_apart(vertices: np.ndarray, triangles: np.ndarray, along: np.ndarray, least: float) -> float:
-    """Least distance of a vertex from the triangles of other layers [m]: those further than `least` along the strip."""
+    """Return the smallest distance of a vertex from triangles of other layers of a strip [m]. Triangles more than `least`
+    away along the strip are other layers; along: coordinate of each vertex along the strip [m]."""
     found = np.inf
     corners = vertices[triangles]
     for i, x in enumerate(vertices):
@@ -117,7 +120,7 @@ def layers_apart(vertices: np.ndarray, triangles: np.ndarray, along: np.ndarray,
 
 
 def _distance(x: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances of a place from triangles: from their planes, or from their edges where the foot lies outside."""
+    """Return the distances of a point from triangles: from their planes, or from their edges if its projection lies outside."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     n = np.cross(u, v)
     n /= np.linalg.norm(n, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""A case and an extension as users write them, into which tests put mistakes, and what commands say of these."""
+"""A case and an extension as users write them, into which tests insert mistakes, and messages of commands about these."""
 
 import re
 from pathlib import Path
@@ -106,7 +106,8 @@ SPEED = '    return np.linalg.norm(field("velocity"), axis=1)'
 
 
 def write(folder: Path, before: str = "", after: str = "") -> int:
-    """Write case and extension, with a change in the one that has it; the line of the change."""
+    """Write the case and the extension with the text `before` replaced by `after`; return the line number of the
+    replacement in the extension."""
     assert before in EXTENSION + CASE
     (folder / "case.toml").write_text(CASE.replace(before, after) if before in CASE else CASE, encoding="utf-8")
     changed = EXTENSION.replace(before, after) if before else EXTENSION
@@ -115,7 +116,7 @@ def write(folder: Path, before: str = "", after: str = "") -> int:
 
 
 def told(status: int, *command: str) -> str:
-    """What a command says that must fail with a status, as one line."""
+    """Run a command that must fail with an exit status, and return its error output as one line."""
     result = CliRunner().invoke(app, command)
     assert result.exit_code == status, result.output + repr(result.exception)
     assert "Traceback" not in result.stderr

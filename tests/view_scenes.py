@@ -1,4 +1,5 @@
-"""A run with all that the view shows: balls in a skin of triangles that fails, and a block of tetrahedra."""
+"""A run folder with everything that the interactive view can show: balls in a skin of triangles that fails, and a block of
+tetrahedra."""
 
 from pathlib import Path
 
@@ -48,14 +49,14 @@ MIDDLE = np.array([1.0, 1.0, 1.0])
 
 
 def ball(n: int) -> np.ndarray:
-    """Points of a lattice with n to a side that lie in a sphere, shape (k, 3)."""
+    """Return the points of a lattice, with n points along an edge, that lie within a sphere [m], shape (k, 3)."""
     places = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, n)] * 3, indexing="ij"), -1).reshape(-1, 3)
     return MIDDLE + places[np.linalg.norm(places, axis=1) <= 0.5]
 
 
 def write_run(out: Path, across: int = 8, **settings: object) -> Run:
-    """The run in a folder; the core has `across` points from side to side. All move along x; the skin fails at large x,
-    more of it from instant to instant, and a point of the core leaves in the last."""
+    """Write the run to a folder and return it; across: number of points of the core along a diameter. All bodies move along
+    x. The skin fails at large x, more of it at each instant, and a point of the core leaves at the last instant."""
     run = Run(out)
     with run.folder.made():
         run.folder.start(loads(CASE).with_settings(settings))
@@ -77,7 +78,7 @@ def write_run(out: Path, across: int = 8, **settings: object) -> Run:
 
 
 def fields_of(name: str, start: np.ndarray, volume: float, time: float) -> dict[str, np.ndarray]:
-    """The fields of a body at an instant [s]."""
+    """Return the fields of a body at an instant [s], by name; start: initial positions [m]."""
     away = np.linalg.norm(start - MIDDLE, axis=1)
     mass = np.full(len(start), volume)
     if name == "core" and time == 1.0:

@@ -1,4 +1,4 @@
-"""Files of VTK's polygons in XML, written by hand."""
+"""VTK XML files of polygons (.vtp), written without a library, in all encodings."""
 
 import base64
 import lzma
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def lz4(data):
-    """A block of literals alone."""
+    """Return data in LZ4 format without compression: one block of literals."""
     n = len(data) - 15
     return bytes([0xF0 if n >= 0 else len(data) << 4]) + (b"\xff" * (n // 255) + bytes([n % 255]) if n >= 0 else b"") + data
 
@@ -22,7 +22,8 @@ TYPES = {"f": "Float64", "i": "Int64"}
 
 
 def vtp(points, faces, form):
-    """The bytes of a file; form: "ascii", "binary" (base 64), "appended" (raw), or packed: "zipped", "lz4", "lzma"."""
+    """Return the bytes of a file with points and faces; form: encoding "ascii", "binary" (base 64), "appended" (raw), or
+    compressed: "zipped", "lz4", "lzma"."""
     corners = np.array([corner for face in faces for corner in face], "<i8")
     tables = {
         "": np.asarray(points, "<f8"),

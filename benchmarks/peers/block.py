@@ -1,4 +1,4 @@
-"""The problem that both peer scripts step: a box full of points, eight a cell, its walls holding the normal velocity.
+"""Problem that both peer scripts compute: a cube full of points, eight per cell, with walls that hold the normal velocity.
 
 SI units, double precision. The points are created cell by cell, so they start sorted, which favours the peer.
 """
@@ -27,7 +27,8 @@ LAME_LAMBDA = YOUNG_MODULUS * POISSON_RATIO / ((1.0 + POISSON_RATIO) * (1.0 - 2.
 
 @dataclass(frozen=True)
 class Block:
-    """Positions [m] and velocities [m/s], shape (n, 3); nodes along an axis; time step [s]; mass of a point [kg]."""
+    """Points and grid of the problem: positions [m] and velocities [m/s], shape (n, 3); nodes along an axis; time step [s];
+    mass of a point [kg]."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -37,7 +38,7 @@ class Block:
 
 
 def make_block(points: int, law: str) -> Block:
-    """A cube of about `points` points; `law` is "hypoelastic" or "ideal-gas" and decides the Courant step."""
+    """Return a cube of about `points` points; law: "hypoelastic" or "ideal-gas", whose wave speed sets the time step."""
     cells = max(2, round((points / 8) ** (1 / 3)))
     cell = np.stack(np.meshgrid(*[np.arange(cells)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     corner = np.stack(np.meshgrid(*[[0.25, 0.75]] * 3, indexing="ij"), axis=-1).reshape(1, 8, 3)
@@ -53,7 +54,7 @@ def make_block(points: int, law: str) -> Block:
 
 
 def options(description: str | None) -> argparse.Namespace:
-    """The command line that both scripts share."""
+    """Return the command line arguments that both scripts share."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--points", type=int, default=1_000_000)
     parser.add_argument("--steps", type=int, default=50)

@@ -30,7 +30,7 @@ grid_change = ti.Vector.field(3, ti.f64, shape=(nodes, nodes, nodes))  # force, 
 
 @ti.func
 def cell_of(position):
-    """Base node, weights and weight derivatives along the axes."""
+    """Return the lowest node of the cell that contains a position, and the weights of the nodes of the cell along the axes."""
     scaled = position * inverse_cell
     base = ti.floor(scaled).cast(int)
     f = scaled - base
@@ -39,7 +39,7 @@ def cell_of(position):
 
 @ti.func
 def node(w: ti.template(), i: ti.template(), j: ti.template(), k: ti.template()):
-    """Shape function and gradient of one of the eight nodes."""
+    """Return the shape function and gradient of one of the eight nodes, given by its offsets i, j, k."""
     gradient = (
         ti.Vector([(2 * i - 1) * w[j, 1] * w[k, 2], w[i, 0] * (2 * j - 1) * w[k, 2], w[i, 0] * w[j, 1] * (2 * k - 1)])
         * inverse_cell
@@ -67,7 +67,8 @@ def hypoelastic(p, L):
 
 @ti.func
 def ideal_gas(p, L):
-    """Artificial viscosity, and the energy of the end of the step in closed form."""
+    """Update a point of an ideal gas with velocity gradient L: artificial viscosity, and the energy at the end of the step
+    in closed form."""
     divergence = L.trace()
     rho = density[p] / (1.0 + dt * divergence)
     q = 0.0
@@ -114,7 +115,7 @@ def advance():
 
 @ti.kernel
 def gather():
-    """Move the points; the gradient of the new nodal velocity drives the law (USL)."""
+    """Move the points and update their stresses with the gradient of the new nodal velocity (USL)."""
     for p in range(n):
         base, w = cell_of(x[p])
         moved = ti.Vector.zero(ti.f64, 3)

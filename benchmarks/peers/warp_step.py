@@ -148,7 +148,7 @@ def gather(
     grid_velocity: wp.array3d(dtype=vec3),
     grid_change: wp.array3d(dtype=vec3),
 ):
-    """Move the points; with USL the gradient of the new nodal velocity drives the law."""
+    """Move the points and update their stresses with the gradient of the new nodal velocity (USL)."""
     p = wp.tid()
     base = base_of(x[p])
     f = fraction(x[p], base)

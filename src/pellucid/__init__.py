@@ -1,6 +1,7 @@
 """pellucid: membranes, fluids and soft tissue with particles and meshless approximants.
 
-The names below are imported when first used, so that `import pellucid` stays light.
+A case file is read by `load`, computed by `run`, and its results are read by `Run`. The names below are imported when first
+used, so that `import pellucid` stays light.
 """
 
 from importlib import import_module

@@ -23,18 +23,19 @@ def ids() -> tuple[str, ...]:
 
 
 def has(case: str) -> bool:
-    """Return True if there is a case with this id."""
+    """Return True if the gallery has a case with this id."""
     return case in ids()
 
 
 def text(case: str) -> str:
-    """Return the text of the case file of an id."""
+    """Return the text of the file of a gallery case, by its id."""
     group, name = case.split("/")
     return (files(GALLERY) / group / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def to_copy(case: str) -> str:
-    """Return the text of the case file of an id with absolute paths of its input files, so that a copy works in any folder."""
+    """Return the text of the file of a gallery case, by its id, with absolute paths of its input files, so that a copy
+    works in any folder."""
     home = Path(folder(case))
 
     def whole(found: re.Match[str]) -> str:
@@ -45,7 +46,7 @@ def to_copy(case: str) -> str:
 
 
 def folder(case: str) -> str:
-    """Return the folder with the case file of an id and its input files."""
+    """Return the folder with the file of a gallery case, by its id, and its input files."""
     return str(files(GALLERY) / case.split("/")[0])
 
 
@@ -62,7 +63,7 @@ def module(case: str) -> ModuleType | None:
 
 
 def suggestion(name: str) -> str:
-    """Return the remedy for an unknown name of a case."""
+    """Return the remedy for an unknown name of a case: a similar gallery id, or how to list the ids."""
     close = difflib.get_close_matches(name, ids(), 1, cutoff=0.5)
     return (
         f"did you mean `{close[0]}`?"

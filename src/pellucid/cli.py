@@ -70,7 +70,7 @@ def _version(wanted: bool) -> None:
 def _options(
     version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version and exit."),
 ) -> None:
-    """Define the options before the command."""
+    """Define the options that precede the command, such as `--version`."""
 
 
 app.command("list")(cases.list_cases)

@@ -22,7 +22,7 @@ PAGE = """<p id="told"></p><script>
 const context = document.createElement("canvas").getContext("webgl2");
 document.getElementById("told").textContent = context ? "WebGL 2: " + context.getParameter(context.VERSION) : "no WebGL 2";
 </script>"""
-TRIAD, REPEATS = 4_000_000, 3  # of the arrays in which the bandwidth is measured
+TRIAD, REPEATS = 4_000_000, 3  # length of the arrays, and repetitions, in the measurement of the memory bandwidth
 
 _THREADING = """
 import numba, numpy
@@ -78,8 +78,8 @@ def examine() -> list[Row]:
 
 
 def _packages(extra: str) -> list[tuple[str, str]]:
-    """Return the names and the remaining requirement texts of the packages of an extra; for an empty name, of the required
-    packages."""
+    """Return name and further requirements, such as a version, of each package of an extra; for an empty name, of the
+    required packages."""
     found = [re.split(r"(?<=[\w\]])(?=[^\w.\-\[\]])", line, maxsplit=1) for line in requires("pellucid") or []]
     named = [(name.partition("[")[0], rest[0] if rest else "") for name, *rest in found]
     return [(name, rest) for name, rest in named if (f"extra == '{extra}'" in rest if extra else "extra ==" not in rest)]
@@ -137,7 +137,8 @@ def _drawing() -> Row:
 
 
 def _browser() -> Row:
-    """Return the row on whether a browser of this machine renders the interactive view of a report (WebGL 2 with three.js)."""
+    """Return the row about the interactive view of reports: whether a browser of this machine renders it (WebGL 2 with
+    three.js)."""
     what, command = "interactive 3-D view", next(filter(None, map(shutil.which, BROWSERS)), None)
     if command is None:
         return what, "no browser for a test was found", "open report.html in any browser, also on another machine"

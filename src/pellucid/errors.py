@@ -62,7 +62,8 @@ class CaseError(PellucidError):
         return printable("\n".join(messages))
 
     def blame(self, setting: str, line: int | None = None) -> "CaseError":
-        """Return the same problems with a setting as the cause."""
+        """Return an error with the same problems that names a setting, such as `--set grid.cell=-1`, as the cause; line:
+        line in the case file, if any."""
         return CaseError([replace(problem, setting=setting, line=line) for problem in self.problems], self.source)
 
 
@@ -103,7 +104,8 @@ class Interrupted(PellucidError):
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM outside the steps of a run. Like Ctrl-C, it removes incomplete files and must not be caught as an error."""
+    """Exception for SIGTERM outside the steps of a run. Incomplete files are removed, as after Ctrl-C; do not catch it as
+    an error."""
 
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")

@@ -1,4 +1,4 @@
-"""Faults of a case, with their paths in its data."""
+"""Errors found in a case, with their paths in its data, and hints for misspelt names."""
 
 import difflib
 import re
@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from pellucid.errors import CaseError, Problem, cut
 
-LONGEST = 100  # letters of a name that may be a slip
+LONGEST = 100  # longest name [letters] for which a similar name is searched
 
 Path = tuple[str | int, ...]
 """Path of a value through tables and lists: ("body", 0, "shape")."""
 
 
 class Finding(NamedTuple):
-    """A fault at a path of the case's data."""
+    """An error at a path of the data of a case, with a remedy."""
 
     path: Path
     text: str
@@ -22,7 +22,7 @@ class Finding(NamedTuple):
 
 
 class Reason(NamedTuple):
-    """Reason why something is impossible, with a remedy."""
+    """Reason why a part of a case is impossible, with a remedy."""
 
     text: str
     remedy: str = ""
@@ -45,7 +45,7 @@ class Disagreement(ValueError):
 
 
 def refuse(findings: Iterable[Finding]) -> None:
-    """Raise CaseError if there are findings; these are faults that only the set-up of the run can detect."""
+    """Raise CaseError if there are findings, which only the set-up of the run could detect."""
     problems = [Problem(found.text, ".".join(map(str, found.path)), remedy=found.remedy) for found in findings]
     if problems:
         raise CaseError(problems)
@@ -84,7 +84,8 @@ def absent(what: str, name: object, choices: Iterable[str]) -> str:
 
 
 def _abbreviates(name: str, words: Sequence[str]) -> bool:
-    """Return True if a name consists of beginnings of some of the words in their order: cme, max-ent, neo."""
+    """Return True if a name consists of beginnings of some of the words in their order, such as "cme" for the words "cell",
+    "maximum", "entropy"."""
     name = name.lstrip("-_ ")
     if not name or not words:
         return not name

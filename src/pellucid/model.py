@@ -1,4 +1,5 @@
-"""The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
+"""Base class of the data models of a case, and declaration of their keys: unknown keys are errors, numbers are in SI units,
+and texts with units are converted."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -22,7 +23,7 @@ a case file a relative path starts from the folder of that file, elsewhere from 
 
 
 def one_or_several(names: Any) -> Any:
-    """Return a tuple of names; a case may give a single name without brackets."""
+    """Return a tuple of names from a single name or several; a case may give a single name without brackets."""
     return (names,) if isinstance(names, str) else names
 
 
@@ -57,7 +58,8 @@ def check(refuse: Callable[[Any], None]) -> Any:
 
 
 def _is_numeric(annotation: Any) -> bool:
-    """Return True if a key holds numbers or vectors, possibly None, and no text, tables or booleans."""
+    """Return True if a key with this type annotation holds numbers or vectors, possibly None, and no text, tables or
+    booleans."""
     if get_origin(annotation) is Annotated:  # its other arguments are what pydantic is told
         return _is_numeric(get_args(annotation)[0])
     parts = [part for part in get_args(annotation) if part not in (type(None), ...)]

@@ -1,4 +1,4 @@
-"""Mappings that users access by name."""
+"""Dictionary for users, whose error for an unknown name lists the known names."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar

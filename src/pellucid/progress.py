@@ -28,7 +28,7 @@ class Progress:
         """Report the state of the run after `step` steps at the simulated time `time` [s]."""
 
     def count(self, done: int) -> None:
-        """Report the number of completed parts of another phase."""
+        """Report the number of completed parts of a phase that is not a run, such as drawn frames."""
 
     def message(self, text: str) -> None:
         """Report a text that the user must see."""
@@ -157,7 +157,7 @@ class TerminalProgress(Progress):
 
 
 class Pace:
-    """Speed of a run over its last seconds, without compilation."""
+    """Speed of a run and its remaining time, estimated from the last WINDOW seconds of wall-clock time, without compilation."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int, float]] = deque()
@@ -168,13 +168,13 @@ class Pace:
         self._excluded += seconds
 
     def add(self, now: float, step: int, time: float) -> None:
-        """Record that a run has done `step` steps up to simulated time `time` at wall-clock time `now`."""
+        """Record that a run has done `step` steps up to the simulated time `time` [s] at the wall-clock time `now` [s]."""
         self._samples.append((now - self._excluded, step, time))
         while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
             self._samples.popleft()
 
     def seconds(self) -> float:
-        """Return the wall-clock time of the recorded samples."""
+        """Return the wall-clock time between the first and the last recorded step, without compilation [s]."""
         (begun, _, _), (now, _, _) = self._ends()
         return now - begun
 

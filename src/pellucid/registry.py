@@ -18,7 +18,11 @@ EntryType = TypeVar("EntryType")
 
 
 class Registry(Generic[EntryType]):
-    """A registry: `entries` by name. Each name can be registered by one source only; `register` adds an entry."""
+    """Functions or classes by name, such as the kinds of loads; `entries` is the dictionary, and `register` adds to it.
+    Each name can be registered by one source only.
+
+    what: name of an entry in messages, such as "load".
+    """
 
     every: ClassVar["list[Registry[Any]]"] = []
     changes: ClassVar[int] = 0
@@ -167,6 +171,6 @@ def register(model: type[ModelType]) -> type[ModelType]:
 
 
 def _home(source: Any) -> str:
-    """Return module and name of a class or function."""
+    """Return module and name of a class or function, for messages and comparisons."""
     what = getattr(source, "function", source)
     return f"{what.__module__}.{what.__qualname__}"

@@ -1,5 +1,5 @@
-"""The arrays of points and nodes: components, unit, meaning. Arrays of a single kind are declared in the package of that
-kind."""
+"""Fields of points and nodes that are stored or shown: number of components, unit, meaning. Fields of a single kind of body
+or material are declared in the package of that kind."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, TypeVar
@@ -72,10 +72,11 @@ def declare_field(name: str, field: Field, owner: str) -> None:
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return values with the owner's name as a prefix of their names, as in checkpoints."""
+    """Return values, such as state arrays, with the name of their owner (a body, the clock) as a prefix of their names, as
+    in checkpoints."""
     return {f"{owner}/{name}": value for name, value in values.items()}
 
 
 def of_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the values of an owner, without the prefix of their names."""
+    """Return those values that belong to an owner, without the prefix of their names; inverse of `with_owner`."""
     return {name.removeprefix(f"{owner}/"): value for name, value in values.items() if name.startswith(f"{owner}/")}

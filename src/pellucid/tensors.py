@@ -1,4 +1,4 @@
-"""Tensor algebra at a point with small tuples.
+"""Tensor algebra at a point, with tensors as tuples of numbers.
 
 A second-order tensor is a 9-tuple, row by row; a symmetric tensor a 6-tuple (xx, yy, zz, yz, xz, xy); a tensor in a plane a
 4-tuple (11, 12, 21, 22).
@@ -142,7 +142,8 @@ def left_cauchy_green(F: Tensor) -> Symmetric:
 
 @pointwise
 def spin_rotation(L: Tensor, dt: float) -> Tensor:
-    """Return the rotation (I - ½ dt W)⁻¹ (I + ½ dt W) of the spin W = ½ (L - Lᵀ); orthogonal for every dt.
+    """Return the rotation (I - ½ dt W)⁻¹ (I + ½ dt W) over a step dt [s] by the spin W = ½ (L - Lᵀ) of a velocity gradient
+    L; orthogonal for every dt.
 
     Source: Hughes & Winget 1980, Int. J. Numer. Methods Eng. 15, 1862.
     """
@@ -165,7 +166,7 @@ def spin_rotation(L: Tensor, dt: float) -> Tensor:
 
 @pointwise
 def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
-    """Return the rotated tensor Q s Qᵀ."""
+    """Return the symmetric tensor s rotated by Q, i.e. Q s Qᵀ."""
     m = multiply(Q, full(s))
     return (
         m[0] * Q[0] + m[1] * Q[1] + m[2] * Q[2],
@@ -179,7 +180,8 @@ def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
 
 @pointwise
 def deformed(L: Tensor, dt: float, F: Tensor) -> Tensor:
-    """Return the updated deformation gradient (I + dt L) F."""
+    """Return the deformation gradient (I + dt L) F after a step dt [s] with the velocity gradient L, from the previous one
+    F."""
     increment = (
         1.0 + dt * L[0],
         dt * L[1],

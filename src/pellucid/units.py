@@ -95,8 +95,8 @@ def check_si(unit: str) -> None:
 
 @contextmanager
 def _read(place: str, unreadable: str) -> Iterator[None]:
-    """Raise UnitError instead of an error of pint. unreadable: message for unreadable texts; place: position of an unknown
-    unit for the message."""
+    """Raise UnitError for errors of pint in the block. unreadable: message for unreadable texts; place: position of an
+    unknown unit for the message."""
     from pint import PintError, UndefinedUnitError
 
     try:

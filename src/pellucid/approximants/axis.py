@@ -23,7 +23,7 @@ class GridFunction(Protocol):
 class LinearFunctions(NamedTuple):
     """Functions along x, y, z, whose product is the shape function, with at most two nodes per axis.
 
-    They are linear, with the same slopes at all points.
+    They are linear within a cell, so the slopes of its nodes are the same at all points of the cell.
     """
 
     x: GridFunction
@@ -44,22 +44,23 @@ GridFunctions = LinearFunctions | CurvedFunctions
 
 @generic
 def axis_weights(fn: Any, u: float, n: int) -> Any:
-    """Return the first node, and the weights and derivatives by u at coordinate u (in cells from the wall).
+    """Return the number of the first node of the support, and the shape functions of its nodes (weights) and their
+    derivatives at the coordinate u [cells from the lower end of the axis].
 
-    n: number of cells along the axis. The tuples have `fn.stencil` entries.
+    n: number of cells along the axis. The tuples of weights and derivatives have `fn.stencil` entries.
     """
 
 
 @generic
 def axis_numbers(fn: Any, u: float, n: int) -> Any:
-    """Return the first node around a coordinate, and the numbers from which `axis_values` computes offset, weights and
-    derivatives."""
+    """Return the number of the first node of the support at the coordinate u [cells], and the numbers of the point from
+    which `axis_values` computes offset, weights and derivatives; n: number of cells along the axis."""
 
 
 @generic
 def axis_values(fn: Any, numbers: Any) -> Any:
-    """Return the offset of the first node from the point in cells, and the weights and derivatives of the nodes: vectors if
-    `numbers` are vectors, else scalars."""
+    """Return the offset of the first node from the point [cells], and the weights and derivatives of the nodes; numbers:
+    result of `axis_numbers`, as scalars for one point or vectors for several points."""
 
 
 @default_function(axis_numbers)
@@ -83,7 +84,8 @@ def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
 
 @pointwise
 def spread3(offset, w, g):
-    """Return the `affine_weights` of three nodes; for a point on a wall, where the functions interpolate, their derivatives."""
+    """Return the weights of `affine_weights` for three nodes; at a wall, where their second moment vanishes, the
+    derivatives g."""
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
     if spread < LEAST_SPREAD:
@@ -93,7 +95,7 @@ def spread3(offset, w, g):
 
 @pointwise
 def spread4(offset, w, g):
-    """Return `affine_weights` of four nodes; see `spread3`."""
+    """Return the weights of `affine_weights` for four nodes; see `spread3`."""
     r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
     if spread < LEAST_SPREAD:
@@ -103,7 +105,11 @@ def spread4(offset, w, g):
 
 @pointwise
 def fold3(first, n, w):
-    """Fold the weights of three nodes beyond a wall back onto it. Node n+1 exists in memory, with weight zero."""
+    """Return the first node and the weights of three nodes after the weight of a node beyond a wall is transferred to the
+    nodes at the wall by linear extrapolation.
+
+    n: number of cells. Node n + 1 exists in memory and may be listed with weight zero.
+    """
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], 0.0)
         first = 0
@@ -114,7 +120,7 @@ def fold3(first, n, w):
 
 @pointwise
 def fold4(first, n, w):
-    """Fold the weights of four nodes; see `fold3`."""
+    """Return the first node and the weights of four nodes with nodes beyond a wall folded onto it; see `fold3`."""
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], w[3], 0.0)
         first = 0

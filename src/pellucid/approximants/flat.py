@@ -1,4 +1,4 @@
-"""Constant function along an axis that is one cell thick: one node. It reduces a slab to a plane or a line."""
+"""Constant function along an axis that is one cell thick, with a single node: it reduces a problem to two dimensions or one."""
 
 from typing import NamedTuple
 

@@ -12,8 +12,8 @@ FAR = 4
 
 
 class PeriodicAxis(NamedTuple):
-    """A shape function along a periodic axis: the functions of another kind with the same number of nodes, folded into the
-    period."""
+    """A shape function along a periodic axis: `function`, with `stencil` nodes, evaluated far from walls; its nodes are
+    mapped into the period."""
 
     function: Any
     stencil: int
@@ -21,7 +21,8 @@ class PeriodicAxis(NamedTuple):
 
 @pointwise
 def _far_from_walls(u, n):
-    """Return the coordinate within the period, shifted so that walls are far from both ends."""
+    """Return the coordinate u [cells], folded into the period of n cells and shifted by FAR, so that walls do not affect
+    functions there."""
     return u - n * floor(u / n) + FAR
 
 

@@ -1,1 +1,1 @@
-"""Kernels of a case: key, compilation before or during a run, and reports of compilation."""
+"""Compilation of the kernels of a case before or during a run, progress reports, and a key for cases with the same kernels."""

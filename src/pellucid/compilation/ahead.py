@@ -1,5 +1,5 @@
-"""Compilation of kernels into the cache by other processes, from the last kernel backwards, while this process compiles the
-first ones."""
+"""Compilation of a case's kernels into the cache by other processes, from the last kernel backwards, while this process
+compiles the first ones."""
 
 import os
 import warnings
@@ -12,18 +12,18 @@ from pellucid.system.processes import Helper, free_cores, helped
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-MOST_HELPERS = 3
-NICENESS = 10  # of the other processes: where cores are few, the one that needs the kernels goes first
-MOST_SECONDS = 120  # of a core; state that no kernel has filled may send a search round for ever
-MOST_MEMORY = 0.05  # of the machine's that the bodies may take once more
+MOST_HELPERS = 3  # largest number of other processes
+NICENESS = 10  # of the other processes: on few cores, the process that needs the kernels has priority
+MOST_SECONDS = 120  # limit of computing time [s]: as kernels are not executed, a loop over their results may not end
+MOST_MEMORY = 0.05  # largest memory of the bodies over that of the machine: each process builds the bodies again
 
 
 @contextmanager
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
     """Yield a function that starts the compilation of a case's kernels in other processes, if cores and memory allow.
 
-    The processes end with the block. The results do not depend on them: kernels that these processes have compiled are
-    found in the cache.
+    The processes are stopped at the end of the block. The results do not depend on them: kernels that these processes have
+    compiled are found in the cache.
     """
     helpers: list[Helper] = []
 

@@ -1,4 +1,4 @@
-"""Key of the kernels of a case: two cases with the same key need the same kernels."""
+"""Key of the kernels of a case. Two cases with the same key need the same kernels, so these are compiled only once."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def kernel_key(case: "Case") -> str:
-    """Return a key of the kernels that a case needs, which depend on its options, not on its numbers and names."""
+    """Return a hash of the options of a case (not its numbers and names) on which the kernels that it needs depend."""
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
@@ -21,7 +21,7 @@ def kernel_key(case: "Case") -> str:
 
 
 def _choices(value: Any) -> Any:
-    """Return the texts and booleans of a table, without its numbers."""
+    """Return the texts and booleans of a table of a case; numbers are replaced by the names of their types."""
     if isinstance(value, dict):
         return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
     return value if isinstance(value, (str, bool)) else type(value).__name__

@@ -1,4 +1,5 @@
-"""Reports of compilation: kernel, its number, total number; and laws that numba cannot compile."""
+"""Progress reports of kernel compilation (name, number and total number of kernels), and errors for laws that numba cannot
+compile."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -20,8 +21,9 @@ def compilation_told(
     """Report every kernel compiled in the block, not those loaded from the cache; call `at_first` before the first. Yields
     a function that returns the time spent in compiling and loading so far [s].
 
-    `key` names the kernels that the block needs. Their number is known from an earlier time, possibly with other sources or
-    another version of numba; a cache that holds some of them reduces it.
+    `key` identifies the kernels that the block needs, see `kernel_key`. Their expected number is that of an earlier
+    compilation with this key, possibly with other sources or another version of numba; kernels in the cache are not
+    compiled again.
     """
     from numba.core.event import Listener, TimingListener, install_listener
 
@@ -52,7 +54,7 @@ def compilation_told(
 
 @contextmanager
 def laws_blamed(case: "Case") -> Iterator[None]:
-    """Raise CaseError, with the name of the law, if numba cannot compile a law."""
+    """Raise CaseError for a material law that numba cannot compile; the error names the law and the reason."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     try:
@@ -78,7 +80,7 @@ def _kept_count(key: str) -> int:
 
 
 def _keep_count(key: str, count: int) -> None:
-    """Store the number of kernels; do nothing if the cache cannot be written."""
+    """Store the number of kernels of a key; do nothing if the cache cannot be written."""
     with suppress(OSError):
         _place(key).parent.mkdir(parents=True, exist_ok=True)
         _place(key).write_text(str(count), encoding="ascii")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class Warmed(NamedTuple):
-    """Result of the compilation for a case: number of compiled kernels, duration [s], and the error if not all were
-    compiled."""
+    """Result of the compilation for a case: its name, the number of compiled kernels, the duration [s], and the error if
+    not all were compiled."""
 
     case: str
     kernels: int
@@ -56,7 +56,7 @@ def _check_writable(folder: Path) -> None:
 
 
 def compile_case(job: tuple[str, str]) -> Warmed:
-    """Compile the kernels of a case, given by its name and its text."""
+    """Compile the kernels of a case; job: its name and its text in TOML."""
     from numba.core.event import RecordingListener, install_listener
 
     from pellucid.case import check_memory, loads

@@ -1,4 +1,5 @@
-"""External actions on the nodes of a velocity field. Conditions request them before a run."""
+"""Nodal arrays for external actions on a velocity field: forces, absorbing faces and prescribed motions. Conditions request
+the arrays before a run and fill them in each step."""
 
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from pellucid.grid.velocity_field import VelocityField
 
 
 class DrivenNodes(NamedTuple):
-    """Nodal sums of driven points; see `ExternalAction`."""
+    """Nodal sums over driven points, i.e. points with a prescribed motion; see `ExternalAction`."""
 
     mass: np.ndarray  # (n, 3) mass of driven points [kg]
     momentum: np.ndarray  # (n, 3) momentum of driven points with the prescribed velocity [kg m/s]
@@ -49,7 +50,7 @@ class NodalActions:
         return DrivenNodes(external.driven_mass, external.driven_momentum, external.impulse)
 
     def external(self) -> ExternalAction:
-        """Return the requested arrays for the momentum equation."""
+        """Return the requested arrays as input of the momentum equation; arrays that no condition requested are empty."""
         return self._external
 
     def _ask(self, *names: str) -> ExternalAction:

@@ -1,9 +1,10 @@
 """Affine velocity fields of APIC points, their kinetic energy, and the energy lost by the transfers.
 
-At the distance r from an APIC point its velocity field is v + C r, with the kinetic energy m/2 (|v|² + Σ N |C r|²). Mapping
-the field to the nodes loses m/2 Σ N |v + C r - v_I|²; mapping the nodal velocities back loses m/2 Σ N |v_I - v - C r|² with
-the new v and C. Between two steps the point moves relative to the nodes, so N, r and therefore Σ N |C r|² change; this loss
-is negative half of the time.
+At the distance r from an APIC point of mass m the velocity field is v + C r. Its kinetic energy is m/2 (|v|² + Σ N |C r|²),
+summed over the nodes with the shape functions N at the distances r. Mapping the field to nodes with the velocities v_I
+loses m/2 Σ N |v + C r - v_I|²; mapping the nodal velocities back loses m/2 Σ N |v_I - v - C r|² with the new v and C.
+Between two steps the point moves relative to the nodes, so N, r and therefore Σ N |C r|² change; this loss is negative half
+of the time.
 """
 
 from typing import Any
@@ -99,9 +100,9 @@ def _energy(C, spread, cell):
 def _lost(about, lattice, nodes, v, new, C):
     """Return the energy per unit mass that both transfers of a step lose [J/kg], without the energies of the affine fields.
 
-    With d = v_I - Δv_I - v', the difference between the nodal velocity before the step and v', the two losses are ½ |v -
-    v'|² and Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the last term is `increment_energy`, which light
-    nodes omit.
+    With the velocity v' of the point after the step and the difference d = v_I - Δv_I - v' between the nodal velocity
+    before the step and v', the two losses are ½ |v - v'|² and Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the
+    last term is `increment_energy`, which light nodes omit.
     """
     wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     velocity, increment, squares = nodes.velocity, nodes.velocity_increment, nodes.increment_energy

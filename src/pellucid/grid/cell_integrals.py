@@ -8,16 +8,16 @@ import numpy as np
 from pellucid.approximants import PeriodicAxis
 from pellucid.approximants.axis import axis_weights
 
-PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
+PARTS = 120  # a multiple of 2, 3, 4 and 5: functions averaged over such a fraction of a cell have kinks at ends of parts only
 """Number of parts of a cell for the integration, each by two-point Gauss quadrature (exact for cubics)."""
-NEAR = 5  # cells from a wall beyond which all are alike
+NEAR = 5  # distance from a wall [cells], beyond which the integrals are the same in all cells
 
 
 class AxisIntegrals(NamedTuple):
     """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes have functions
     that are not zero in a cell."""
 
-    first: np.ndarray  # (n,) first node that reaches each cell
+    first: np.ndarray  # (n,) first node whose function is not zero in each cell
     value: np.ndarray  # (n, w) ∫ N du
     slope: np.ndarray  # (n, w) ∫ N' du
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.jit import kernel
 
-CHUNK = 512  # nodes that a thread takes at a time
+CHUNK = 512  # largest number of nodes in a chunk
 ALL = np.zeros(0, np.int64)
 """Used instead of a list for "all nodes". An empty list has no chunks and causes no pass, so the two cannot be confused."""
 
@@ -14,24 +14,24 @@ ALL = np.zeros(0, np.int64)
 class ChunkedNodes(NamedTuple):
     """Nodes in chunks. Each chunk is processed by one thread; the sums of the chunks are added in order."""
 
-    node: np.ndarray  # (m,) a list, or `ALL`
+    node: np.ndarray  # (m,) indices of listed nodes, or `ALL`
     edges: np.ndarray  # (chunks + 1,) number of the first node of each chunk, and the end of the last
 
     @property
     def n(self) -> int:
-        """Number of chunks of the nodes."""
+        """Number of chunks."""
         return len(self.edges) - 1
 
 
 class NodesByRow(NamedTuple):
-    """Nodes in chunks, each within one row of slabs, so that a process that has rows also has their chunks."""
+    """Nodes in chunks, each within one row of slabs. A process computes whole rows of slabs, and therefore whole chunks."""
 
     chunks: ChunkedNodes
     of_row: np.ndarray  # (rows + 1,) first chunk of each row of slabs, and the end of the last
 
 
 def chunked(node: np.ndarray) -> ChunkedNodes:
-    """Divide a list of nodes, shape (m,), into chunks for passes that compute no sums."""
+    """Divide a list of nodes, shape (m,), into chunks for loops that compute no sums, regardless of rows of slabs."""
     return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
 
 

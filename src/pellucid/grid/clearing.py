@@ -17,7 +17,8 @@ from pellucid.ranks.domain import domain
 
 
 class ClearedRows(NamedTuple):
-    """Rows of fields, and the same memory as integers. A row whose bits are all zero is not written again."""
+    """Nodal arrays to reset, and the same memory as integers. A row of an array whose bits are all zero is not written
+    again."""
 
     rows: tuple[np.ndarray, ...]
     bits: tuple[np.ndarray, ...]
@@ -42,9 +43,9 @@ def _clear(chunk, cleared, width, chunks):
 
 
 class Clearing:
-    """Resets the fields of several sets of nodal arrays that are declared to be cleared at the same time.
+    """Resets to zero those fields of several sets of nodal arrays that are declared to be cleared at the time `cleared`.
 
-    rows: the rows of slabs of the grid, see `pellucid.grid.chunks.by_row`.
+    rows: first node of each row of slabs of the grid, and the end of the last row, see `pellucid.grid.chunks.by_row`.
     """
 
     def __init__(self, cleared: Cleared, rows: np.ndarray, *sets: tuple[Any, ...]) -> None:
@@ -65,8 +66,8 @@ class Clearing:
         self._own = self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
-        """Reset the rows of all nodes, or of the nodes in a list, shape (m,). Fields that are not stored in rows are always
-        reset at all nodes."""
+        """Reset the fields at all nodes, or at the nodes of a list, shape (m,). Fields that are not stored in rows of four
+        numbers are always reset at all nodes."""
         if self._cut == domain.cuts_made:
             chunks, others = self._own
         else:  # rows may have something that are not those of this process any more
@@ -82,7 +83,7 @@ class Clearing:
             _clear(chunks.n, self._rows, self._width, chunks)
 
     def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
-        """Return what is cleared for a range of nodes: the chunks between the node numbers `edges`, and for each array outside
-        the row storage a view of the range with its initial value."""
+        """Return the data for clearing a range of nodes: the chunks between the node numbers `edges`, and for each array
+        outside the row storage a view of the range with its initial value."""
         others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
         return ChunkedNodes(ALL, edges), others

@@ -23,7 +23,7 @@ class Walled(NamedTuple):
 class Folded(NamedTuple):
     """Option for a grid with at least one periodic axis."""
 
-    real: np.ndarray  # (nodes,) identical node within the period
+    real: np.ndarray  # (nodes,) index of the identical node within the period
     periods: tuple[float, float, float]  # period along each axis [cells], infinite along other axes
     cells: tuple[int, int, int]  # number of cells in a period, 0 along other axes
     steps: tuple[int, int, int]  # offset in memory between identical nodes, 0 along other axes
@@ -31,7 +31,7 @@ class Folded(NamedTuple):
 
 @generic
 def real_node(folding: Any, I: int) -> Any:
-    """Return the storage index of a node of a stencil."""
+    """Return the storage index of node I of a stencil; on a periodic axis, of the identical node within the period."""
 
 
 @generic
@@ -46,7 +46,7 @@ def cell_in_period(folding: Any, axis: int, i: int) -> Any:
 
 @generic
 def cells_beyond(folding: Any, axis: int) -> Any:
-    """Return the number of cells beyond a cell at the end of an axis: 0 or 1."""
+    """Return the number of neighbours beyond a cell at the end of an axis: 1 if the axis is periodic, else 0."""
 
 
 @generic
@@ -62,8 +62,8 @@ def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> 
 
 @generic
 def seen_from(folding: Any, lattice: Any, about: Any, x: Any, a: int, b: int, c: int) -> Any:
-    """Return the position x [m] in coordinates shared by all points that reach the node (a, b, c) of the stencil `about`: x
-    itself on a walled grid, relative to the node on a periodic grid."""
+    """Return the position x [m] in coordinates shared by all points that contribute to the node (a, b, c) of the stencil
+    `about`: x itself on a walled grid, relative to the node on a periodic grid."""
 
 
 @point_function(real_node, Walled)

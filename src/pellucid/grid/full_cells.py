@@ -1,19 +1,20 @@
 """Mean pressure of cells that are full of fluid, integrated over the cell instead of summed over its points.
 
-After points have moved, Σ_p V_p ∇N_I(x_p) differs from zero where ∫∇N_I dV is zero. In a fluid under an ambient pressure p
-this error causes eddies of a few cells: the spurious forces are p times this sum, and the volumes of the points, which grow
-by Σ_p V_p ∇·v(x_p), drift from the volumes of their cells (on such errors: Steffen, Kirby & Berzins 2008, Int. J. Numer.
-Methods Eng. 76, 922; Baumgarten & Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589). Therefore, in a full cell c of
-volume V_c, with Q_c = Σ V_p over its points,
+After points p with the volumes V_p at x_p have moved, Σ_p V_p ∇N_I(x_p) differs from zero at nodes where the integral of the
+shape function, ∫∇N_I dV, is zero. In a fluid under an ambient pressure this error causes eddies of a few cells: the spurious
+forces are the pressure times this sum, and the volumes of the points, which grow by Σ_p V_p ∇·v(x_p) with the velocity v,
+drift from the volumes of their cells (on such errors: Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922;
+Baumgarten & Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589). Therefore, in a full cell c, with the pressures p_p and
+stresses σ_p of its points and the sum Q_c of their volumes, the mean pressure p_c and the forces f_I of its nodes are
 
     p_c = Σ V_p p_p / Q_c,    f_I = -Σ_p V_p (σ_p + p_c I)·∇N_I(x_p) + p_c ∫_c ∇N_I dV,
 
-and, by virtual work, the relative growth rate of each of its points is shifted by κ_c = (D_c - Σ V_p ∇·v(x_p))/Q_c with D_c
-= Σ_I v_I·∫_c ∇N_I dV, so that the volume of the points grows with the cell. Then the work of the pressures of the points on
-their volumes equals the work of the forces. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure causes no force
-within the fluid, and the correct force at its edge, where cells are partly filled and points are summed as usual. D_c and
-κ_c use the mean velocity of the step, along which forces do work. USF strains the points before this velocity is known, so
-volumes are not shifted with USF.
+and, by virtual work, the relative volume growth rate of each of its points is shifted by κ_c = (D_c - Σ V_p ∇·v(x_p))/Q_c
+with D_c = Σ_I v_I·∫_c ∇N_I dV, so that the volume of the points grows with the cell. Then the work of the pressures of the
+points on their volumes equals the work of the forces. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure causes
+no force within the fluid, and the correct force at its edge, where cells are partly filled and points are summed as usual.
+D_c and κ_c use the mean velocity of the step, along which forces do work. USF strains the points before this velocity is
+known, so volumes are not shifted with USF.
 
 A cell is full if it contains points and each cell around it contains points or is a hole. A hole is a cell without points
 whose face neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour
@@ -39,7 +40,7 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.ranks.domain import domain
 
-LAYERS = 6  # of cells in a chunk: the forces of a cell and of holes beside it reach three nodes beyond it
+LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on nodes up to three nodes beyond it
 
 
 class CellGrid(NamedTuple):
@@ -47,7 +48,7 @@ class CellGrid(NamedTuple):
 
     lattice: Lattice
     cells: FullCells
-    along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]
+    along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]  # integrals of the shape functions over cells
     forces: np.ndarray  # (4 n,) rows of internal forces
     mean_velocity: np.ndarray  # (n, 3)
     volume: float  # volume of a cell [m³]; for thin axes with the slice thickness
@@ -62,7 +63,8 @@ def _pressure(stress, p):
 
 @parallel_loop_by_colour(gives="sums")
 def sum_cells(s, mapped, sums):
-    """Add the volume, and pressure times volume, of each point of n slabs to the sums of its cell; sums: see `FullCells`."""
+    """Add the volume, and pressure times volume, of each point of slab s (see `Slabs`) to the sums of its cell; sums: see
+    `FullCells`."""
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -106,7 +108,7 @@ def _cell_at(chunk, number, grid):
 
 @pointwise
 def _volume(grid, i, j, k):
-    """Return the volume of the points in the cell (i, j, k); -1 beyond the walls."""
+    """Return the volume of the points in the cell (i, j, k) [m³]; -1 beyond the walls."""
     n, stride = grid.lattice.counts, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     if i < 0 or j < 0 or k < 0 or i >= n[0] or j >= n[1] or k >= n[2]:
@@ -178,7 +180,7 @@ def _in_grid(grid, i, j, k):
 
 @pointwise
 def _first_node(grid, i, j, k):
-    """Return the lowest node whose shape function is not zero in the cell (i, j, k)."""
+    """Return the index of the lowest node whose shape function is not zero in the cell (i, j, k)."""
     (x, y, z), stride = grid.along, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
@@ -198,7 +200,7 @@ def _gradient_integral(grid, i, j, k, a, b, c):
 
 @pointwise
 def _add_force(grid, i, j, k, pressure):
-    """Add the force of the mean pressure of the cell (i, j, k) to its nodes."""
+    """Add the force of a mean pressure [Pa] of the cell (i, j, k) to its nodes, pressure times ∫∇N dV."""
     (x, y, z), forces = grid.along, grid.forces
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
@@ -227,7 +229,8 @@ def _growth(grid, i, j, k):
 
 @pointwise
 def _push(grid, i, j, k, cell):
-    """Compute the mean pressure of the full cell (i, j, k), and add its force and the force on its holes to the nodes."""
+    """Compute the mean pressure of the full cell (i, j, k), and add its force and the force on the holes that belong to it
+    to the nodes."""
     pressure = grid.cells.sums[cell, PRESSURES] / grid.cells.sums[cell, VOLUMES]
     grid.cells.found[cell, PRESSURE] = pressure
     _add_force(grid, i, j, k, pressure)
@@ -239,7 +242,7 @@ def _push(grid, i, j, k, cell):
 
 @pointwise
 def _grow(grid, i, j, k, cell):
-    """Compute the relative growth rate of the full cell (i, j, k) with its holes [1/s]."""
+    """Compute the relative volume growth rate of the full cell (i, j, k) with the holes that belong to it [1/s]."""
     growth = _growth(grid, i, j, k)
     for face in range(6):
         if _owns(grid, i, j, k, face):
@@ -286,7 +289,7 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """Protocol of a body for `CellPressure`: its points get the mean pressure of their cell."""
+    """Interface of a fluid body for `CellPressure`: its points get the mean pressure of their full cell."""
 
     functions: GridFunctions
     n_slabs: int
@@ -332,8 +335,8 @@ class CellPressure:
         _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:
-        """Compute the missing volume growth of the points and its work over the step dt [s], after their own growth rates
-        are summed."""
+        """Compute the relative growth rates that the points of full cells lack compared with their cells (SHIFT) and the
+        work of this growth over the step dt [s], after the growth rates of the points are summed."""
         sums, found, full = self.cells.sums, self.cells.found, self.cells.full
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])

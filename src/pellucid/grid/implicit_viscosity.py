@@ -1,7 +1,7 @@
 """Implicit viscosity: nodal velocities in equilibrium with the viscous stresses that they cause.
 
 With the lumped masses m_I, the velocities v*_I that result from all other forces and the conditions, and the viscous
-operator (K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I,
+operator (K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I, of points with the volumes V_p and strain rates D_p,
 
     m_I (v_I - v*_I) + Δt (K v)_I = 0
 
@@ -137,7 +137,7 @@ class ImplicitViscosity:
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _map(self, passes: Sequence[Bundle]) -> None:
-        """Compute the viscous stresses of the points and add their forces to the nodes."""
+        """Compute the viscous stresses of the points with the given loops, and add their forces to the nodes."""
         for one in passes:
             each_point(one, 0.0, FIRST)
 
@@ -156,8 +156,8 @@ class ImplicitViscosity:
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
     def work(self, columns: Sequence[int]) -> StepWork:
-        """Return the works of the last step along its mean velocities: dissipation and the loss by implicit Euler, in two
-        given columns."""
+        """Return the works of the last step along its mean velocities [J]; columns: columns for the dissipation and for the
+        energy lost by implicit Euler."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
         done = no_work(max(columns) + 1, 0)

@@ -10,17 +10,18 @@ from pellucid.grid.folding import Folded, Walled
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
-PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
+PAD = 2  # nodes minus cells: one node at the end, and one beyond the upper wall, which splines list with weight zero
 LARGEST_STENCIL = 4
-BEYOND_PERIOD = LARGEST_STENCIL - 1  # nodes that stencils count on beyond the last one of a periodic axis
-MOST_ROWS = 64  # of slabs
+BEYOND_PERIOD = LARGEST_STENCIL - 1  # stored nodes beyond the last one of a periodic axis, for stencils that cross the seam
+MOST_ROWS = 64  # largest number of rows of slabs
 
 
 def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
-    """Return the edges of rows of slabs along an axis, in layers of cells, shape (rows + 1,).
+    """Return the edges of rows of slabs along an axis with a number of layers of cells, shape (rows + 1,).
 
-    Rows are as narrow as two colours allow, see `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows the
-    last across the seam: the number of rows is then even, or one.
+    stencil: nodes of a shape function along the axis; most: largest number of rows. Rows are as narrow as possible if every
+    other row is processed at the same time, see `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows
+    the last across the seam: the number of rows is then even, or one.
     """
     n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
     n -= n % 2 if periodic and n > 1 else 0
@@ -52,11 +53,11 @@ def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[i
 class Lattice(NamedTuple):
     """Geometry of the uniform grid for kernels. Node (i, j, k) is stored at i*strides[0] + j*strides[1] + k*strides[2]."""
 
-    lower: tuple[float, float, float]
-    cell: float
-    inverse_cell: float
-    counts: tuple[int, int, int]
-    strides: tuple[int, int, int]
+    lower: tuple[float, float, float]  # lower corner [m]
+    cell: float  # edge of a cell [m]
+    inverse_cell: float  # [1/m]
+    counts: tuple[int, int, int]  # number of cells along x, y, z
+    strides: tuple[int, int, int]  # difference of the storage indices of neighbouring nodes along x, y, z
     slab_axis: int  # slowest axis in memory, along which the grid is divided into slabs
     cut_axis: int  # longest other axis, along which slabs are cut
     folding: Any = Walled()  # mapping of identical nodes on periodic axes, see `pellucid.grid.folding`
@@ -153,9 +154,10 @@ class Grid:
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
     def find_passed_face(self, place: np.ndarray) -> tuple[str, float] | None:
-        """Return the name of the face that a place beyond the grid has passed, and the velocity of its nodes out of the grid.
+        """Return the name of the face of the grid that a position beyond it has crossed, and the velocity of the nodes of
+        this face out of the grid [m/s].
 
-        None if no support holds the nodes of the face there along its normal. place: shape (3,) [m]; velocity [m/s].
+        None if no support holds the nodes of the face there along its normal. place: position, shape (3,) [m].
         """
         cells = (place - np.array(self.lattice.lower)) * self.lattice.inverse_cell
         near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.thin, 0, self.lattice.counts)).astype(np.int64)

@@ -9,7 +9,7 @@ from pellucid.jit import pointwise
 
 
 class NodeFlags(NamedTuple):
-    """Nodal flags, 0 or 1, from which lists are made."""
+    """Nodal flags, 0 or 1, from which lists of nodes are made."""
 
     awaiting: Annotated[
         np.ndarray, NodalField(1, FOUND, RUN, "", "1 if contact may exert an impulse on the node in this step", np.uint8)

@@ -84,7 +84,7 @@ class GridCase(Model):
         return x, y, z
 
     def seam(self, face: str) -> tuple[str, str] | None:
-        """Return why a face does not exist on a periodic axis, with a remedy; None if it exists."""
+        """Return the reason why a face such as "x-lower" is no wall, and a remedy, if its axis is periodic; None otherwise."""
         if face[0] not in self.periodic:
             return None
         other = f"{face[0]}-{'upper' if face.endswith('lower') else 'lower'}"

@@ -15,8 +15,8 @@ from pellucid.grid.supports import Supports, is_beside, leaves, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
-FULL_DRIVE_FRACTION = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
-MASS_EPS = 1e-290  # kg; no point reaches a node below this
+FULL_DRIVE_FRACTION = 0.05  # fraction of a node's mass from driven points, from which on the node fully follows their motion
+MASS_EPS = 1e-290  # nodes with a smaller mass [kg] count as nodes without mass
 
 
 class ExternalAction(NamedTuple):
@@ -51,7 +51,7 @@ class AdvancedNodes(NamedTuple):
     load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "sum of the external forces, if there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works in the layout of `pellucid.energy`, a row for each chunk
-    edges: np.ndarray  # edges of the chunks of all nodes, see `pellucid.grid.chunks`
+    edges: np.ndarray  # first node of each chunk of nodes, and the end of the last, see `pellucid.grid.chunks`
 
 
 @pointwise
@@ -102,7 +102,7 @@ def is_unconstrained(nodes, external, I):
 
 @pointwise
 def what_acts(field):
-    """Return three flags: whether loads, absorbing faces or prescribed motions act on any node of the field. Evaluated once
+    """Return three flags: True if loads, absorbing faces or prescribed motions act on any node of the field. Called once
     for many nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
@@ -245,7 +245,7 @@ def sum_loads_chunk(chunk, field):
 
 @kernel(inner=True)
 def add_separate_forces_chunk(chunk, field):
-    """Add the separate internal forces to the others on the nodes of a chunk."""
+    """Add the separate internal forces (see `FieldNodes`) to the other internal forces on the nodes of a chunk."""
     forces, separate = field.nodes.forces, field.separate_forces
     for k in range(4 * field.edges[chunk], 4 * field.edges[chunk + 1], LANES):
         store(forces, k, load(forces, k) + load(separate, k))

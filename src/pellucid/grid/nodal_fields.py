@@ -1,12 +1,12 @@
-"""Declarations of nodal arrays.
+"""Declarations of nodal arrays, i.e. arrays with values at the nodes of the grid.
 
 A set of nodal arrays is a named tuple that is passed to kernels. The annotation of a member declares it as a `NodalField`,
 or as a `View` of some components of a field. Memory, views and clearing (`pellucid.grid.clearing`) follow from these
 declarations, and so does the table in docs/reference/nodal-arrays.md. A set may have further members without such an
 annotation.
 
-Points on both sides of a cut of the grid contribute to the nodes between them. A field that is not FOUND is complete only
-with the contributions of both sides.
+If several processes share a grid, points of two processes contribute to the nodes between their parts. A field that is not
+FOUND is complete only with the contributions of both.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ RUN: Final = "run"
 START = {MAX: -inf, MIN: inf}
 """Initial values of fields, if not zero, by the way in which contributions are combined."""
 ROW = 4
-"""Number of components in a row, equal to the lanes of a kernel vector."""
+"""Number of components that are stored for a node of a field in rows, equal to the lanes of a kernel vector."""
 VECTOR = slice(0, 3)
 
 Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
@@ -76,8 +76,8 @@ def rows(combine: Combine, cleared: Cleared, unit: str, meaning: str) -> NodalFi
 class View(NamedTuple):
     """Declaration of a view of some components of a field stored in rows."""
 
-    of: str
-    part: int | slice
+    of: str  # name of the field
+    part: int | slice  # its components
     unit: str
     meaning: str
     cleared: Cleared | None = None  # time of clearing, if not together with the whole field

@@ -21,9 +21,9 @@ from pellucid.reductions import ordered_sum
 class NodalMomentum:
     """Momentum update of the nodes of one velocity field.
 
-    rows: the rows of slabs, see `pellucid.grid.chunks.by_row`. supports, external: constraints and external actions, read
-    in every step. small_mass [kg]: the internal forces of nodes with less mass do not strain points. flip: fraction of FLIP
-    in the transfer to the points.
+    rows: first node of each row of slabs, see `pellucid.grid.chunks.by_row`. supports, external: constraints and external
+    actions, read in every step. small_mass [kg]: the internal forces of nodes with less mass do not strain points. flip:
+    fraction of FLIP in the transfer to the points.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class NodalMomentum:
 
     def _find_near(self) -> None:
         """Find the chunks of the nodes that points of this process reach; other nodes have no mass here. The chunks change
-        only when the grid is cut again."""
+        only when the grid is divided among processes again."""
         if self._cut == domain.cuts_made:
             return
         self._cut = domain.cuts_made
@@ -73,7 +73,7 @@ class NodalMomentum:
 
     @property
     def advanced(self) -> Bundle:
-        """The nodes with their actions and constraints (`AdvancedNodes`), in chunks."""
+        """Nodes of the velocity field with their actions and constraints (`AdvancedNodes`), as argument of kernels."""
         return self._bundle
 
     @property
@@ -96,7 +96,7 @@ class NodalMomentum:
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Set the nodes, by lists, that receive impulses in this step after the momentum update."""
+        """Set the nodes that may receive impulses in this step after the momentum update; nodes: arrays of their indices."""
         if not len(self._awaiting):
             self._awaiting = fields_of(NodeFlags)["awaiting"].allocate(len(self._bundle.nodes.mass))
         self._awaiting[self._listed.chunks.node] = 0
@@ -185,7 +185,8 @@ class NodalMomentum:
         return np.where(moved, nodes.velocity[node] - 0.5 * nodes.velocity_increment[node], nodes.mean_velocity[node])
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`.
+        """Compute `strain_velocity`: the velocities p/m from the momentum p mapped to the nodes and their mass m, with
+        constraints.
 
         dt: the step [s] if the momentum has been advanced, else None. counted: True if `strain_lag_work` will be requested;
         it is then computed at once, except for nodes that await impulses.

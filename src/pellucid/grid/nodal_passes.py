@@ -1,4 +1,4 @@
-"""Parallel passes over the nodes of a velocity field: momentum update, and works of a step.
+"""Parallel loops over the nodes of a velocity field: momentum update, and works of a step.
 
 Common arguments: n, number of chunks; chunks, the nodes (`ChunkedNodes`); awaiting, flags of the nodes that await contact
 impulses, or `NOWHERE`; small, see `NodalMomentum`.
@@ -31,14 +31,15 @@ def advance(n, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def count_works(n, first, chunks, awaiting, field, dt, small):
-    """Compute the works of the step and the impulses on nodes, in rows starting at `first`; see `NodalMomentum.works`."""
+    """Compute the works of the step dt [s] and the impulses on nodes, a row of sums for each chunk, from row `first` on;
+    see `NodalMomentum.works`."""
     parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
 @parallel_loop()
 def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
-    """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`; if `counted`, also sum the lag
-    work.
+    """Compute `strain_velocity`: the velocities p/m from the momentum p mapped to the nodes and their mass m, corrected by
+    supports and driven points. If `counted`, also sum the work of `NodalMomentum.strain_lag_work`.
 
     advanced: True if the momentum has been advanced with the present nodal masses.
     """

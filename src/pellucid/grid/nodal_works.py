@@ -1,7 +1,7 @@
-"""Works on the nodes in a step, along the mean of their velocities before and after it.
+"""Works of forces on the nodes in a step, along the mean of the nodal velocities before and after it.
 
 Most nodes are processed directly after the momentum update, while their data is in the cache. Nodes that await contact
-impulses are flagged and listed, skipped in this pass, and processed afterwards.
+impulses are flagged and listed, skipped at first, and processed after contact.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from pellucid.jit.local import numbers
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 NOWHERE = np.zeros(0, np.uint8)
-"""Used instead of flags if no node awaits impulses."""
+"""Empty array, used instead of nodal flags if no node awaits impulses."""
 
 
 @pointwise

@@ -14,7 +14,7 @@ from pellucid.jit.bundle import Bundle
 
 
 class OwnNodesField(VelocityField):
-    """Velocity field of one body with its own nodes on the grid; the body receives contact increments only."""
+    """Velocity field of one body with its own nodes; from the grid, the body receives only velocity increments by contact."""
 
     moves_points = False
     touches_on_nodes = True
@@ -50,15 +50,15 @@ class OwnNodesField(VelocityField):
         """Do nothing: `scatter` resets the nodal values itself."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Map mass and momentum of the points of n slabs, and the forces on them until the end of the step [N], shape
-        (points, 3), to the nodes of the grid. Replaces the values of the previous step."""
+        """Map mass and momentum of the points, divided into n slabs, and the forces on them until the end of the step [N],
+        shape (points, 3), to the nodes of the grid. Replaces the values of the previous step."""
         self._reached.scatter(n, mapped, force)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         return {}
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Map the momentum of the points of n slabs again, after their velocities changed."""
+        """Map the momentum of the points, divided into n slabs, again, after their velocities changed."""
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:

@@ -43,9 +43,9 @@ class AffineInertia(NamedTuple):
 class InertiaRead(NamedTuple):
     """Input of a point for its mass and momentum, or the arrays of all points."""
 
-    velocity: np.ndarray  # (n, 3)
-    mass: np.ndarray  # (n,)
-    affine: Any  # (n, 10), or () for points without affine fields
+    velocity: np.ndarray  # (n, 3) [m/s]
+    mass: np.ndarray  # (n,) [kg]
+    affine: Any  # (n, 10) affine fields [1/s] and their energies, or () for points without affine fields
 
 
 class InternalForce(NamedTuple):
@@ -62,9 +62,9 @@ class InternalForceInCells(NamedTuple):
 class InternalForceRead(NamedTuple):
     """Input of a point for its internal force, or the arrays of all points."""
 
-    volume: np.ndarray  # (n,)
-    stress: np.ndarray  # (n, 6)
-    position: Any  # (n, 3), or () without full cells
+    volume: np.ndarray  # (n,) [m³]
+    stress: np.ndarray  # (n, 6) [Pa]
+    position: Any  # (n, 3) [m], or () without full cells
 
 
 @point_function(given, Inertia)
@@ -99,7 +99,7 @@ def _affine_node(rule, line, dz):
 
 @pointwise
 def _times_volume(V, x, y, z):
-    """Return the columns x, y, z of a stress multiplied by -V."""
+    """Return the columns x, y, z of a stress multiplied by -V, with the volume V of a point."""
     taken = row(-V, -V, -V, 0.0)
     return taken * x, taken * y, taken * z
 
@@ -144,7 +144,7 @@ class ParticleToGrid:
         self._momentum = giving(mapped, Both(inertia_of(mapped, 0.0, affine), force))  # the same kernel gives it
 
     def scatter(self, inertia: bool, force: bool) -> None:
-        """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""
+        """Map mass and momentum (if `inertia`) and internal forces -Σ V σ ∇N (if `force`) to the nodes."""
         scatter(self._both, FIRST * inertia + SECOND * force)
 
     def read(self) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""Data of a body of points for the transfers, and the division of its points into slabs."""
+"""Data of a body of points for the transfers between points and nodes, and the division of its points into slabs."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -14,7 +14,7 @@ OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
 
 class Fault(NamedTuple):
-    """Reason why a run stops, with a remedy."""
+    """Reason why a run stops at a point, with a remedy."""
 
     meaning: str
     remedy: str
@@ -55,7 +55,7 @@ def fault_at_held_face(face: str, outward: float) -> Fault:
 
 
 class PointArrays(NamedTuple):
-    """State of all material points; n points, sorted by their nodes from time to time."""
+    """State of the n points of a body, sorted by their first nodes from time to time."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -67,38 +67,40 @@ class PointArrays(NamedTuple):
 class Slabs(NamedTuple):
     """Division of points into slabs: when last sorted, the first nodes of points first[s]:first[s+1] lay within slab s.
 
-    Slabs are layers of the grid along the slowest axis in memory, each cut into `across` pieces along another axis. Points
-    may move one layer beyond their slab before they must be sorted again. Slabs of one colour, i.e. every other slab along
-    both axes, are far enough apart that their points then still reach no common node (`pellucid.grid.sorting`).
+    Slabs are layers of the grid along the slowest axis in memory, each cut into `across` pieces along another axis; the
+    pieces of a layer form a row. Points may move one layer beyond their slab before they must be sorted again. Slabs of one
+    colour, i.e. every other slab along both axes, are far enough apart that their points then still contribute to no common
+    node, so threads process them at the same time (`pellucid.grid.sorting`).
     """
 
     first: np.ndarray  # (s + 1,) first point of each slab, and the end of the last
     layers: np.ndarray  # (s, 4) first layer and end along the slowest axis, and along the axis of the cuts
-    across: int
+    across: int  # number of slabs in a row
     bounds: np.ndarray  # (s, 4) lower and upper bound of the points along both axes [cells from the wall]
     fault: np.ndarray  # (s, 2) fault code, and the first point with this fault
     left_slab: np.ndarray  # (s,) 1 if a point left its slab by more than a layer
-    sums: np.ndarray  # (s, columns) partial sums of the reductions
+    sums: np.ndarray  # (s, columns) sums over the points of each slab, see the columns at the end of this module
     of_lost: np.ndarray  # (s, columns) part of the sums from points that left the grid in the last pass that moved points
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
-        """Return a mask of the slabs whose points may reach nodes in the layers from layers[0] to layers[1], shape (s,)."""
+        """Return a mask of the slabs whose points may contribute to nodes in the layers from layers[0] to layers[1], shape
+        (s,)."""
         return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
 class InOrder(NamedTuple):
-    """Index of points that are stored in the order of the slabs."""
+    """Option: points are stored in the order of the slabs."""
 
 
 class ByIndex(NamedTuple):
-    """Index of points that keep their own storage order; a table lists them in the order of the slabs."""
+    """Option: points keep their own storage order; a table lists them in the order of the slabs."""
 
     order: np.ndarray  # (n,) storage row of each point in the order of the slabs
 
 
 @generic
 def place_of(index: Any, q: int) -> Any:
-    """Return the storage row of the point at position q in the order of the slabs."""
+    """Return the row in the point arrays of the point with number q in the order of the slabs."""
 
 
 @point_function(place_of, InOrder)

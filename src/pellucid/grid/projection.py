@@ -1,4 +1,4 @@
-"""Nodal velocities from the mapped momentum, with supports and driven points."""
+"""Nodal velocities, which strain the points, from the momentum mapped to the nodes, with supports and driven points."""
 
 from pellucid.grid.momentum import MASS_EPS, apply_prescribed_velocity, is_unconstrained
 from pellucid.grid.supports import meet_walls
@@ -8,7 +8,8 @@ from pellucid.jit.vector import load, store
 
 @pointwise
 def constrained_velocity(nodes, supports, external, I, d, m, v):
-    """Return the velocity v of node I of mass m [kg] along d, corrected by supports and driven points [m/s]."""
+    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, replaced by that of a support, or corrected by
+    driven points."""
     s = nodes.constrained[I, d]
     if s == 0 and len(supports.walls.stuck) > 0:
         s = supports.walls.stuck[I, d]
@@ -19,7 +20,8 @@ def constrained_velocity(nodes, supports, external, I, d, m, v):
 
 @pointwise
 def project_node(nodes, supports, external, I):
-    """Compute the velocity p/m of the mapped momentum of node I, with its constraints, in `strain_velocity`."""
+    """Compute `strain_velocity` of node I: its velocity p/m from the momentum p mapped to it and its mass m, with its
+    constraints."""
     m = nodes.mass[I]
     over_m = 1.0 / m if m >= MASS_EPS else 0.0
     if is_unconstrained(nodes, external, I):

@@ -1,8 +1,8 @@
-"""List of the grid nodes that a body with its own nodes reaches. Passes over the nodes of its velocity field process only
-these.
+"""List of the grid nodes to which a body with its own nodes contributes. Loops over the nodes of its velocity field process
+only these.
 
-Contact needs the momentum equation only at nodes that other bodies reach too. A membrane reaches few nodes; processing the
-rest of the grid would take most of the time of its step.
+Contact needs the momentum equation only at nodes to which other bodies contribute too. A membrane contributes to few nodes;
+processing the rest of the grid would take most of the time of its step.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ from pellucid.jit.loops import parallel_loop
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import load, row, splat, store
 
-WORD = 8  # flags that are looked at together
+WORD = 8  # flags that are read at once as one integer
 NONE = np.zeros((0, 3))
 
 
@@ -119,7 +119,8 @@ def _project(chunk, node, field):
 
 
 class ReachedNodes:
-    """Sorted list `node`, shape (n,), of the nodes of a velocity field that its points reach; no other node has mass."""
+    """Sorted indices `node`, shape (n,), of the nodes to which points of the body contribute; no other node has mass. The
+    methods compute momentum and velocities of these nodes."""
 
     def __init__(self, grid: Grid) -> None:
         nodes = grid.nodes
@@ -139,8 +140,8 @@ class ReachedNodes:
         return chunks_of(len(self.node))
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Map mass and momentum of the points of n slabs, and forces on them [N], shape (points, 3), to the nodes. Replaces
-        the previous values."""
+        """Map mass and momentum of the points, divided into n slabs, and forces on them [N], shape (points, 3), to the
+        nodes. Replaces the previous values."""
         self._clear(self.node)
         self._words.fill(0)
         _scatter(n, mapped, NONE if force is None else force, 1.0, self._flags)
@@ -157,5 +158,6 @@ class ReachedNodes:
         _advance(self._chunks, self.node, self._field, dt)
 
     def project(self) -> None:
-        """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`."""
+        """Compute `strain_velocity`: the velocities p/m from the momentum p mapped to the nodes and their mass m, with
+        constraints."""
         _project(self._chunks, self.node, self._field)

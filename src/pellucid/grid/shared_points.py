@@ -1,7 +1,8 @@
-"""Distribution of the points of a body, sorted into slabs, among processes: all points on each process, or distributed.
+"""Distribution of the points of a body, sorted into slabs (layers of the grid), among processes: all points on each
+process, or distributed.
 
 `first` holds the first point of each slab among the points of this process, and the end. Both classes have the same
-methods: `after_sorting`, and `hand_over` before rows are redistributed.
+methods: `after_sorting`, and `hand_over` before rows of slabs are redistributed.
 """
 
 from collections.abc import Callable, Mapping
@@ -40,7 +41,8 @@ class WholePoints:
         return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return the function that applies a new division of the rows of slabs among processes."""
+        """Return a function that restricts the loops to the slabs of this process, to be called after the rows of slabs are
+        redistributed among processes."""
 
         def take_up() -> None:
             self._slabs.first[:] = self.first
@@ -69,7 +71,8 @@ class WholePoints:
 
 
 class SpreadPoints:
-    """Distribution with the points of its own slabs on each process, at the start of arrays with room for all points."""
+    """Distribution in which each process stores the points of its own slabs only, at the start of arrays with room for all
+    points."""
 
     is_spread = True
 
@@ -91,7 +94,8 @@ class SpreadPoints:
         return slice(begin, end)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return the function that applies a new division of rows among processes; points arrive in storage order."""
+        """Return a function that sends the points to their new processes, to be called after the rows of slabs are
+        redistributed; points arrive in storage order."""
         first = self.first_of_all()
 
         def take_up() -> None:

@@ -19,17 +19,17 @@ class Stencil(NamedTuple):
     start: int  # storage index of the first node
     offset: Any  # vector from the point to the first node [cells]
     wx: Any  # values of the shape functions along x, a tuple
-    wy: Any
-    wz: Any
-    gx: Any  # their derivatives along x, per cell
-    gy: Any
-    gz: Any
+    wy: Any  # along y
+    wz: Any  # along z
+    gx: Any  # derivatives of the shape functions along x, per cell
+    gy: Any  # along y
+    gz: Any  # along z
 
 
 @pointwise
 def functions_at(functions, lattice, place):
-    """Return the storage index of the first node around a position [m], and for each axis the numbers from which its shape
-    functions are computed."""
+    """Return the storage index of the first node around a position [m], and for each axis the numbers from which
+    `stencil_of` computes the shape functions there."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
     j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])
@@ -39,8 +39,8 @@ def functions_at(functions, lattice, place):
 
 @pointwise
 def stencil_of(functions, start, numbers):
-    """Return the stencil from the results of `functions_at`; with vectors of numbers, for several points that share their
-    nodes."""
+    """Return the stencil of a point from the results of `functions_at`; if `numbers` are vectors, of several points that
+    share their nodes."""
     ox, wx, gx = axis_values(functions[0], numbers[0])
     oy, wy, gy = axis_values(functions[1], numbers[1])
     oz, wz, gz = axis_values(functions[2], numbers[2])
@@ -56,14 +56,14 @@ def stencil(functions, lattice, position, p):
 
 @pointwise
 def node_behind(lattice, first, a, b, c):
-    """Return the index of the node that lies a, b, c nodes after the first one along the axes."""
+    """Return the storage index of the node that lies a, b, c nodes after the node `first` along the axes."""
     stride = lattice.strides
     return real_node(lattice.folding, first + a * stride[0] + b * stride[1] + c * stride[2])
 
 
 @pointwise
 def node_at(about, lattice, a, b, c):
-    """Return the index of node (a, b, c) of a stencil."""
+    """Return the storage index of node (a, b, c) of the stencil `about`."""
     return node_behind(lattice, about.start, a, b, c)
 
 
@@ -106,7 +106,7 @@ def gather_scalar(about, lattice, field):
 
 @pointwise
 def _gradient_of(about, lattice, velocity, d):
-    """Return the derivatives of component d of the nodal velocity along x, y, z, per cell."""
+    """Return the derivatives at a point of component d of the nodal velocity along x, y, z, per cell."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
     one = wx[0] * wy[0] * wz[0]
     x, y, z = nothing(one), nothing(one), nothing(one)  # one apiece: without the compiler, += changes an array in place
@@ -126,7 +126,7 @@ def _gradient_of(about, lattice, velocity, d):
 
 @pointwise
 def gather_gradient(about, lattice, velocity):
-    """Return the gradient of the nodal velocity `velocity` [1/s], a 9-tuple."""
+    """Return the gradient at a point of the nodal velocity `velocity` [1/s], a 9-tuple."""
     h = lattice.inverse_cell
     xx, xy, xz = _gradient_of(about, lattice, velocity, 0)
     yx, yy, yz = _gradient_of(about, lattice, velocity, 1)
@@ -190,8 +190,8 @@ def add_affine(about, lattice, target, vector, offset):
 
 @pointwise
 def add_shares(about, value, shares):
-    """Add N_I times the value of each point to `shares`, with one vector of points for each node that the points share, in
-    the order of the node indices."""
+    """Add N_I times the value of each of several points that share their nodes to `shares`, which holds one vector (an
+    entry per point) for each node, in the order of the node indices."""
     wx, wy, wz = about.wx, about.wy, about.wz
     k = 0
     for a in range(len(wx)):

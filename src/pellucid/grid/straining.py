@@ -34,35 +34,35 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 
 class Read(NamedTuple):
-    """Input of a point for straining, or the arrays of all points."""
+    """Input of a point for the update of its stress, or the arrays of all points."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
     mass: Any  # [kg]
     volume: Any  # [m³]
-    state: Any  # state of the law
+    state: Any  # state of the material law
 
 
 class Kept(NamedTuple):
-    """Output of a point of straining, or the arrays of all points."""
+    """Output of a point of the update of its stress, or the arrays of all points."""
 
-    position: Any
-    volume: Any
-    state: Any
+    position: Any  # [m]
+    volume: Any  # [m³]
+    state: Any  # state of the material law
 
 
 class Strain(NamedTuple):
-    """Task of the pass that computes new volumes and stresses, and new positions if points move."""
+    """Operation at each point: new volume and stress from the velocity gradient, and new position if points move."""
 
-    law: Any
+    law: Any  # material law
     cells: Any  # `NoCells` or `FullCells`
     moving: float  # 1 if points move, else 0
 
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the difference between the volume growth rate of a full cell and that of its points, for a point in it [1/s]; ()
-    without full cells."""
+    """Return the relative volume growth rate of a full cell minus that of its points, for a point in it [1/s]; () without
+    full cells."""
 
 
 @generic
@@ -129,10 +129,11 @@ def _strain(task, lattice, dt, p, known, g):
 
 
 def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | None = None, moving: bool = True) -> Bundle:
-    """Build the pass that strains the points of a body. state: state arrays of its law; cells: full cells with a mean
-    pressure; moving: True if points also move.
+    """Build the loop over the points of a body that computes their velocity gradients, and from these new volumes and
+    stresses. state: state arrays of the material law; cells: full cells with a mean pressure; moving: True if points also
+    move.
 
-    Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums.
+    Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums over points.
     """
     points = mapped.points
     declared = Declaration(

@@ -1,7 +1,8 @@
 """Constraints of grid nodes: supports, and walls that have friction or release bodies.
 
 A wall is a face of the grid that a support constrains along its normal. Let P be the impulse with which the wall stops a
-node in a step. Coulomb friction is an impulse along the wall that opposes the sliding of the node, at most μ P:
+node of mass m in a step. Coulomb friction with the coefficient μ is an impulse J along the wall that opposes the sliding of
+the node and is at most μ P:
 
     J = -m u min(1, μ P / m|u|),
 
@@ -51,9 +52,9 @@ def no_walls() -> YieldingWalls:
 
 
 class Supports(NamedTuple):
-    """Constraints of nodes; `Nodes.constrained` counts its rows from 1."""
+    """Constraints of nodes by supports, one row each. `Nodes.constrained` contains 1 + the number of a row, or 0."""
 
-    velocity: np.ndarray  # (supports, 3) [m/s]
+    velocity: np.ndarray  # (supports, 3) prescribed velocity [m/s]
     mirror: np.ndarray  # (supports,) 1 for a wall, at which a body is mirrored; 0 for a clamp within a body
     walls: YieldingWalls = no_walls()
 
@@ -75,7 +76,8 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Let opening walls constrain or release node I according to its momentum; no step has advanced the node yet."""
+    """Let walls that open constrain or release node I according to its mapped momentum, before the first step in which the
+    node has mass."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]

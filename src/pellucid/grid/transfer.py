@@ -1,4 +1,4 @@
-"""Points moved by the nodal velocity, velocity increments of points, and sums over points.
+"""Motion of points with the nodal velocity, velocity increments of points, and sums of momentum and energy over points.
 
 The kernels receive a body as a bundle of `MappedPoints`.
 """
@@ -52,8 +52,8 @@ def _sum_slab(s, mapped):
 
 @parallel_loop()
 def add_increments(s, mapped, increment, reached):
-    """Add velocity increments of nodes [m/s], shape (nodes, 3), to the points of the slabs with `reached` True, shape (n,),
-    and update the kinetic energy and momentum of their slabs."""
+    """Add velocity increments of nodes [m/s], shape (nodes, 3), to the points of slab s if `reached`, shape (slabs,), is
+    True for it, and update the kinetic energy and momentum of the slab."""
     if not reached[s]:
         return
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
@@ -69,17 +69,17 @@ def add_increments(s, mapped, increment, reached):
 
 @kernel()
 def sum_momentum(n, mapped):
-    """Sum kinetic energy and momentum of the points of n slabs, after their velocities changed."""
+    """Sum kinetic energy and momentum of the points, divided into n slabs, after their velocities changed."""
     joint_by_colour(_sum_slab, n, mapped.slabs.across, mapped)
 
 
 @parallel_loop()
 def sum_angular_momentum(s, mapped, affine, about, sums):
-    """Sum Σ m (x - a) × v of the points of each of n slabs about a position a [m], shape (3,), and the magnitude Σ m |x -
+    """Sum Σ m (x - a) × v of the points of slab s about a position a [m], `about`, shape (3,), and the magnitude Σ m |x -
     a| |v| [N m s].
 
     affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point;
-    without rows for other transfers. Fills `sums`, shape (slabs, 4).
+    without rows for other transfers. Fills row s of `sums`, shape (slabs, 4).
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, v, slabs = mapped.points.position, mapped.points.velocity, mapped.slabs

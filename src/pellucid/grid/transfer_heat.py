@@ -1,9 +1,10 @@
 """Kinetic energy lost at a point by the transfers between points and nodes.
 
-Forces on the nodes do the work Σ m_I Δv_I·(v_I + Δv_I/2) (`NodalMomentum.works`). The kinetic energy of FLIP points changes
-by this work less ½ m (Σ N |Δv|² - |Σ N Δv|²) for each point. This is the loss by mass lumping; by Jensen's inequality it is
-not negative if the shape functions are not negative. Other transfers lose more. All expressions contain differences of
-velocities only, so they do not depend on the observer.
+Forces on nodes of mass m_I with the velocity v_I before a step and its increment Δv_I do the work Σ m_I Δv_I·(v_I + Δv_I/2)
+(`NodalMomentum.works`). The kinetic energy of FLIP points changes by this work less ½ m (Σ N |Δv|² - |Σ N Δv|²) for each
+point of mass m. This is the loss by mass lumping; by Jensen's inequality it is not negative if the shape functions N are
+not negative. Other transfers lose more. All expressions contain differences of velocities only, so they do not depend on
+the observer.
 """
 
 from typing import Any
@@ -19,7 +20,8 @@ from pellucid.jit.vector import nothing
 def lumping_heat(energy, change):
     """Return the energy per unit mass that a point loses by mass lumping [J/kg].
 
-    change, energy: velocity increment of the nodes, interpolated to the point, and half its mean square.
+    change: velocity increment of the nodes interpolated to the point; energy: half the squares of the nodal increments,
+    interpolated to the point.
     """
     return energy - 0.5 * (change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
 
@@ -37,9 +39,12 @@ def renewed(
     change: Any,
     lumping: Any,
 ) -> Any:
-    """Return the affine field of a point with its energy (APIC, else ()), and the heat of the transfer per unit mass
-    [J/kg]. new: velocity after the step; known: functions of the affine field; mapped, change: velocity and increment of
-    the nodes."""
+    """Return the new affine field of a point and its energy (APIC, else ()), and the heat of the transfer per unit mass
+    [J/kg].
+
+    known: result of `affine_functions`; new: velocity of the point after the step; mapped, change: nodal velocity after the
+    step and its increment, interpolated to the point; lumping: result of `lumping_heat`.
+    """
 
 
 @generic
@@ -73,9 +78,9 @@ def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 def _filtered(transfer, about, lattice, nodes, v, mapped, change):
     """Return the kinetic energy per unit mass that the PIC share of a blend removes from a point [J/kg].
 
-    With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less
-    energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), with
-    v_I° before the step.
+    With the velocity u by FLIP, the nodal velocities v_I, d = u - Σ N v_I and the share a of PIC, u - a d has ½ a (2 - a)
+    |d|² + a d·Σ N v_I less energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ
+    N v_I · Σ N v_I°), with the nodal velocities v_I° before the step.
     """
     share = 1.0 - transfer.flip
     dx, dy, dz = v[0] + change[0] - mapped[0], v[1] + change[1] - mapped[1], v[2] + change[2] - mapped[2]

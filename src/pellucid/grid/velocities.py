@@ -58,8 +58,8 @@ class Worked(NamedTuple):
 class Kept(NamedTuple):
     """Output of a point of the transfer, or the arrays of all points."""
 
-    velocity: Any
-    affine: Any
+    velocity: Any  # [m/s]
+    affine: Any  # affine field [1/s] and its energy, or ()
     worked: Any  # internal energy and heat of the transfer [J/kg], or ()
 
 
@@ -69,15 +69,15 @@ class Gathered(NamedTuple):
     velocity: Any  # velocity of the point after the step [m/s]
     lumping: Any  # heat of lumping per unit mass [J/kg]
     heat: Any  # heat of the whole transfer per unit mass [J/kg]
-    affine: Any
+    affine: Any  # new affine field and its energy, or ()
     gradient: Any  # gradient of the mean velocity [1/s], or ()
 
 
 class TakeVelocity(NamedTuple):
-    """Task of the pass that computes new velocities, affine fields, and energies of points that keep heat."""
+    """Operation at each point: new velocity, affine field, and energies of points that keep heat."""
 
-    transfer: Any
-    work: Any
+    transfer: Any  # `VelocityTransfer`
+    work: Any  # `NoWork`, `Work` or `Rates`
 
 
 class NoWork(NamedTuple):
@@ -105,7 +105,7 @@ def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: flo
 
 @generic
 def volume_of(work: Any, p: Any) -> Any:
-    """Return the volume of a point [m³], the weight of its growth rate in the sums of its cell."""
+    """Return the volume of a point [m³], which weights its growth rate in the sums of its cell."""
 
 
 @point_function(mean_gradient, NoWork)
@@ -190,7 +190,7 @@ def taking_velocities(
     heat: HeatArrays | None = None,
     cells: FullCells | None = None,
 ) -> Bundle:
-    """Build the pass that computes new velocities of the points of a body. It also maps their momentum, for the second
+    """Build the loop that computes new velocities of the points of a body. It also maps their momentum, for the second
     nodal velocities of MUSL.
 
     affine: APIC fields, shape (points, 10). heat: arrays of a body that keeps heat. Its energies receive the work dt V
@@ -198,8 +198,9 @@ def taking_velocities(
     along which these forces do work. They also receive the heat of the transfer if it is a loss; with APIC always, since
     its sign changes along the path of the points. cells: full cells, which sum the growth rates of volumes.
 
-    Fills the momentum columns of the sums; LUMPING and LOSS, the kinetic energy lost by lumping and by the whole transfer;
-    GAINED and KEPT, the energy added to the points and the heat in it; AFFINE, the kinetic energy of affine fields [J].
+    Fills columns of the sums over points: kinetic energy, momentum and speed; LUMPING and LOSS, the kinetic energy lost by
+    lumping and by the whole transfer; GAINED and KEPT, the energy added to the points and the heat in it; AFFINE, the
+    kinetic energy of affine fields [J].
     """
     points = mapped.points
     work: Any = NoWork()

@@ -47,7 +47,8 @@ class VelocityField:
 
     @property
     def second_increment(self) -> np.ndarray:
-        """Second increment, see `FieldNodes`, shape (nodes, 3); empty without contact."""
+        """Velocity increments by contact after momentum was mapped a second time [m/s], shape (nodes, 3); empty without
+        contact."""
         return self._own.second_increment
 
     @property
@@ -97,14 +98,14 @@ class VelocityField:
         self._clear_external()
 
     def add_drag(self, momentum: np.ndarray) -> None:
-        """Subtract the momentum that a drag removes from points, from their P2G [kg m/s], shape (n, 3). Called before a
-        step."""
+        """Record the momentum that a drag has removed from points, mapped to the nodes [kg m/s], shape (nodes, 3), for
+        `drag_work`. Called before a step."""
         if not len(self.external.drag_momentum):
             self._act(with_memory(self.external, self.grid.n_nodes, "drag_momentum"))
         self.external.drag_momentum[:] += momentum
 
     def drag_work(self, dt: float) -> float:
-        """Return the work of the drag; see `NodalMomentum.drag_work`."""
+        """Return the work of nodal forces along the velocity lost by drag [J]; see `NodalMomentum.drag_work`."""
         taken = self.external.drag_momentum
         return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
 
@@ -127,12 +128,12 @@ class VelocityField:
             array[:] = arrays[name]
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Set the nodes, by lists, that receive contact impulses in this step."""
+        """Set the nodes that may receive contact impulses in this step; nodes: arrays of their indices."""
         self._momentum.await_impulses(nodes)
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """Advance the momentum of the nodes, before contact and impulses of conditions; counted: True if conditions apply
-        no impulses."""
+        """Advance the momentum of the nodes by a step dt [s], before contact and impulses of conditions; counted: True if
+        conditions apply no impulses, so that works can be computed at once."""
         self._given: list[tuple[np.ndarray, int, float, np.ndarray | None]] = []
         self._moved: list[np.ndarray] = []
         self.pressed = False
@@ -169,7 +170,7 @@ class VelocityField:
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the lag work; see `NodalMomentum.strain_lag_work`."""
+        """Return the difference between two works of internal forces that `NodalMomentum.strain_lag_work` defines [J]."""
         return self._momentum.strain_lag_work(dt)
 
     @property
@@ -213,7 +214,7 @@ class VelocityField:
         return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Compute nodal velocities from the momentum mapped last; see `NodalMomentum.project`."""
+        """Compute the velocities that strain points from the momentum mapped last; see `NodalMomentum.project`."""
         if dt is not None:
             nodes = self.grid.nodes
             for node in self._moved:

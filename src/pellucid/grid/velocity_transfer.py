@@ -24,7 +24,7 @@ class Blend(NamedTuple):
 
 
 class Apic(NamedTuple):
-    """APIC: points receive the grid velocity and its affine field."""
+    """APIC: points receive the grid velocity and the affine field C of the grid velocity around them."""
 
     flip: float = 0.0
 

@@ -1,5 +1,5 @@
-"""Nodal operations of the conjugate gradient method in `pellucid.grid.implicit_viscosity`: passes over chunks of nodes,
-with sums."""
+"""Loops over chunks of nodes with sums for each chunk: the nodal operations of the conjugate gradient method in
+`pellucid.grid.implicit_viscosity`."""
 
 from typing import NamedTuple
 
@@ -21,16 +21,17 @@ from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)
-"""Columns of the sums of a chunk: r·z or p·Ap [J]; twice the energies of the residual, of the change by viscosity, and of
-the rounding error of the operator on the velocities [J]."""
+"""Columns of the sums of a chunk of nodes: DESCENT, the residual r times the preconditioned residual, or p·Ap with the
+search direction p and the matrix A [J]; twice the energies of the residual, of the change by viscosity, and of the rounding
+error of the operator on the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
     """Nodes of a velocity field, the nodal vectors of the conjugate gradient method, and the sums of chunks."""
 
     field: Bundle  # of `AdvancedNodes`
-    own: ViscousRows
-    sums: np.ndarray  # (chunks, COLUMNS)
+    own: ViscousRows  # vectors of the conjugate gradient method
+    sums: np.ndarray  # (chunks, COLUMNS) sums of each chunk
 
 
 @kernel(inner=True)
@@ -107,7 +108,8 @@ def start(chunk, viscous, dt, lightest):
 
 @parallel_loop()
 def find_curvature(chunk, viscous, dt):
-    """Compute p·Ap of the search direction p from its viscous forces."""
+    """Compute p·Ap of the search direction p and the matrix A of the system from the viscous forces of p [J], a sum for
+    each chunk."""
     own = viscous.own
     along = row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -159,8 +161,8 @@ def add_forces(chunk, viscous, forces):
 
 @parallel_loop()
 def sum_lag(chunk, viscous):
-    """Compute the power of the viscous forces along the difference between the solution and the mean velocities of the step
-    [W]."""
+    """Compute the power [W] of the viscous forces along the difference between the solution and the mean velocities of the
+    step."""
     nodes, own = viscous.field.nodes, viscous.own
     power = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):

@@ -30,10 +30,10 @@ class Kept(NamedTuple):
 
 
 class StressByViscosity(NamedTuple):
-    """Task of the pass that computes the viscous stress σ = 2μD + λ tr(D) I from the nodal velocity."""
+    """Operation at each point: viscous stress σ = 2μD + λ tr(D) I with the strain rate D of the nodal velocity."""
 
-    mu: float
-    lam: float
+    mu: float  # μ [Pa s]
+    lam: float  # λ [Pa s]
 
 
 @point_function(gathered, StressByViscosity)
@@ -52,11 +52,11 @@ def _stress(task, lattice, dt, p, known, g):
 def straining_by_viscosity(
     mapped: MappedPoints, mu: float, lam: float, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> Bundle:
-    """Build the pass that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and
-    maps their forces.
+    """Build the loop that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and
+    maps their forces to the nodes.
 
-    stress: output [Pa], shape (points, 6). velocity: nodal rows of the velocity. force: nodal rows to which the viscous
-    forces are added [N]. Fills POWER of the sums: Σ V σ:D [W].
+    stress: output [Pa], shape (points, 6). velocity: nodal velocities, in rows of four numbers. force: nodal rows to which
+    the viscous forces are added [N]. Fills the column POWER of the sums over points with Σ V σ:D [W].
     """
     points = mapped.points
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
@@ -67,14 +67,14 @@ def straining_by_viscosity(
 
 
 def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
-    """Build the P2G of the diagonal of the viscous operator of a body's points to rows of the nodes, shape (4 nodes,): Σ V
-    (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
+    """Build the loop that maps the diagonal of the viscous operator of a body's points to `into`, rows of the nodes, shape
+    (4 nodes,): Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
     return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
 
 
 @parallel_loop()
 def add_stress(s, mapped, viscous):
-    """Add viscous stresses [Pa], shape (points, 6), to the stresses of the points of n slabs."""
+    """Add viscous stresses [Pa], shape (points, 6), to the stresses of the points of slab s (see `Slabs`)."""
     stress, slabs, index = mapped.points.stress, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)

@@ -21,7 +21,7 @@ from pellucid.simulation.ranks import cut_rows
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-POINTS_PER_THREAD = 10_000  # with which a run begins, until it knows better
+POINTS_PER_THREAD = 10_000  # points per thread, for the initial number of threads of a run
 Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with its velocity field, or None without a grid."""
 
@@ -35,7 +35,8 @@ def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
-    """Build and return the velocity fields and bodies of a case; n_loads: number of channels of external forces."""
+    """Build and return the velocity fields and bodies of a case; transfer: velocity transfer between points and grid;
+    n_loads: number of channels of external forces."""
     members = models_by_field(case)
     fields, built = list[VelocityField](), Built()
     if case.grid_or_none is None:
@@ -60,7 +61,8 @@ def has_several_fields(case: "Case") -> bool:
 
 
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
-    """Return the layout of the works in a run; touching: True if surfaces may be in contact."""
+    """Return the layout of the arrays of works in a run, i.e. which column belongs to which kind of work; touching: True if
+    surfaces may be in contact."""
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
@@ -68,7 +70,8 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
 
 
 def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
-    """Return the cell pressures of the fluids in each velocity field; fluids that share forces and functions are joined."""
+    """Return the objects that compute mean pressures of full cells, for each velocity field; fluids with the same nodal
+    forces and shape functions share one."""
     groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
     for field, bodies in fields.items():
         for fluid in (body.filling for body in bodies):

@@ -15,7 +15,7 @@ from pellucid.simulation.fastest import fastest_point
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
 
-COLLAPSED = 1e-6  # of the largest step so far
+COLLAPSED = 1e-6  # fraction of the largest step so far, below which a step stops the run
 
 
 class Clock:
@@ -37,7 +37,7 @@ class Clock:
         self._fixed_from = (0, 0.0)
         """Number of steps and time [s] at which fixed steps got their present length."""
         self.weight = 1.0
-        """Factor on the impulses of the last step where they are added to the total reactions."""
+        """Factor by which the impulses of the last step are multiplied before they are added to the total reactions."""
         self.missed: str | None = None
         """Reason why the run must end before its goal is reached, although the state is valid and stored; None otherwise."""
 
@@ -87,7 +87,8 @@ class Clock:
         return found, body.name
 
     def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
-        """Raise RunStopped if the stable step of a body is negligible compared with the largest step so far."""
+        """Raise RunStopped if the coming step dt [s], limited by the body `name`, is negligible compared with the largest
+        step so far."""
         self.largest = max(self.largest, dt)
         if dt < COLLAPSED * self.largest:
             words, place = fastest_point(body for body in bodies if body.name == name)
@@ -105,8 +106,8 @@ class Clock:
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Set the damping and the rate of the loads of bodies for the coming step. This clock sets nothing: bodies move
-        by their own inertia."""
+        """Set the damping and the rate of change of the loads for the coming step. This clock sets nothing: bodies move by
+        their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step of the length dt [s]."""
@@ -119,7 +120,7 @@ class Clock:
             self.time = self.case.end
 
     def finished(self, until: float | None) -> bool:
-        """Return True if the end, or an earlier stop, is reached."""
+        """Return True if the simulated time has reached the end of the case, or `until` [s] if it is given."""
         return self.case.reached(self.time) or (until is not None and self.time >= until)
 
     def _check_fixed(self, step: float, stable: float, body: str) -> None:
@@ -139,7 +140,7 @@ class Clock:
     """True while the clock changes contact forces at constant loads; the energy balance is not checked then."""
 
     def progress(self) -> float:
-        """Return the progress of the run [s]."""
+        """Return the simulated time, which shows the progress of the run [s]."""
         return self.time
 
     def facts(self) -> dict[str, Any]:
@@ -147,16 +148,16 @@ class Clock:
         return {}
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays for a checkpoint."""
+        """Return the arrays of the clock for a checkpoint, by name."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return the numbers for a checkpoint."""
+        """Return the numbers of the clock for a checkpoint, by name."""
         kept = {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
         return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the state of the clock from a checkpoint."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]
         steps, time = numbers["fixed_from"]

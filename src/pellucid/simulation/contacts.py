@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def may_touch_by_surfaces(case: "Case") -> bool:
-    """Return True if surfaces may touch each other or walls."""
+    """Return True if surfaces of bodies in a case may touch each other or walls."""
     if case.grid_or_none is None:
         return False
     touches_itself = any(contact.is_of_one_body for contact in case.contact)
@@ -80,8 +80,8 @@ def _fields_may(case: "Case") -> bool:
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
-    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of a row of
-    works for the work of forces between surfaces."""
+    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of the works in
+    which the work of forces between surfaces is stored."""
     able = {name: body for name, (body, _) in built.items() if has_surface(body)}
     fields = [
         {model.name for model in members if model.name in able}
@@ -167,7 +167,7 @@ def _triangle_pairs(
 
 
 def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], ends: Sequence[Seam]) -> list[TrianglePair]:
-    """Return the contacts of bodies with themselves; one whose motion is prescribed has none."""
+    """Return the contacts of bodies with themselves. A body whose motion is prescribed has none."""
     pairs = []
     for number, contact in enumerate(case.contact):
         surface = surfaces.get(contact.between[0])
@@ -181,7 +181,7 @@ def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], en
 
 
 def _refuse_without_side(pair: TrianglePair, name: str, path: str) -> None:
-    """Raise CaseError if layers of a body coincide at the start."""
+    """Raise CaseError if layers of a body coincide at the start, since contact could not know their sides."""
     place = pair.place_without_side()
     if place is not None:
         x, y, z = place.tolist()

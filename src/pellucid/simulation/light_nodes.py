@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 SIZES = "mass", "volume"
 SMALL_MASS = 1e-4
-"""Nodal mass, relative to the mass of the lightest point, below which the internal forces of a node do not strain
-points. For transfers in which points keep their velocity and add the mean increment of their nodes."""
+"""Nodal mass, relative to the mass of the lightest point, below which the internal forces of a node do not strain points.
+It applies to transfers in which points keep their velocity and add the mean increment of their nodes."""
 
 
 def small_masses(

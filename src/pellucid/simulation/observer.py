@@ -24,7 +24,7 @@ class Observer(Protocol):
         """Called after the last step."""
 
     def keep_last(self, simulation: Any) -> None:
-        """Store the present state after a run that does not continue from it."""
+        """Store the present state as a last history row and frame, for a run that ends before its goal."""
 
     def failed(self, simulation: Any, error: RunStopped) -> None:
         """Called when the run was stopped by an error."""

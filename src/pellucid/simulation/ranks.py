@@ -1,4 +1,8 @@
-"""Simulations on several processes: distribution of points among processes, and load balance."""
+"""Simulations on several processes: distribution of points among processes, and load balance.
+
+The grid is divided into slabs, i.e. layers of cells, see `pellucid.grid.points.Slabs`. Each process computes the points in
+some of the rows of slabs.
+"""
 
 import signal
 import time
@@ -22,11 +26,12 @@ from pellucid.ranks.domain import domain
 INTERVAL = 50
 """Number of steps between two checks of the load balance."""
 THINNEST = 1e-9
-"""Smallest extent of a body along the axis of the slabs that is used in the estimate of its points, in cells."""
+"""Smallest extent of a body along the axis on which slabs follow each other, in cells, for the estimate of its points per
+row."""
 
 
 def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
-    """Return a warning if some of the processes have no work; None otherwise."""
+    """Return a warning if some of the processes would have nothing to compute; None otherwise."""
     if processes == 1:
         return None
     if not fields:
@@ -92,7 +97,7 @@ class SharedSlabs:
         self._cut_again(domain.group.total(count * (worked / max(count.sum(), 1.0))))
 
     def _cut_again(self, cost: np.ndarray) -> None:
-        """Redistribute the rows by their costs, shape (rows,), if that saves time."""
+        """Redistribute the rows by their computing times [s], shape (rows,), if that saves time."""
         hand_over = [points.hand_over() for points in self._points] if domain.would_pay(cost) else []
         if hand_over:
             domain.cut_again(cost)

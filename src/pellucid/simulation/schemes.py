@@ -1,4 +1,4 @@
-"""Order of the stages in a step. The physics is in bodies, grid and contact.
+"""Time stepping schemes, i.e. the order of the operations in a step. The physics is in bodies, grid and contact.
 
 USF, USL and MUSL strain the points first, last, and last with velocities mapped again from the points (Sulsky, Zhou &
 Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As in these sources, a point
@@ -32,7 +32,7 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
 
 
 def musl(stages: Stages, dt: float) -> None:
-    """Advance one step by modified update stress last (MUSL), in Gan's order."""
+    """Advance one step by modified update stress last (MUSL), in the order of operations of Gan et al. 2011."""
     _stress_last(stages, dt, remap=True)
 
 

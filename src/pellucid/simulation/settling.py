@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from pellucid.case.stages import SettleCase
     from pellucid.simulation.simulation import Simulation
 
-CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
-AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
-SWINGS = ("_passed", "_since", "_longest_swing", "_quiet", "_kinetic", "peak")  # what the clock keeps of them
-NAMED = "[settle]"  # how messages begin about what happens on the way
-SETTLING = "settling"  # where they are among the numbers of the clock
+# times that pressure waves need to cross a body; peaks must stay small at least so long, so that all parts affect each other
+CROSSINGS = 2.0
+AT_REST = 1e-12  # kinetic energy over the energy that bodies could release; below it they are at rest in any case
+SWINGS = ("_passed", "_since", "_longest_swing", "_quiet", "_kinetic", "peak")  # attributes stored in a checkpoint
+NAMED = "[settle]"  # start of messages about settling
+SETTLING = "settling"  # key of these attributes among the numbers of the clock
 
 
 class SettlingClock(Clock):
@@ -65,8 +66,9 @@ class SettlingClock(Clock):
         are then stopped.
 
         The bodies are settled after the kinetic energy has stayed small for at least the longest oscillation so far and the
-        time that waves need to cross the bodies. Small means below the fraction `share` of `moved`, the largest energy so
-        far [J], or below AT_REST times `at_stake` [J].
+        time that waves need to cross the bodies. Small means below the fraction `share` of `moved`, the largest energy that
+        the bodies have exchanged so far [J], or below AT_REST times `at_stake`, the energy that the bodies could release
+        [J].
         """
         small = kinetic <= max(self.settle.share * moved, AT_REST * at_stake)
         self._quiet = self._quiet + self.dt if small else 0.0
@@ -90,8 +92,8 @@ class SettlingClock(Clock):
         return self._quiet > self._wanted
 
     def no_rest(self, kinetic: float, moved: float) -> RunStopped | None:
-        """Return the error if settling has taken too many steps, with the present kinetic and reference energies [J]; None
-        otherwise."""
+        """Return an error if settling has taken too many steps, else None; kinetic: kinetic energy [J]; moved: energy with
+        which it is compared [J]."""
         if self.n_steps < self.settle.most_steps:
             return None
         share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
@@ -119,8 +121,8 @@ def settle(
     """Bring the bodies of a simulation to rest under the actions at time 0, or continue to do so; return the entries for
     the summary.
 
-    caught: signals received so far. A signal ends the settling after the keeper has written a checkpoint, from which it can
-    be continued. Raises RunStopped, Interrupted.
+    caught: signals received so far. A signal ends the settling after the observer `keeper` has written a checkpoint, from
+    which it can be continued. Raises RunStopped, Interrupted.
     """
     if simulation.case.settle is None:
         return {}
@@ -153,7 +155,7 @@ def _stop_what_moves(simulation: "Simulation", share: float) -> None:
     """Warn if the bodies start with kinetic energy, and set their velocities to zero.
 
     Velocities in a case with [settle] are errors, but bodies may have velocities from an earlier run. They settle at their
-    positions of that run, and the energy of that motion must not affect the criterion for rest.
+    positions of that run, and their initial kinetic energy must not affect the criterion for rest.
     """
     kinetic = simulation.kinetic_energy()
     if kinetic > share * simulation.budget.at_stake:

@@ -64,15 +64,15 @@ if TYPE_CHECKING:
     from pellucid.case import Case
     from pellucid.case.stages import SettleCase
 
-CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
-CONTACT_SURFACES = "-contact"  # the same of surfaces that touch
-NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
+CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body can have this name
+CONTACT_SURFACES = "-contact"  # owner of the arrays of surfaces in contact in a checkpoint
+NODES = "-nodes."  # owner of the nodal arrays of a velocity field in a checkpoint, followed by its name
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 class Simulation:
-    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case. bodies: in the order of the
-    case."""
+    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case. The attribute `bodies` lists
+    the bodies in the order of the case."""
 
     def __init__(
         self,
@@ -146,7 +146,7 @@ class Simulation:
             time_stages(self, self.timers)
 
     def _set_actions(self, transfer: VelocityTransfer) -> None:
-        """Set all actions on the nodes of the velocity fields, after all conditions are built."""
+        """Pass supports, gravity and external actions to the velocity fields, after all conditions are built."""
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.conditions.actions:
@@ -267,11 +267,12 @@ class Simulation:
         self._settled = settle(self, caught, progress, keeper)
 
     def settling_clock(self, settle: "SettleCase") -> SettlingClock:
-        """Return the clock of the steps of settling."""
+        """Return a clock for settling, which counts steps while the time of the loads stays at 0."""
         return SettlingClock(settle, self.clock, self.case.body)
 
     def _begin(self, dt: float) -> None:
-        """Apply the conditions over the coming step."""
+        """Prepare the bodies for the coming step dt [s], and apply conditions, contact between surfaces and variable
+        gravity."""
         for body in self.bodies:
             body.begin(dt)
         self.clock.pace(dt)
@@ -347,7 +348,7 @@ class Simulation:
         return (of_condition, "") if of_condition.step <= limit.step < inf else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
-        """Show the progress at intervals."""
+        """Report the progress of the run, at most once in PROGRESS_INTERVAL seconds of wall-clock time."""
         now = wall_clock.monotonic()
         if progress is None or now - self._shown < PROGRESS_INTERVAL:
             return
@@ -435,7 +436,7 @@ class Simulation:
 
     @property
     def condition_states(self) -> Mapping[str, float]:
-        """States of conditions for the history, by the names of its columns."""
+        """Values that conditions write to the history, such as the pressure of an enclosed gas, by column name."""
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""Stages of a step, i.e. the operations of bodies, nodes and contact that a scheme calls in its order."""
+"""Operations of a time step on bodies, grid nodes and contacts, called in order by a scheme of
+`pellucid.simulation.schemes`."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -13,9 +14,10 @@ from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
 
 
 class Stages:
-    """Stages of a step of bodies and velocity fields, with conditions and contact on the nodes.
+    """Operations of a time step for bodies and velocity fields, with conditions and contact on the nodes.
 
-    on_grid: bodies on the grid, by velocity field; remaps: True if momentum is mapped a second time, with FLIP.
+    on_grid: bodies on the grid, by velocity field; remaps: True if the momentum of points is mapped to the nodes a second
+    time in each step, with FLIP (MUSL).
     """
 
     def __init__(
@@ -36,7 +38,8 @@ class Stages:
         self._strained_again = [field for field, keep in heat.items() if remaps and not any(keep)]
         self._without_heat = {field for field, keep in heat.items() if not all(keep)}
         self.works: list[StepWork] = []
-        """Works of the step on the nodes, without contact."""
+        """Works and impulses of the last step on the nodes, an entry for each velocity field that moves points; without
+        contact."""
 
     def sort(self) -> None:
         """Sort the points of bodies whose points must be sorted by grid nodes."""
@@ -51,7 +54,8 @@ class Stages:
             pressure.clear()
 
     def find_cell_pressures(self) -> None:
-        """Compute the mean pressures of full cells, and add their forces to the nodes."""
+        """Compute the mean pressure of the points in each full cell of fluid, and add the forces of these pressures to the
+        nodes."""
         for pressure in self.cell_pressures:
             pressure.find_pressures()
 
@@ -106,8 +110,8 @@ class Stages:
             body.correct(remap=len(self.contact_pairs) > 0)
 
     def find_strain_velocities(self, dt: float | None = None) -> None:
-        """Compute the nodal velocities that strain the points, from the momentum mapped last. Contact corrects them so that
-        bodies in contact do not approach each other.
+        """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts they
+        are corrected so that bodies in contact do not approach each other.
 
         dt: the step [s] if momentum was mapped again at its end; the bodies then receive the impulses of this correction.
         None at the start of a step.
@@ -119,7 +123,8 @@ class Stages:
             self.contact_pairs.apply_second_impulses(dt)
 
     def find_volume_corrections(self, dt: float) -> None:
-        """Compute the volume growth that points in full cells of fluid still lack, and its work."""
+        """Compute the difference between the volume growth of each full cell of fluid and that of its points, and the work
+        of this difference."""
         for pressure in self.cell_pressures:
             pressure.find_shifts(dt)
 
@@ -140,7 +145,8 @@ class Stages:
             body.update(dt)
 
     def _jointly(self, begin: Callable[[GridBody], None]) -> None:
-        """Run a loop of all bodies on the grid in one parallel region; begin: function that starts the loop of a body."""
+        """Run the loops over the points of all bodies on the grid in one parallel region; begin: function that starts the
+        loop of one body."""
         with joint_region:
             for body in self.grid_bodies:
                 joint_region.make_room()

@@ -1,4 +1,4 @@
-"""Bodies that start in the state of an earlier run."""
+"""Initial positions of bodies, and loading of the state of an earlier run into bodies that continue from it."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
@@ -12,7 +12,7 @@ from pellucid.simulation.assembly import Built
 
 
 class Standings(Mapping[str, Standing]):
-    """Initial positions of the points of bodies by the name of the body, computed on request."""
+    """Initial positions of bodies (`Standing`) by body name, computed on request."""
 
     def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
         """bodies: all bodies; going_on: names of the bodies that start in the state of an earlier run."""

@@ -1,8 +1,9 @@
 """Steady states by adaptive dynamic relaxation.
 
-The loads increase smoothly. Then velocities are damped, u⁺ = u + κ² (u - u⁻) + ((1 + κ) h/2)² M⁻¹ f, until nothing moves.
-The optimal κ = (K - 1)/(K + 1), K = 2/(ω h), depends on the lowest frequency ω that is still excited, estimated by ω² =
-|Δu·Δf| / Δu·M Δu from the changes since a stored state.
+The loads increase smoothly. Then the displacements u follow damped steps, u⁺ = u + κ² (u - u⁻) + ((1 + κ) h/2)² M⁻¹ f,
+until nothing moves, with the previous and next values u⁻ and u⁺, the damping factor κ, the step h, the masses M and the
+forces f. The optimal κ = (K - 1)/(K + 1), K = 2/(ω h), depends on the lowest frequency ω that is still excited, estimated
+by ω² = |Δu·Δf| / Δu·M Δu from the changes Δu and Δf since a stored state.
 
 Sources: Joldes, Wittek & Miller 2009, Comput. Methods Appl. Mech. Eng. 198, 2645, and 2011, 200, 1779.
 """
@@ -25,19 +26,19 @@ if TYPE_CHECKING:
     from pellucid.case.stages import SteadyCase
 
 LOADING = 0.999  # κ while the loads grow
-ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
-AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
+ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates of ω, and between the stored states with which they compare
+AGREE = 0.1  # largest relative difference of two successive estimates of 1 - κ that are used
 WITH_SHEETS = 0.5
 """Largest fraction of the stable step if membranes touch other bodies: it leaves room for the contact dampers, which stop a
 node within a step."""
-CROSSINGS = 16.0  # of a body by shear waves while all loads grow
-ALL_LOADS, FEWEST = 800, 100  # steps for that, and for a load step, at least
-PER_CELL = 8.0  # steps for each cell that a rigid body passes: with the smooth growth of loads a quarter of a cell in a step
-BEGINNING = 1e-3  # of a step, the first of a load step: in it supports let go, after it steps are chosen for what is free
-BEGIN_AT, NEARER = 0.1, 0.1  # overlaps are removed first at an error of their product, then of so much of what was removed last
-LEFT = 0.02  # of the largest lead: a change that leaves overlaps of some thousandths of it
-MOST_CORRECTIONS = 25  # of overlaps in a load step
-QUIET = 100  # steps in which the estimated error stays below the tolerance
+CROSSINGS = 16.0  # times that shear waves cross a body while all loads grow
+ALL_LOADS, FEWEST = 800, 100  # smallest numbers of steps in which all loads, and the loads of one load step, grow
+PER_CELL = 8.0  # steps for each cell that a rigid body crosses: at most a quarter of a cell in a step
+BEGINNING = 1e-3  # fraction for the first step of a load step, in which supports release nodes; later steps include these nodes
+BEGIN_AT, NEARER = 0.1, 0.1  # errors at which overlaps are removed: first their product, then NEARER times the last removal
+LEFT = 0.02  # change of leads, relative to the largest, below which overlaps are not corrected any more
+MOST_CORRECTIONS = 25  # largest number of corrections of overlaps in a load step
+QUIET = 100  # steps for which the estimated error must stay below the tolerance
 
 
 class SteadyClock(Clock):
@@ -232,7 +233,7 @@ class SteadyClock(Clock):
     against_energy_error = f"The loads increase too fast: {SLOWER_LOADS}"
 
     def facts(self) -> dict[str, Any]:
-        """Return the steps of each load step, the estimated error, and the residual force relative to all forces."""
+        """Return the number of steps of each load step, the estimated error, and the residual force relative to all forces."""
         return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
 
     def _unbalanced(self) -> float:

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from statistics import median
 
-FIRST = 5  # steps that are not timed: some compile kernels
-ROUNDS = 5  # of a trial, in each of which every number has a block of steps
-BLOCK = 4e-3  # s at least of a block, where several steps fit in
-HELD = 30.0  # times as long as a trial took, its outcome holds,
-LEAST_HELD = 2.0  # s at least
-GAIN = 0.95  # of the time with fewer threads: more must do better
+FIRST = 5  # first steps of a run, which are not timed because some compile kernels
+ROUNDS = 5  # rounds of a trial; each times a block of steps for every number of threads
+BLOCK = 4e-3  # approximate duration of a block of steps [s]; a longer step is a block by itself
+HELD = 30.0  # time to the next trial, in durations of the last one
+LEAST_HELD = 2.0  # shortest time to the next trial [s]
+GAIN = 0.95  # more threads are used if their time is below this fraction of the time with fewer threads
 
 
 def numbers_up_to(most: int) -> list[int]:
@@ -22,10 +22,10 @@ def numbers_up_to(most: int) -> list[int]:
 
 
 class ThreadChoice:
-    """Chooses the number of threads by trials.
+    """Choice of the number of threads by timed trials during a run.
 
     numbers: numbers to choose from, ascending; first: upper limit of the initial number; use: function that sets the
-    number.
+    number; clock: function that returns the wall-clock time [s].
     """
 
     def __init__(
@@ -72,7 +72,8 @@ class ThreadChoice:
 
 
 class Trial:
-    """Trial of several numbers of threads, in turns, with blocks of `steps` steps."""
+    """Trial that times the steps with several numbers of threads, in turns, each over blocks of `steps` steps; began: start
+    time [s]."""
 
     def __init__(self, numbers: list[int], steps: int, began: float) -> None:
         self._numbers, self._steps, self.began = numbers, steps, began
@@ -90,7 +91,7 @@ class Trial:
         return self._done == ROUNDS * self._steps * len(self._numbers)
 
     def count(self, taken: float) -> None:
-        """Add the time of a step [s]."""
+        """Record the duration of a step with the present number of threads [s]."""
         number, self._sum = self.number, self._sum + taken
         self._done += 1
         if self._done % self._steps == 0:

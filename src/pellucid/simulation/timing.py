@@ -26,7 +26,8 @@ OF_A_STEP = {
 
 
 def time_stages(simulation: Any, timers: dict[str, float]) -> None:
-    """Measure the stages of the steps of a simulation: the time of each stage [s] is added to its part in `timers`."""
+    """Measure the stages of the steps of a simulation. The time of each stage [s] is added to an entry of `timers`, such as
+    "grid" or "contact"."""
     parts = [(simulation, {"record": "reductions"}), (simulation.stages, OF_A_STEP)]
     for owner, stages in parts:
         for stage, part in stages.items():

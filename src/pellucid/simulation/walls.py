@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Surfaces = Mapping[str, ContactSurface | None]
 """Contact surfaces of bodies by name, or None for a body without a surface."""
-MOST_PRESSED = 0.1  # of a cell, by which the pressure of a fluid at the start may press it into a wall
+MOST_PRESSED = 0.1  # largest depth [cells] to which the initial pressure of a fluid may press it into a wall
 
 
 def wall_contacts(
@@ -31,8 +31,8 @@ def wall_contacts(
     """Return the contacts of each wall of a case with bodies, except bodies whose motion is fully prescribed: contact does
     not affect them.
 
-    column: column of the work of contact between surfaces; gravity: largest gravity [m/s²]. Raises CaseError if a gas is in
-    contact with a wall.
+    surfaces: contact surfaces by body; column: column of the works in which the work of contact between surfaces is stored;
+    gravity: largest gravity [m/s²]. Raises CaseError if a gas is in contact with a wall.
     """
     contacts, cell = [], case.grid.cell
     # sums over walls must not depend on the order of the tables

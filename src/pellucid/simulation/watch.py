@@ -38,7 +38,7 @@ UNEXPLAINED = 0.05
 beyond the energy of springs and friction. In the impact of a rigid body, contact starts within a step. With ω Δt = 0.3 for
 its oscillation on the springs, the account then has an error of (ω Δt)²/4 = 0.0225 of the impact energy; the limit is about
 twice this value."""
-OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
+OVERFULL = 1.01  # largest volume of a fluid over that of the grid; errors of shapes and compression are much smaller
 AGAINST_LOSS = "Check loads, velocities and moduli for values that are too large, or set a smaller time.courant"
 
 CELLS = "set a smaller grid.cell"
@@ -51,8 +51,8 @@ TURNING = {
 }
 """Remedies for a drift of the angular momentum, by transfer."""
 BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
-"""Conditions whose forces act between bodies, and supports, whose impulses show if they act. Any other condition may
-exert external torques on bodies, so that angular momentum is not conserved."""
+"""Conditions whose forces act between bodies, and supports, whose actions are detected by their impulses. Any other
+condition may exert external torques on bodies, so that angular momentum is not conserved."""
 
 
 class Watch:

@@ -1,4 +1,4 @@
-"""Approximants of bodies with their own nodes, one file each."""
+"""Meshless shape functions (approximants) of bodies with their own nodes, one file each."""
 
 from pellucid.approximants.nodal.cell_least_squares import CellLeastSquaresModel
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel

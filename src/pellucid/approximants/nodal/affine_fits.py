@@ -1,8 +1,10 @@
-"""Affine fits of nodal functions at quadrature points, and the linear system of their residuals.
+"""Affine fits of nodal values η_a at quadrature points, and the linear system of their residuals, for consistent
+quadrature.
 
-The weights of a fit are c_a = |p_a| of the shape functions. With C = Σ_b c_b, the centre y = Σ_b c_b x_b / C and J = Σ_b c_b
-(x_b - y) ⊗ (x_b - y), the fit of η is Σ_b c_b η_b / C + t·(x - y), t = J⁻¹ Σ_b c_b (x_b - y) η_b. The residual, multiplied by
-the weights and summed over the points, is A η, A_ab = Σ_q w_q c_a (δ_ab - c_b (1/C + (x_a - y)·J⁻¹(x_b - y))).
+The weights of a fit are c_a = |p_a| of the shape functions p_a of nodes a at x_a. With C = Σ_b c_b, the centre y = Σ_b c_b
+x_b / C and J = Σ_b c_b (x_b - y) ⊗ (x_b - y), the fit at x is Σ_b c_b η_b / C + t·(x - y), t = J⁻¹ Σ_b c_b (x_b - y) η_b.
+The residual of the fit, multiplied by c_a and the quadrature weights w_q and summed over the points q, is A η, A_ab = Σ_q
+w_q c_a (δ_ab - c_b (1/C + (x_a - y)·J⁻¹(x_b - y))).
 """
 
 from typing import NamedTuple
@@ -25,22 +27,22 @@ NODES = 64  # nodes per chunk
 class Fits(NamedTuple):
     """Shape functions at the quadrature points, with the data of their affine fits, listed by cell and by node."""
 
-    position: np.ndarray  # (n, 3) [m]
+    position: np.ndarray  # (n, 3) node positions [m]
     cells: Lists  # the nodes of each cell
     nodes: Lists  # the entries of `cells` that belong to each node
     cell: np.ndarray  # cell of each entry
     n_points: int  # quadrature points per cell
     weights: np.ndarray  # (m,) quadrature weights [m³]
     over: np.ndarray  # (m,) 1/C
-    centre: np.ndarray  # (m, 3) y [m]
+    centre: np.ndarray  # (m, 3) centre y [m]
     inverse: np.ndarray  # (m, 3, 3) J⁻¹ [1/m²]
-    shares: np.ndarray  # c_a, in the layout of the values of the shape functions
-    gradients: np.ndarray
+    shares: np.ndarray  # c_a, in the layout of `PointRows.values`
+    gradients: np.ndarray  # gradients of the shape functions, in the layout of `PointRows.gradients`
 
 
 def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
-    """Compute the affine fits of the shape functions at quadrature points with weights [m³], shape (m,); each cell has the
-    same number of points."""
+    """Compute the affine fits at quadrature points with the shape functions `rows` and the quadrature weights [m³], shape
+    (m,); cells: the nodes of each cell. Each cell has the same number of points."""
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])
     cell = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(cells.first))
@@ -117,9 +119,10 @@ def _count(chunk, fits, count):
 
 @kernel(inner=True)
 def _add_cell(a, entry, fits, longest, s, row):
-    """Add the contribution of one cell of node a to row a of the matrix A.
+    """Add the contribution of one cell of node a to row a of the matrix A (see the module).
 
-    s: scratch memory of three columns, followed by four numbers for each point.
+    entry: index of node a of this cell in `fits.cells.items`. s: scratch memory of three columns, followed by four numbers
+    for each point.
     """
     cell, nq, position, centre, inverse = fits.cell[entry], fits.n_points, fits.position, fits.centre, fits.inverse
     shares, weights, over = fits.shares, fits.weights, fits.over
@@ -182,8 +185,8 @@ def _fill(chunk, fits, longest, first, columns, entries):
 
 
 def system(fits: Bundle) -> sparse.csr_array:
-    """Return the matrix A of the residuals [m³], shape (n, n): symmetric, semidefinite, with affine functions in its null
-    space."""
+    """Return the matrix A of the residuals (see the module) [m³], shape (n, n): symmetric, semidefinite, with affine
+    functions in its null space."""
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
     count = np.zeros(n, np.int64)
     _count(chunks, fits, count)

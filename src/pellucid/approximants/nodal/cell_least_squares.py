@@ -21,8 +21,8 @@ from pellucid.model import parameter
 class CellLeastSquares(NamedTuple):
     """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
 
-    smoothness: float  # s
-    position: np.ndarray  # (n, 3) [m]
+    smoothness: float  # exponent s of the weights
+    position: np.ndarray  # (n, 3) node positions [m]
     distances: FaceDistances
 
 

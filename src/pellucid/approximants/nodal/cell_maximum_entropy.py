@@ -20,8 +20,8 @@ from pellucid.model import parameter
 class CellMaximumEntropy(NamedTuple):
     """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
 
-    smoothness: float  # s
-    position: np.ndarray  # (n, 3) [m]
+    smoothness: float  # exponent s of the priors
+    position: np.ndarray  # (n, 3) node positions [m]
     distances: FaceDistances
 
 

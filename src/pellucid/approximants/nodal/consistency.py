@@ -22,14 +22,16 @@ EXACT = 1e-14  # round-off error of the divergence theorem, relative to its sums
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
-    """Return ∮ p_a n dS over the boundary of a tetrahedral mesh [m²], shape (n, 3)."""
+    """Return ∮ p_a n dS over the boundary of a tetrahedral mesh for each node a [m²], shape (n, 3), with its shape function
+    p_a and the outward normal n."""
     faces, cells = outer_faces_of_cells(mesh.cells)
     shares = face_shares(evaluator, mesh.nodes, faces, cells)
     return shares.at_nodes(vector_areas(mesh.nodes, faces), len(mesh.nodes))
 
 
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: PointRows, weights: np.ndarray) -> None:
-    """Correct the gradients of rows at quadrature points with weights [m³], shape (m,), in place.
+    """Correct in place the gradients of the shape functions `rows` at the quadrature points, whose weights [m³] have shape
+    (m,).
 
     The points of a cell are consecutive, with the same number in each cell. Raises Refusal if the system does not converge.
     """

@@ -29,20 +29,20 @@ class NoFunctions(ValueError):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory of one thread for the nodes of a cell."""
+    """Scratch memory of one thread for the shape functions of the n nodes of a cell at a point."""
 
-    offset: np.ndarray  # (n, 3)
-    log_prior: np.ndarray  # (n,)
-    slope: np.ndarray  # (n, 3)
-    moments: np.ndarray  # (4, 10, 10)
-    terms: np.ndarray  # (5, 10)
-    faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
+    offset: np.ndarray  # (n, 3) vectors between the point and the nodes, divided by a length
+    log_prior: np.ndarray  # (n,) logarithms of the nodal priors, or the weights of least squares
+    slope: np.ndarray  # (n, 3) gradients of `log_prior`, times the length
+    moments: np.ndarray  # (4, 10, 10) moment matrix of least squares and its derivatives along x, y, z
+    terms: np.ndarray  # (5, 10) polynomials of least squares, and their coefficients and derivatives of these
+    faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,) distances from a block of faces, see `face_distances`
     normal: np.ndarray  # (3,) normal of the face on which the point lies, zero if there is none
 
 
 class Evaluator(NamedTuple):
-    """An approximant for a mesh: the active nodes of each cell, in ascending order, and the parameters of its functions, in
-    a NamedTuple of its own type."""
+    """An approximant for a mesh: the active nodes of each cell, in ascending order, and the parameters of its shape
+    functions, in a NamedTuple whose type selects the kernel."""
 
     active: Lists
     functions: Any
@@ -66,7 +66,8 @@ class NodalApproximant(Model):
         """Return the shape functions of the approximant for a mesh."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """Return an evaluator with functions of given nodes that vanish on given boundary faces.
+        """Return an evaluator in which the shape functions of given nodes vanish on given boundary faces, where
+        displacements are prescribed.
 
         nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each. Returns the given evaluator if
         the approximant does not support this.
@@ -85,8 +86,8 @@ AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
 
 @generic
 def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any, values: Any, gradients: Any) -> Any:
-    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a position x in a cell; return `OK` or a code of
-    `FAILURES`.
+    """Fill `values` (n,) and `gradients` (3, n) with the shape functions of the active nodes (n,) and their gradients [1/m]
+    at a position x [m] in a cell; return `OK` or a code of `FAILURES`.
 
     Gradients are skipped if the array has no columns.
     """

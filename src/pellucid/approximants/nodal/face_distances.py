@@ -24,10 +24,10 @@ VANISHING = 1e-13  # distance in sizes of the support below which a point lies o
 class FaceDistances(NamedTuple):
     """The faces that bound the support of each node, and their planes."""
 
-    flat: bool  # triangles in the plane z = 0
-    shape: float  # α
-    size: np.ndarray  # (n,) of the supports [m]
-    first: np.ndarray  # (n + 1,)
+    flat: bool  # True for a mesh of triangles in the plane z = 0
+    shape: float  # smoothing factor α of the trimming function of triangles
+    size: np.ndarray  # (n,) size of the support of each node [m]
+    first: np.ndarray  # (n + 1,) start of the faces of each node in `faces`, and the end of the last
     faces: np.ndarray  # faces of node a: entries first[a] to first[a + 1]
     planes: np.ndarray  # (f, 4, 4) normals and offsets of the face and of planes through its edges (segment: middle, length)
 
@@ -49,7 +49,8 @@ def no_faces(n: int) -> Lists:
 
 
 def _segments(corners: np.ndarray) -> np.ndarray:
-    """Return for segments with corners, shape (f, 2, 3): unit normal and offset; middle and length."""
+    """Return the entries of `FaceDistances.planes` for segments with given corners, shape (f, 2, 3): unit normal and offset
+    of the line; middle and length of the segment."""
     along = corners[:, 1] - corners[:, 0]
     length = np.linalg.norm(along, axis=1)
     planes = np.zeros((len(corners), 4, 4))
@@ -60,7 +61,8 @@ def _segments(corners: np.ndarray) -> np.ndarray:
 
 
 def _triangles(corners: np.ndarray) -> np.ndarray:
-    """Return for triangles with corners, shape (f, 3, 3): their planes, and the planes through their edges, positive inside.
+    """Return the entries of `FaceDistances.planes` for triangles with given corners, shape (f, 3, 3): their planes, and the
+    planes through their edges, positive inside.
 
     The corners are in the order of the node numbers, as the functions depend on the order of the edges.
     """
@@ -83,8 +85,8 @@ def _along(plane, x):
 
 @pointwise
 def _weigh_block(alpha, s):
-    """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ with respect to them, and
-    ρ⁻²."""
+    """Replace in s the distances f, p1, p2, p3 of a block of faces (see `triangle_trim`) by ρ⁻³ times the derivatives of ρ
+    with respect to them, and append ρ⁻², with the trimmed distance ρ."""
     for i in range(FACE_BLOCK):  # constant stride, no branch, no sum: the compiler vectorises over faces
         f = s[i]
         t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[FACE_BLOCK + i], s[2 * FACE_BLOCK + i], s[3 * FACE_BLOCK + i], alpha)
@@ -100,7 +102,8 @@ def _weigh_block(alpha, s):
 
 @pointwise
 def _triangle_sum(fn, x, a, s):
-    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ over the faces of node a at distances ρ, in units of the support size."""
+    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ over the faces of node a with the distances ρ from x, in units of the support
+    size; s: memory for a block of faces."""
     over = 1.0 / fn.size[a]
     total = gx = gy = gz = 0.0
     for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
@@ -147,8 +150,8 @@ def inverse_square(fn, x, a, scratch):
 
 @pointwise
 def share_before_faces(fn, x, a, scratch):
-    """Return the reduction factor (1 + D⁻²)^(-s/2) of the weight of node a at x due to faces, and its gradient times the
-    support size."""
+    """Return the factor (1 + D⁻²)^(-s/2), s = SMOOTHNESS, by which faces reduce the weight of node a at x, and its gradient
+    times the support size; D: distance of x from the faces of node a, see `inverse_square`."""
     total, gx, gy, gz = inverse_square(fn, x, a, scratch)
     if total * VANISHING * VANISHING >= 1.0:
         return 0.0, 0.0, 0.0, 0.0

@@ -1,7 +1,8 @@
 """Moving least squares with polynomials: shape functions from nodal weights and their gradients.
 
-p_a = w_a p(x - x_a)·M⁻¹ p(0) with M = Σ_a w_a p ⊗ p, for a linear basis p, or a quadratic one with a small penalty on its
-quadratic coefficients, which keeps M regular wherever the linear terms are (Joldes et al. 2015, Appl. Math. Comput. 266, 893).
+A node at x_a with the weight w_a has the shape function p_a = w_a p(x - x_a)·M⁻¹ p(0) with M = Σ_a w_a p ⊗ p. The basis p
+is linear, or quadratic with a small penalty on its quadratic coefficients, which keeps M regular wherever the linear terms
+are (Joldes et al. 2015, Appl. Math. Comput. 266, 893).
 """
 
 from pellucid.approximants.nodal.contract import OK, SINGULAR_MOMENTS
@@ -83,9 +84,11 @@ def _fill_moments(m, flat, n, scratch):
 
 @pointwise
 def least_squares(m, flat, drops, length, scratch, values, gradients):
-    """Fill values (n,) and gradients (3, n) [1/m] for a basis of m terms; return `OK` or a code of `FAILURES`.
+    """Fill `values` (n,) with the shape functions and `gradients` (3, n) with their gradients [1/m] for a basis of m terms;
+    return `OK` or a code of `FAILURES`.
 
-    scratch, in units of a length [m]: x_a - x in `offset`, the weights in `log_prior` and their gradients in `slope`.
+    flat: True in two dimensions; drops: see `_factor`; scratch, in units of a length [m]: x_a - x in `offset`, the weights
+    in `log_prior` and their gradients in `slope`.
     """
     n, moments, offset = len(values), scratch.moments, scratch.offset
     _fill_moments(m, flat, n, scratch)

@@ -10,7 +10,8 @@ from pellucid.jit import point_function
 
 
 class LinearSimplex(NamedTuple):
-    """Gradients of the functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and the cell centre."""
+    """Gradients of the shape functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and the cell
+    centre."""
 
     gradient: np.ndarray
     middle: np.ndarray  # (c, 3) [m]

@@ -1,4 +1,4 @@
-"""Ragged lists of numbers, stored consecutively (CSR layout)."""
+"""Lists of different lengths, such as the nodes of each cell, stored consecutively (CSR layout)."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 class Lists(NamedTuple):
-    """A list of numbers for each of n objects: the list of object i is `items[first[i]:first[i + 1]]`."""
+    """A list of indices for each of n objects: the list of object i is `items[first[i]:first[i + 1]]`."""
 
-    first: np.ndarray
-    items: np.ndarray
+    first: np.ndarray  # (n + 1,) start of each list, and the end of the last
+    items: np.ndarray  # entries of all lists, one list after the other
 
     def of(self, things: np.ndarray) -> "Lists":
-        """Return the lists of some objects, shape (m,), in their order."""
+        """Return the lists of the objects `things`, shape (m,), in their order."""
         count = np.diff(self.first)[things]
         first = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
         return Lists(

@@ -19,10 +19,10 @@ NEGLIGIBLE = 1e-8  # prior relative to its value at the node, at which the suppo
 
 
 class LocalMaximumEntropy(NamedTuple):
-    """Nodes, the widths of their priors, and distances from faces on which these vanish (for most nodes there are none)."""
+    """Nodes, the widths of their priors, and distances from faces on which priors vanish (most nodes have no such faces)."""
 
-    position: np.ndarray  # (n, 3) [m]
-    width: np.ndarray  # (n,) of the Gaussian, h/sqrt(γ) [m]
+    position: np.ndarray  # (n, 3) node positions [m]
+    width: np.ndarray  # (n,) width of the Gaussian prior of each node, h/sqrt(γ) [m]
     distances: FaceDistances  # in units of the mean edge length at a node
 
 

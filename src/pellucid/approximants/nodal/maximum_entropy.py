@@ -1,7 +1,8 @@
 """Principle of maximum entropy with priors: shape functions from weights.
 
-p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish, which is the minimum of the convex function ln Z (Arroyo &
-Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167; Mountris et al. 2019, eqs. 5 to 9).
+p_a = w_a exp(λ·(x - x_a)) / Z for nodes at x_a with the prior weights w_a. Z makes the sum of the p_a one. λ makes Σ p_a (x
+- x_a) vanish, which is the minimum of the convex function ln Z (Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167;
+Mountris et al. 2019, eqs. 5 to 9).
 """
 
 from math import exp, inf, log, sqrt
@@ -13,7 +14,7 @@ from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
 CLOSE = 1e-13  # tolerance of Σ p_a (x - x_a), in units of the offsets; off the faces one more step squares the error
-ROUNDED = 1e-7  # the same if no better value can be reached: on edges with single-precision coordinates, as in STL files
+ROUNDED = 1e-7  # tolerance if no better value can be reached: on edges with single-precision coordinates, as in STL files
 FLAT = 1e-15  # fraction of tr J added to its diagonal: J is singular on a face of the convex hull
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
 ON_PLANE = 1e-11  # height above a face, in units of the offsets, up to which a node lies in its plane
@@ -109,11 +110,10 @@ def entropy_weights(n, flat, offset, log_prior, p):
 
 @pointwise
 def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
-    """Fill gradient (3, n) with the gradients ∇p_a of the shape functions, from the gradients ∇ln w_a of the priors, shape (n,
-    3), which are overwritten.
+    """Fill `gradient` (3, n) with the gradients ∇p_a of the shape functions p_a in units of the offsets, from the gradients
+    g_a = ∇ln w_a of the logarithms of the priors, shape (n, 3).
 
-    With g_a = ∇ln w_a, M = I + Σ p_a (x - x_a) ⊗ g_a and ∇λ = -J⁻¹ M, it is p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)), in units of
-    the offsets.
+    With M = I + Σ p_a (x - x_a) ⊗ g_a, J of `_moments` and ∇λ = -J⁻¹ M, ∇p_a = p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)).
     """
     _, (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
     for j in range(3):
@@ -136,7 +136,8 @@ def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
 
 @pointwise
 def offsets(position, x, active, offset):
-    """Fill offset (n, 3) with x - x_a divided by the largest length, and return this length."""
+    """Fill `offset` (n, 3) with the vectors x - x_a from the active nodes to x, divided by the longest, and return its
+    length [m]."""
     farthest = 0.0
     for i in range(len(active)):
         a = active[i]
@@ -162,8 +163,8 @@ def to_lengths(gradients, length):
 
 @pointwise
 def keep_face(n, normal, offset, log_prior):
-    """Exclude the nodes off a face if all nodes with a weight lie on one side of it, because their functions vanish on the
-    face.
+    """For a point on a face with the given normal, set the priors of nodes off the face to zero, if all nodes with a prior
+    lie on one side: their functions vanish on the face.
 
     The functions are the limit for a multiplier λ that grows along the normal. Newton's method cannot reach this limit if
     nodes lie close to the plane of the face, as on a curved boundary.
@@ -186,8 +187,8 @@ def keep_face(n, normal, offset, log_prior):
 
 @pointwise
 def entropy_functions(length, flat, scratch, values, gradients):
-    """Fill values (n,) and gradients (3, n) [1/m] from offsets, priors and their gradients in units of a length [m]; return
-    a code."""
+    """Fill `values` (n,) with the shape functions and `gradients` (3, n) with their gradients [1/m]; return `OK` or a code
+    of `FAILURES`. scratch: offsets, logarithms of priors and their gradients in units of a length [m]."""
     n = len(values)
     if scratch.normal[0] != 0.0 or scratch.normal[1] != 0.0 or scratch.normal[2] != 0.0:
         keep_face(n, scratch.normal, scratch.offset, scratch.log_prior)

@@ -17,11 +17,12 @@ from pellucid.model import parameter
 
 
 class MovingLeastSquares(NamedTuple):
-    """Nodes, their supports, and distances from faces on which functions vanish (for most nodes there are none)."""
+    """Nodes, the radii of their supports, and distances from faces on which shape functions vanish (most nodes have no such
+    faces)."""
 
     terms: int  # number of terms of the basis: 4 linear, 10 quadratic
-    position: np.ndarray  # (n, 3) [m]
-    radius: np.ndarray  # (n,) of the supports [m]
+    position: np.ndarray  # (n, 3) node positions [m]
+    radius: np.ndarray  # (n,) radius of the support of each node [m]
     distances: FaceDistances  # in units of the mean edge length at a node
 
 
@@ -40,7 +41,7 @@ class LeastSquaresModel(FacedApproximant):
         return 88.0 * (self.dilatation / 1.6) ** 3  # measured at 1.6
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Build functions with quartic weights."""
+        """Build the shape functions for a mesh, with quartic weights."""
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is slow to import
 
         radius = self.dilatation * mesh.spacing

@@ -48,7 +48,7 @@ def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
 
 def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
     """Return for each node the faces that bound its k-th ring, except faces on the boundary of the mesh, and the size of
-    the ring."""
+    the ring [m], shape (n,)."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
     ones = np.ones(2 * len(inner), np.int32), (owners[inner].T.ravel(), np.tile(inner, 2))
@@ -68,7 +68,7 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
 
 
 def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-    """Return an evaluator with an additional face in the `distances` of each given node.
+    """Return an evaluator with an additional face for each given node, on which its shape function vanishes.
 
     nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each.
     """
@@ -81,8 +81,8 @@ def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces
 
 
 def nodes_in_reach(mesh: SimplexMesh, reach: np.ndarray) -> Lists:
-    """Return for each cell, in ascending order, the nodes whose support of this radius [m], shape (n,), may overlap the
-    cell."""
+    """Return for each cell, in ascending order, the nodes whose spherical supports may overlap the cell; reach: radii of
+    the supports [m], shape (n,)."""
     middle = mesh.nodes[mesh.cells].mean(axis=1)
     radius = np.linalg.norm(mesh.nodes[mesh.cells] - middle[:, None], axis=2).max(axis=1)
     tree = cKDTree(mesh.nodes)

@@ -1,4 +1,4 @@
-"""Tables of shape functions at points in cells."""
+"""Tables of shape functions and their gradients at given points in cells of a mesh."""
 
 from typing import NamedTuple
 
@@ -21,26 +21,27 @@ CHUNK = 256  # points per chunk of a parallel loop
 
 
 class Points(NamedTuple):
-    """Points and their rows, in the form used by kernels."""
+    """Points at which shape functions are evaluated, and the arrays for the results, in the form used by kernels."""
 
-    functions: object
+    functions: object  # `Evaluator.functions`
     first: np.ndarray  # start of the active nodes of each cell
-    active: np.ndarray
+    active: np.ndarray  # active nodes of all cells, one cell after the other
     position: np.ndarray  # (m, 3) [m]
-    cell: np.ndarray  # (m,)
-    row: np.ndarray  # (m + 1,)
-    values: np.ndarray
-    gradients: np.ndarray
-    failure: np.ndarray  # (m,)
+    cell: np.ndarray  # (m,) cell of each point
+    row: np.ndarray  # (m + 1,) as in `PointRows`
+    values: np.ndarray  # as in `PointRows`
+    gradients: np.ndarray  # as in `PointRows`
+    failure: np.ndarray  # (m,) `OK` or a code of `FAILURES`
     normal: np.ndarray  # (m, 3) normals of faces on which the points lie, or (0, 3)
-    longest: int  # length of the longest row
+    longest: int  # largest number of nodes of a point
 
 
 class PointRows(NamedTuple):
-    """Shape functions at m points, as rows of entries.
+    """Shape functions at m points, stored one point after the other.
 
-    Point k has the entries row[k]:row[k + 1] of `nodes` and `values`. The gradients [1/m] of point k start at 3 row[k] in
-    `gradients`, all x-components first. The nodes are the active nodes of the cell of the point.
+    Point k has the entries row[k]:row[k + 1] of `nodes` (node numbers) and `values` (shape functions). The gradients [1/m]
+    of point k start at 3 row[k] in `gradients`, all x-components first. The nodes are the active nodes of the cell of the
+    point.
     """
 
     row: np.ndarray
@@ -49,7 +50,8 @@ class PointRows(NamedTuple):
     gradients: np.ndarray
 
     def at(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return nodes, shape (n,), values, shape (n,), and gradients [1/m], shape (3, n), at point k."""
+        """Return the nodes of point k, shape (n,), their shape functions, shape (n,), and their gradients [1/m], shape (3,
+        n)."""
         here = slice(self.row[k], self.row[k + 1])
         gradients = self.gradients[3 * here.start : 3 * here.stop] if len(self.gradients) else np.zeros(0)
         return self.nodes[here], self.values[here], gradients.reshape(3, -1)
@@ -78,10 +80,11 @@ def _evaluate(chunk, points):
 def evaluate(
     evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True, normals: np.ndarray = NO_NORMALS
 ) -> PointRows:
-    """Compute shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients must not be requested on faces.
+    """Compute shape functions at points [m], shape (m, 3), in cells, shape (m,), and their gradients, which must not be
+    requested on faces.
 
-    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do. Raises NoFunctions with the
-    position if an approximant has no functions there.
+    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do. Raises NoFunctions with
+    the position if an approximant has no functions there.
     """
     row, nodes = evaluator.active.of(cells)
     size = int(row[-1])

@@ -52,7 +52,7 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
 
 
 def _affine_functions(nodes: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis of the affine functions, shape (n, 4).
+    """Return an orthonormal basis of the affine functions at the nodes, as values, shape (n, 4).
 
     Sums are computed without libraries whose results depend on the number of threads.
     """
@@ -66,7 +66,8 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def _iterate(matrix: sparse.csr_array, wanted: np.ndarray, precondition: Operator, close: np.ndarray) -> np.ndarray:
-    """Return the result of conjugate gradients that start from zero, with separate step lengths for each column."""
+    """Return the approximate solution of matrix @ x = wanted by conjugate gradients that start from zero, with separate
+    step lengths for each column; close: norm of the residual of each column at which to stop."""
     x, residual = np.zeros_like(wanted), wanted.copy()
     z = precondition(residual)
     direction, product = z, np.sum(residual * z, axis=0)
@@ -96,7 +97,7 @@ def _preconditioner(matrix: sparse.csr_array, nodes: np.ndarray) -> Operator:
 
 
 def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
-    """Return the quadratic B-splines of a lattice at the nodes, shape (n, functions)."""
+    """Return the values at the nodes of the quadratic B-splines of a coarse lattice, shape (n, functions)."""
     low, extent = nodes.min(axis=0), np.ptp(nodes, axis=0)
     spacing = COARSE * float(np.cbrt(np.prod(extent) / len(nodes)))
     while True:
@@ -107,8 +108,8 @@ def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
 
 
 def _functions_of(place: np.ndarray) -> sparse.csr_array:
-    """Return the quadratic B-splines of a lattice at positions in units of its spacing, shape (n, 3), without functions
-    that are small everywhere."""
+    """Return the values of the quadratic B-splines of a lattice at positions in units of its spacing, shape (n, 3), without
+    functions that are small everywhere."""
     n, whole = len(place), np.floor(place).astype(np.int64)
     part = place - whole
     axes = np.stack([0.5 * (1.0 - part) ** 2, 0.5 + part * (1.0 - part), 0.5 * part**2], axis=-1)

@@ -13,11 +13,11 @@ from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
 class BlendedRows(NamedTuple):
-    """Shape functions at q points of each of t simplices in d dimensions; a node may occur several times among the entries of
-    a point."""
+    """Shape functions at q points of each of t simplices in d dimensions, with r entries per point; a node may occur in
+    several of them."""
 
-    nodes: np.ndarray  # (t, r)
-    value: np.ndarray  # (t, q, r)
+    nodes: np.ndarray  # (t, r) numbers of the nodes
+    value: np.ndarray  # (t, q, r) shape functions
     first: np.ndarray  # (t, q, d, r) derivatives by the barycentric coordinates of all corners except the first
     second: np.ndarray  # (t, q, p, r) second derivatives: 11; or 11, 12, 22; (t, q, 0, r) if not requested
 
@@ -30,7 +30,7 @@ class BlendedRows(NamedTuple):
         return self.first @ of_nodes[self.nodes][:, None]
 
     def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
-        """Return rows of shape functions with one entry per node.
+        """Return the shape functions with one entry per node: entries of the same node are added.
 
         nodes: numbers of the m nodes of each simplex, shape (t, m). slots: for the nodes in the stencils of the corners,
         the index in `nodes`, shape (t, d + 1, s).
@@ -48,7 +48,7 @@ class BlendedRows(NamedTuple):
 class Simplices(NamedTuple):
     """Segments of a curve or triangles of a surface, with corners at given points."""
 
-    points: np.ndarray  # (n, k) [m]
+    points: np.ndarray  # (n, k) positions [m]
     corners: np.ndarray  # (t, d + 1) numbers of the points
     normals: np.ndarray | None  # (n, k) unit normals at the points; None if all simplices lie in one line or plane
 
@@ -57,15 +57,16 @@ class Places(NamedTuple):
     """Points on simplices, and derivatives of their positions by the barycentric coordinates of all corners except the
     first."""
 
-    place: np.ndarray  # (t, q, k)
-    first: np.ndarray  # (t, q, d, k)
-    second: np.ndarray  # (t, p, k), the same at all points
+    place: np.ndarray  # (t, q, k) positions [m]
+    first: np.ndarray  # (t, q, d, k) first derivatives [m]
+    second: np.ndarray  # (t, p, k) second derivatives [m], the same at all points
 
 
 def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> BlendedRows:
-    """Return shape functions at points of each simplex with barycentric coordinates of shape (q, d + 1) or (t, q, d + 1).
+    """Return shape functions at points of each simplex.
 
-    near, found: the stencils of all points in their order, and their interpolants; derivatives: 1 or 2.
+    near, found: the stencils of all points in their order, and their interpolants; shares: barycentric coordinates, shape
+    (q, d + 1) or (t, q, d + 1); derivatives: 1 or 2, order of the highest derivatives.
     """
     corners, d = simplices.corners, simplices.corners.shape[1] - 1
     slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the barycentric coordinates
@@ -93,10 +94,11 @@ def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: n
 
 
 def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:
-    """Return points on simplices whose edges are curved to match the normals.
+    """Return points on simplices with barycentric coordinates `shares`, after edges are curved to match the normals;
+    slopes: derivatives of the barycentric coordinates.
 
-    The middle of an edge is shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of order
-    h².
+    The middle of an edge is shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of
+    order h².
     """
     corner = simplices.points[simplices.corners]
     place = np.einsum("tqa,tak->tqk", shares, corner)

@@ -1,4 +1,4 @@
-"""Interface of radial functions with polynomials."""
+"""Interface of radial functions with polynomials, which define the shape functions of radial point interpolation."""
 
 from abc import abstractmethod
 from math import ceil, comb
@@ -37,8 +37,8 @@ class RadialModel(Model):
 
     @abstractmethod
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """Return φ and its derivatives at squared distances s divided by the squared stencil radius; the shape parameters
-        broadcast to s."""
+        """Return φ and its derivatives; square: s, squared distances divided by the squared stencil radius; shape: shape
+        parameters, which broadcast to s."""
 
     @property
     @abstractmethod
@@ -52,7 +52,7 @@ class RadialModel(Model):
 
     @property
     def initial_shape(self) -> float:
-        """Shape parameter times the radius of a stencil, before it is increased."""
+        """Shape parameter times the radius of a stencil, before it is increased for ill-conditioned systems."""
         return NO_SHAPE
 
     @check

@@ -11,12 +11,12 @@ FOLDED = "is too wide for the curvature of the {what}: projected along the norma
 
 
 class Stencils(NamedTuple):
-    """Stencils around n points in k dimensions, with m nodes each. The coordinates of nodes are taken along d tangents at the
+    """Stencils of m nodes around each of n points in k dimensions, with coordinates of the nodes along d tangents at the
     point."""
 
     nodes: np.ndarray  # (n, m) numbers of the points; on a surface the nearest first, on a curve in their order along it
-    tangents: np.ndarray  # (n, d, k) orthonormal
-    coordinates: np.ndarray  # (n, m, d) of the nodes relative to the point [m]
+    tangents: np.ndarray  # (n, d, k) orthonormal tangents at the points
+    coordinates: np.ndarray  # (n, m, d) coordinates of the nodes along the tangents, relative to the point [m]
 
 
 def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:

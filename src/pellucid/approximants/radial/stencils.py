@@ -36,23 +36,23 @@ class StencilError(ValueError):
 class Functions(NamedTuple):
     """Shape functions of m nodes at q positions of each of s stencils, and derivatives by the coordinates of the stencil."""
 
-    value: np.ndarray  # (s, q, m)
-    first: np.ndarray  # (s, q, d, m) [1/m]
-    second: np.ndarray  # (s, q, d, d, m) [1/m²]; (s, q, 0, 0, m) if not requested
+    value: np.ndarray  # (s, q, m) shape functions
+    first: np.ndarray  # (s, q, d, m) first derivatives [1/m]
+    second: np.ndarray  # (s, q, d, d, m) second derivatives [1/m²]; (s, q, 0, 0, m) if not requested
 
 
 class Interpolants(NamedTuple):
     """Coefficients of the shape functions of s stencils with m nodes in d dimensions."""
 
     radial: RadialModel
-    centre: np.ndarray  # (s, d) [m]
-    radius: np.ndarray  # (s,) [m]
-    nodes: np.ndarray  # (s, m, d) relative to the centre, divided by the radius
+    centre: np.ndarray  # (s, d) mean node position [m]
+    radius: np.ndarray  # (s,) largest distance of a node from the centre [m]
+    nodes: np.ndarray  # (s, m, d) positions relative to the centre, divided by the radius
     shape: np.ndarray  # (s,) shape parameters times the radius
-    fit: np.ndarray  # (s, p, m) F
-    across: np.ndarray  # (s, m - p, m) Zᵀ
-    coefficients: np.ndarray  # (s, m + p, m - p) of w Zᵀ A Z in the radial functions and the monomials
-    inverse: np.ndarray  # (s, m - p, m - p) of Zᵀ A Z
+    fit: np.ndarray  # (s, p, m) matrix F of the module docstring, for p polynomials
+    across: np.ndarray  # (s, m - p, m) matrix Zᵀ
+    coefficients: np.ndarray  # (s, m + p, m - p) coefficients of w Zᵀ A Z for the radial functions and the monomials
+    inverse: np.ndarray  # (s, m - p, m - p) inverse of Zᵀ A Z
 
 
 def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:
@@ -102,8 +102,8 @@ def _check_apart(square: np.ndarray) -> None:
 
 
 def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return shape parameters (s,), increased if systems are ill-conditioned, and radial functions between the nodes (s, m,
-    m)."""
+    """Return the shape parameters of the stencils, shape (s,), increased where the system is ill-conditioned, and the
+    radial functions between their nodes, shape (s, m, m)."""
     shape = np.full(len(square), radial.initial_shape)
     kernel = radial.profile(square, shape[:, None, None]).value
     ill = np.arange(len(square) if radial.initial_shape > 0.0 and across.shape[2] else 0)
@@ -115,7 +115,8 @@ def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tup
 
 
 def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Estimate the condition number of the whole system: a bound of the kernel over the smallest relevant eigenvalue."""
+    """Estimate the condition numbers of the systems of stencils, shape (s,): a bound of the kernel matrix over the smallest
+    relevant eigenvalue."""
     eigenvalues = np.linalg.eigvalsh(np.swapaxes(across, 1, 2) @ kernel @ across)
     return kernel.shape[1] * np.abs(kernel).max(axis=(1, 2)) / np.maximum(np.abs(eigenvalues).min(axis=1), 1e-300)
 
@@ -148,7 +149,8 @@ def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None 
 
 
 def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray, polynomial: np.ndarray) -> np.ndarray:
-    """Return shape functions, shape (s, ..., m), from radial functions, shape (s, ..., m), and monomials, shape (s, ..., p)."""
+    """Return the shape functions of stencils, shape (s, ..., m), from the values (or derivatives) of radial functions,
+    shape (s, ..., m), and of monomials, shape (s, ..., p)."""
     shape = radial.shape
     rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
     w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]

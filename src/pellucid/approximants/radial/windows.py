@@ -1,10 +1,11 @@
 """Local weak forms on a line: test functions that are one in a window around each node and zero elsewhere.
 
-The balance of a window, d/dt ∫ c dx = flux in - flux out, is the equation of its node (local radial point interpolation,
-Liu & Gu 2001; Benet 2015, eqs. 4.21 to 4.31). Windows of half the spacing touch without overlap: the flux out of one window
-is the flux into the next, and the total is conserved. The response of a window with half-width w to a wave with wave number
-k is 2 sin(kw)/k, which has a zero at a resolved wave, k < π/h, if w > h. The outflow also has a zero, at a slightly
-different wave number, as slopes are interpolated; for waves between the two zeros the signs differ, and these waves grow.
+The balance of a quantity with the line density c over a window, d/dt ∫ c dx = flux in - flux out, is the equation of its
+node (local radial point interpolation, Liu & Gu 2001; Benet 2015, eqs. 4.21 to 4.31). Windows of half the node spacing h
+touch without overlap: the flux out of one window is the flux into the next, and the total is conserved. The response of a
+window with half-width w to a wave with wave number k is 2 sin(kw)/k, which has a zero at a resolved wave, k < π/h, if w >
+h. The outflow also has a zero, at a slightly different wave number, as slopes are interpolated; for waves between the two
+zeros the signs differ, and these waves grow.
 """
 
 from math import ceil
@@ -64,7 +65,7 @@ class _Sum:
         self._entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
 
     def add(self, row: np.ndarray, columns: np.ndarray, values: np.ndarray) -> None:
-        """Add values (t, r) in rows (t,) and columns (t, r)."""
+        """Add entries to the matrix; shapes: values (t, r), row numbers (t,), column numbers (t, r)."""
         self._entries.append((np.repeat(row, columns.shape[1]), columns.ravel(), values.ravel()))
 
     def matrix(self) -> csr_array:
