@@ -51,6 +51,12 @@ class Kept(NamedTuple):
     state: Any  # state of the material law
 
 
+class GatherMotion(NamedTuple):
+    """Rule that gathers the velocity gradient and the velocity at a point."""
+
+    cells: Any  # `NoCells` or `FullCells`
+
+
 class Strain(NamedTuple):
     """Operation at each point: new volume and stress from the velocity gradient, and new position if points move."""
 
@@ -94,13 +100,13 @@ def _grown(cells, lattice, L, lacking):
     return L[0] + x * more, L[1], L[2], L[3], L[4] + y * more, L[5], L[6], L[7], L[8] + z * more
 
 
-@point_function(looked_up, Strain)
-def _look_up(task, lattice, functions, about, p):
-    return lacking_growth(task.cells, lattice, p.position)
+@point_function(looked_up, GatherMotion)
+def _look_up(rule, lattice, functions, about, p):
+    return lacking_growth(rule.cells, lattice, p.position)
 
 
-@point_function(gathered, Strain)
-def _motion(task, about, lattice, nodes, p, known):
+@point_function(gathered, GatherMotion)
+def _motion(rule, about, lattice, nodes, p, known):
     return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
 
 
@@ -136,13 +142,16 @@ def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | Non
     Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums over points.
     """
     points = mapped.points
+    full: Any = NoCells() if cells is None else cells
     declared = Declaration(
         gathers=(IDENTITY, ZERO_VECTOR),
         looks_up=() if cells is None else 0.0,
+        rule=GatherMotion(full),
+        rule_reads=Read(ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0, ()),
         sums=(STORED, DISSIPATED, POWER, HEATING),
         largest=RATE,
         places=True,
     )
     read = Read(points.position, points.velocity, points.mass, points.volume, state)
     kept = Kept(points.position, points.volume, state)
-    return pass_points(Strain(law, NoCells() if cells is None else cells, float(moving)), declared, mapped, read, kept)
+    return pass_points(Strain(law, full, float(moving)), declared, mapped, read, kept)

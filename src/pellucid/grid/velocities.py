@@ -143,13 +143,13 @@ def _of_rates(work, p):
 
 
 @point_function(looked_up, TakeVelocity)
-def _look_up(task, lattice, functions, about, p):
-    return affine_functions(task.transfer, functions, about)
+def _look_up(rule, lattice, functions, about, p):
+    return affine_functions(rule.transfer, functions, about)
 
 
 @point_function(gathered, TakeVelocity)
-def _gather(task, about, lattice, nodes, p, known):
-    v, by = p.velocity, task.transfer
+def _gather(rule, about, lattice, nodes, p, known):
+    v, by = p.velocity, rule.transfer
     change, mapped = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
     lumping = lumping_heat(gather_scalar(about, lattice, nodes.increment_energy), change)
     new = (
@@ -158,7 +158,7 @@ def _gather(task, about, lattice, nodes, p, known):
         new_velocity(by, v[2], mapped[2], change[2]),
     )
     affine, heat = renewed(by, about, lattice, nodes, p, known, new, mapped, change, lumping)
-    return Gathered(new, lumping, heat, affine, mean_gradient(task.work, about, lattice, nodes))
+    return Gathered(new, lumping, heat, affine, mean_gradient(rule.work, about, lattice, nodes))
 
 
 @point_function(at_point, TakeVelocity)

@@ -37,7 +37,7 @@ class StressByViscosity(NamedTuple):
 
 
 @point_function(gathered, StressByViscosity)
-def _gradient(task, about, lattice, nodes, p, known):
+def _gradient(rule, about, lattice, nodes, p, known):
     return gather_gradient(about, lattice, nodes.velocity)
 
 

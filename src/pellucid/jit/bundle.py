@@ -9,6 +9,7 @@ The row length of arrays is part of the compiled type. With a row length known o
 loops over rows.
 """
 
+import hashlib
 from functools import cache
 from typing import Any
 
@@ -26,6 +27,8 @@ from numba.extending import (
     unbox,
 )
 from numba.np.numpy_support import as_dtype
+
+from pellucid.jit.sources import described
 
 ADDRESS = ir.IntType(8).as_pointer()
 ROWS = 3, 6, 9, 10
@@ -55,7 +58,8 @@ class BundleType(types.Type):
     def __init__(self, content: types.Type, rows: Any) -> None:
         self.content: Any = content
         self.rows = rows  # as `_rows_of` gives them
-        super().__init__(name=f"Bundle({content}, rows={rows})")
+        text = f"{described(content)} {rows}"
+        super().__init__(name=f"Bundle_{hashlib.sha256(text.encode()).hexdigest()[:16]}")
 
 
 @typeof_impl.register(Bundle)

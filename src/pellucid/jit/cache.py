@@ -15,14 +15,13 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from numba.core import types
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
 
 from pellucid.jit.folder import cache_folder
-from pellucid.jit.parallel import ChunkKernel, chunk_kernels
+from pellucid.jit.linked import LinkedKernel, compiled_for, linked_kernels
 from pellucid.jit.region import make_known
 from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
@@ -64,11 +63,11 @@ class KernelCache(NullCache):  # type: ignore[misc]
         references, payload = _Unpickler(io.BytesIO(data), sources).load()
         target_context.refresh()
         make_known()  # drivers refer to it
-        found = [_chunk_kernel(*reference) for reference in references]
-        if [chunk.symbol if chunk else None for chunk in found] != [symbol for _, _, symbol in references]:
+        found = [_linked_kernel(*reference) for reference in references]
+        if [kernel.symbol if kernel else None for kernel in found] != [symbol for _, _, symbol in references]:
             return None  # compiled anew, for what it refers to was
         result = CompileResult._rebuild(target_context, *payload)
-        chunk_kernels(result.library).extend(chunk for chunk in found if chunk)
+        linked_kernels(result.library).extend(kernel for kernel in found if kernel)
         return result
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
@@ -77,8 +76,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
         if sources is None or data.library.has_dynamic_globals or data.lifted:
             return
         references = [
-            ((chunk.function.__module__, chunk.function.__qualname__), chunk.arguments, chunk.symbol)
-            for chunk in _referred_to(data.library)
+            ((linked.function.__module__, linked.function.__qualname__), linked.arguments, linked.symbol)
+            for linked in _referred_to(data.library)
         ]
         stream = io.BytesIO()
         _Pickler(stream, sources).dump((references, data._reduce()))
@@ -132,18 +131,16 @@ def _warn_once(text: str, category: type[UserWarning] = UserWarning) -> None:
         warnings.warn(text, category, stacklevel=2)
 
 
-def _referred_to(library: Any) -> list[ChunkKernel]:
-    """Return the chunk kernels that the code of a compiled library refers to, including nested libraries."""
-    inner = [chunk for linked in library._linking_libraries for chunk in _referred_to(linked)]
-    return [*chunk_kernels(library), *inner]
+def _referred_to(library: Any) -> list[LinkedKernel]:
+    """Return the kernels that the code of a compiled library refers to by name, including nested libraries."""
+    inner = [kernel for part in library._linking_libraries for kernel in _referred_to(part)]
+    return [*linked_kernels(library), *inner]
 
 
-def _chunk_kernel(name: tuple[str, str], arguments: tuple[Any, ...], symbol: str) -> ChunkKernel | None:
+def _linked_kernel(name: tuple[str, str], arguments: tuple[Any, ...], symbol: str) -> LinkedKernel | None:
     """Return the kernel with this name for these argument types, from the cache or newly compiled; None if there is none."""
     compiled = kernels.get(name)
-    if compiled is None:
-        return None
-    return ChunkKernel(compiled.py_func, arguments, compiled.get_compile_result(types.none(*arguments)))
+    return None if compiled is None else compiled_for(compiled, arguments)
 
 
 class _Pickler(NumbaPickler):  # type: ignore[misc]

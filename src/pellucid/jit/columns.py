@@ -16,6 +16,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
+from pellucid.jit.address import address_of
 from pellucid.jit.vector import LANES, VECTOR, vector_at
 
 BLOCK = 32
@@ -73,7 +74,7 @@ def _size(typing: Any, like: Any) -> Any:
 def _emit_put(context: Any, builder: Any, signature: Any, given: Any) -> Any:
     """Emit code that stores values in columns. The last three arguments are the array, the place and the values."""
     (array_kind, _, values_kind), (array, at, found) = signature.args[-3:], given[-3:]
-    data = context.make_array(array_kind)(context, builder, array).data
+    data = address_of(context, builder, array_kind, array)
     for column, (kind, value) in enumerate(flat(builder, values_kind, found)):
         place = _column(builder, data, at, column)
         if kind is VECTOR:
@@ -99,7 +100,7 @@ def _taking(kind: Any, lanes: bool) -> Any:
     wanted = lanes_of(kind) if lanes else kind
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        data = context.make_array(signature.args[1])(context, builder, given[1]).data
+        data = address_of(context, builder, signature.args[1], given[1])
         places = (_column(builder, data, given[2], column) for column in range(leaves(kind)))
         values = (builder.load(vector_at(builder, place), align=8) if lanes else builder.load(place) for place in places)
         return built(context, builder, wanted, values)

@@ -9,13 +9,14 @@ Threads that start and end a loop together wait for each other. For small bodies
 Therefore the loops of several bodies can be combined in one region, see `pellucid.jit.joint`.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from pellucid.jit.linked import compiled_for, linked_kernels
 from pellucid.jit.region import (
     BEGIN,
     BEGIN_LOOP,
@@ -72,14 +73,14 @@ def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: boo
     make_known()
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
-    compiled = kernel.dispatcher.get_compile_result(types.none(*given))
+    linked = compiled_for(kernel.dispatcher, given)
     signature = types.none(kernel, *[types.intp] * len(sizes), types.StarArgTuple(arguments))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         *given_sizes, together = values[1:]
-        chunk_kernels(context.active_code_library).append(ChunkKernel(kernel.dispatcher.py_func, given, compiled))
+        linked_kernels(context.active_code_library).append(linked)
         packed = cgutils.pack_struct(builder, cgutils.unpack_tuple(builder, together, len(arguments)))
-        do_chunk = _do_chunk(context, builder.module, packed.type, compiled, given)
+        do_chunk = _do_chunk(context, builder.module, packed.type, linked.compiled, given)
         at = cgutils.alloca_once_value(builder, packed)
         size, across = INTP(context.get_abi_sizeof(packed.type)), given_sizes[1] if len(sizes) > 1 else INTP(0)
         begin = cgutils.get_or_insert_function(builder.module, BEGIN_LOOP, BEGIN)
@@ -87,28 +88,6 @@ def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: boo
         return context.get_dummy_value()
 
     return signature, emit
-
-
-class ChunkKernel(NamedTuple):
-    """A kernel to which the code of a driver refers by name; it must be loaded before the driver."""
-
-    function: Any
-    arguments: tuple[Any, ...]
-    compiled: Any
-
-    @property
-    def symbol(self) -> str:
-        """Name of the kernel in compiled code."""
-        return str(self.compiled.fndesc.llvm_func_name)
-
-
-def chunk_kernels(library: Any) -> list[ChunkKernel]:
-    """Return the chunk kernels that the code of a library refers to, without nested libraries. The list exists as long as
-    the library."""
-    if not hasattr(library, "chunk_kernels"):
-        library.chunk_kernels = []
-    kept: list[ChunkKernel] = library.chunk_kernels
-    return kept
 
 
 def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:

@@ -171,6 +171,24 @@ def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     return types.none(like, arrays, types.uintp), emit
 
 
+@intrinsic
+def _prefetch(typing: Any, address: Any) -> Any:
+    byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
+    kind = ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag])
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        to_read, to_stay, of_data = flag(0), flag(3), flag(1)
+        builder.call(prefetch, [builder.inttoptr(given[0], byte), to_read, to_stay, of_data])
+        return context.get_dummy_value()
+
+    return types.none(types.intp), emit
+
+
+def _plain_prefetch(address: int) -> None:
+    pass
+
+
 def _plain_expect_rows(like: Any, arrays: Any, p: Any) -> None:
     pass
 
@@ -202,9 +220,10 @@ def _plain_keep_row(arrays: Any, p: Any, values: Any) -> None:
         array[p] = part if array.ndim == 1 else list(numbers_in(part))
 
 
-_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row, _plain_expect_rows
-_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row, _expect_rows
+_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row, _plain_expect_rows, _plain_prefetch
+_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row, _expect_rows, _prefetch
 # take_rows(like, arrays, p), keep_rows(arrays, p, values): of the LANES points from p on, in vectors.
 # take_row(like, arrays, p), keep_row(arrays, p, values): of point p, in numbers.
-# expect_rows(like, arrays, p): let the memory bring those of the LANES points from p on nearer.
-take_rows, take_row, keep_rows, keep_row, expect_rows = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+# expect_rows(like, arrays, p): prefetch the rows of the LANES points from p on.
+# prefetch(address): prefetch the cache line at an address [bytes].
+take_rows, take_row, keep_rows, keep_row, expect_rows, prefetch = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

@@ -20,6 +20,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic, models, overload, register_model
 
+from pellucid.jit.address import address_of
 from pellucid.jit.registry import IN_KERNELS
 
 LANES = 4
@@ -54,7 +55,7 @@ def vector_at(builder: Any, address: Any) -> Any:
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     """Return the typed address of four numbers of an array, starting at an index, in compiled code."""
     numbers = ir.VectorType(context.get_data_type(kind.dtype), LANES)
-    data = context.make_array(kind)(context, builder, array).data
+    data = address_of(context, builder, kind, array)
     return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())
 
 

@@ -33,7 +33,7 @@ class Drift(NamedTuple):
 
 
 @point_function(gathered, Drift)
-def _velocity(task, about, lattice, nodes, p, known):
+def _velocity(rule, about, lattice, nodes, p, known):
     return gather(about, lattice, nodes.velocity)
 
 

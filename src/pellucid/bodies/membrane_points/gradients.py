@@ -33,7 +33,7 @@ class GatherGradient(NamedTuple):
 
 
 @point_function(gathered, GatherGradient)
-def _motion(task, about, lattice, nodes, p, known):
+def _motion(rule, about, lattice, nodes, p, known):
     return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
 
 

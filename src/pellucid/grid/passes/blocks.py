@@ -8,14 +8,16 @@ own run is processed.
 
 from typing import Any
 
+import numpy as np
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_numbers
 from pellucid.grid.points import ByIndex, InOrder, place_of
 from pellucid.grid.stencil import functions_at, stencil_of
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, take, take_lanes
-from pellucid.jit.rows import expect_rows, keep_row, keep_rows, take_row, take_rows
+from pellucid.jit.kernels import LINE
+from pellucid.jit.rows import expect_rows, keep_row, keep_rows, prefetch, take_row, take_rows
 from pellucid.jit.vector import LANES, larger, load, store
 from pellucid.tensors import ZERO_VECTOR
 
@@ -38,6 +40,21 @@ def expect(index: Any, like: Any, arrays: Any, q: int) -> None:
     Called for each vector of a block, so that the rows of the next block arrive while this one is processed. Prefetching
     all at once would stall the processor as long as reading them.
     """
+
+
+@pointwise
+def prefetch_next(lines, q):
+    """Prefetch rows of LANES points one block after number q, as `expect` does; lines: see `cache_lines`."""
+    for k in range(len(lines)):
+        prefetch(lines[k, 0] + (q + BLOCK) * lines[k, 1])
+
+
+def cache_lines(arrays: list[np.ndarray]) -> np.ndarray:
+    """Return for each cache line that the rows of LANES points occupy in these arrays its address for the first points, and
+    the size of a row, both in bytes; shape (lines, 2)."""
+    rows = [(array.ctypes.data, array.strides[0]) for array in arrays]
+    lines = [(address + line, size) for address, size in rows for line in range(0, LANES * size, LINE)]
+    return np.array(lines, np.int64).reshape(-1, 2)  # the last line may lie beyond the array: that is no fault
 
 
 @point_function(fetch, InOrder)
@@ -80,6 +97,12 @@ def _keep_by_index(index, like, arrays, start, n, c, at):
         keep_row(arrays, place_of(index, start + q), take(like, c, at + q))
 
 
+@kernel(inner=True)
+def fetch_block(rows, start, n, c, at):
+    """Copy `rows` (`PointRows`) of n points, starting at number `start` of the slabs, to columns starting at `at`."""
+    fetch(rows.index, rows.like, rows.arrays, start, n, c, at)
+
+
 @pointwise
 def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
     """Store rows from columns to `arrays` for the points whose value in the column `flags` is positive; all_set: True if
@@ -89,7 +112,13 @@ def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
         return
     for q in range(n):
         if c[uintp(q + flags * WIDTH)] > 0.0:
-            keep_row(arrays, place_of(index, start + q), take(like, c, at + q))
+            keep_row(arrays, place_of(index, start + q), take(like, c, q + at))
+
+
+@kernel(inner=True)
+def keep_block(rows, flags, all_set, start, n, c, at):
+    """Store columns to `rows` (`PointRows`) as `keep_where` does."""
+    keep_where(flags, all_set, rows.index, rows.like, rows.arrays, start, n, c, at)
 
 
 @pointwise
@@ -135,13 +164,25 @@ def run_end(first_node, q, n):
 def add_columns(c, column, n, sums, number, count):
     """Add the n numbers of each of `count` columns, from `column` on, lane by lane to `count` vectors of sums, from
     `number` on."""
-    for k in range(count):
-        at = (column + k) * WIDTH
+    for k in range(column, column + count):
         for q in range(n, (n + LANES - 1) // LANES * LANES):
-            c[uintp(at + q)] = 0.0
+            c[uintp(q + k * WIDTH)] = 0.0
+    whole = count // 4 * 4
+    for k in range(0, whole, 4):  # four sums at a time: each addition waits for the one before it
+        at, to = (column + k) * WIDTH, (number + k) * LANES
+        x, y = load(sums, to), load(sums, to + LANES)
+        z, w = load(sums, to + 2 * LANES), load(sums, to + 3 * LANES)
+        for q in range(at, at + n, LANES):
+            x, y = x + load(c, q), y + load(c, q + WIDTH)
+            z, w = z + load(c, q + 2 * WIDTH), w + load(c, q + 3 * WIDTH)
+        store(sums, to, x)
+        store(sums, to + LANES, y)
+        store(sums, to + 2 * LANES, z)
+        store(sums, to + 3 * LANES, w)
+    for k in range(whole, count):
         total = load(sums, (number + k) * LANES)
-        for q in range(0, n, LANES):
-            total += load(c, at + q)
+        for q in range((column + k) * WIDTH, (column + k) * WIDTH + n, LANES):
+            total = total + load(c, q)
         store(sums, (number + k) * LANES, total)
 
 

@@ -1,10 +1,13 @@
 """The loop that executes a pass over the points of a body on a CPU.
 
-Only this module handles slabs, blocks, columns, vectors and prefetching; a pass handles one point (`points_pass`). Three
-rules make the loop fast. Gathering processes several points that share their nodes at a time. The loop over the physics of
-a point writes only to columns, so that the compiler vectorizes it. Each part prefetches memory of the next block. A line
-that breaks a rule makes a pass slower by a quarter: `pellucid bench` measures each pass, and `benchmarks/pairs.py` compares
-two states of the source.
+Only this module handles slabs, blocks, columns, vectors and prefetching; a pass handles one point (`points_pass`). The parts
+of the loop are kernels that are called for each block and shared: gathering by all laws, the evaluation of a law by all shape
+functions, sums and faults by all passes. A new law or case therefore compiles little.
+
+Three rules make the loop fast. Gathering processes several points that share their nodes at a time. The loop over the
+physics of a point writes only to columns, so that the compiler vectorizes it. Each part prefetches memory of the next block.
+A line that breaks a rule makes a pass slower by a quarter: `pellucid bench` measures each pass, and `benchmarks/pairs.py`
+compares two states of the source.
 """
 
 from typing import Any
@@ -15,15 +18,15 @@ from pellucid.grid.passes.blocks import (
     about_lanes,
     about_point,
     add_columns,
-    expect,
-    fetch,
+    fetch_block,
     find_functions,
     functions_like,
-    keep_where,
+    keep_block,
     largest_of_column,
+    prefetch_next,
     run_end,
 )
-from pellucid.grid.passes.gifts import WEIGHTS, arrays_given, scatter_block
+from pellucid.grid.passes.gifts import WEIGHTS, add_block, arrays_given
 from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
 from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered, in_cell, looked_up
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
@@ -31,6 +34,7 @@ from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, put_like, size, take, take_lanes
 from pellucid.jit.joint import joint_region
+from pellucid.jit.linked import call_kernel
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour, joint_for
 from pellucid.jit.vector import LANES, load, total
@@ -40,46 +44,44 @@ NO_PLACE = 1e3
 """Fault value that marks a point whose new position is outside the grid or not finite."""
 
 
-@pointwise
-def _look_up(points, n, found, first_node, c):
-    """Look up values for the n points of a block before gathering, into columns after the input."""
-    functions, lattice = points.mapped.functions, points.mapped.lattice
-    for q in range(n):
-        about, p = about_point(functions, found, first_node, q), take(points.read_like, c, q)
-        known = looked_up(points.task, lattice, functions, about, p)
-        put_like(points.known_like, c, q + size(points.read_like) * WIDTH, known)
-
-
-@pointwise
-def _gather(points, start, n, found, first_node, c):
-    """Gather nodal values into columns after the looked-up values; return the number of vectors of points."""
-    functions, lattice, nodes, index = points.mapped.functions, points.mapped.lattice, points.mapped.nodes, points.mapped.index
-    like, known_like = points.read_like, points.known_like
+@kernel(inner=True)
+def _gather(points, start, n, KNOWN, found, first_node, c):
+    """Compute the shape functions of the n points of a block, and look up and gather their values into columns from the
+    column KNOWN on, first the looked-up values; return the number of vectors of points. points: bundled `Gathering`."""
+    rule, functions, lattice, nodes = points.rule, points.functions, points.lattice, points.nodes
+    like, known_like, gathered_like, lines = points.read_like, points.known_like, points.gathered_like, points.lines
+    find_functions(functions, lattice, n, c, 0, found, first_node)
+    if size(known_like) > 0:
+        for q in range(n):
+            about, p = about_point(functions, found, first_node, q), take(like, c, q)
+            put_like(known_like, c, q + KNOWN * WIDTH, looked_up(rule, lattice, functions, about, p))
     a = vectors = 0
     while a < n:
         end = run_end(first_node, a, n)
         vectors += (end - a + LANES - 1) // LANES
         while a < end:
-            expect(index, like, points.read, start + a)
+            prefetch_next(lines, start + a)
             about, p = about_lanes(functions, found, first_node, a), take_lanes(like, c, a)
-            known = take_lanes(known_like, c, a + size(like) * WIDTH)
-            gathers = gathered(points.task, about, lattice, nodes, p, known)
-            put_like(points.gathered_like, c, a + (size(like) + size(known_like)) * WIDTH, gathers)
+            known = take_lanes(known_like, c, a + KNOWN * WIDTH)
+            gathers = gathered(rule, about, lattice, nodes, p, known)
+            put_like(gathered_like, c, a + (KNOWN + size(known_like)) * WIDTH, gathers)
             a += LANES
         a = end
     return vectors
 
 
-@pointwise
-def _find(points, dt, n, c):
-    """Evaluate the pass at each point and overwrite the columns of looked-up and gathered values, which stay in the cache."""
+@kernel(inner=True)
+def _evaluate(points, dt, n, c):
+    """Evaluate the pass at the n points of a block and overwrite the columns of looked-up and gathered values, which stay
+    in the cache. points: bundled `Evaluation`."""
+    task, lattice, found_like = points.task, points.lattice, points.found_like
     like, known_like, gathered_like = points.read_like, points.known_like, points.gathered_like
-    GATHERED, task, lattice = size(like) + size(known_like), points.task, points.mapped.lattice
+    KNOWN = size(like)
+    GATHERED = KNOWN + size(known_like)
     for q in range(n):
-        p, known = take(like, c, q), take(known_like, c, q + size(like) * WIDTH)
+        p, known = take(like, c, q), take(known_like, c, q + KNOWN * WIDTH)
         g = take(gathered_like, c, q + GATHERED * WIDTH)
-        found = at_point(task, lattice, dt, p, known, g)
-        put_like(points.found_like, c, q + size(like) * WIDTH, found)
+        put_like(found_like, c, q + KNOWN * WIDTH, at_point(task, lattice, dt, p, known, g))
 
 
 @pointwise
@@ -102,7 +104,7 @@ def _code(c, q, at, fault):
 
 @generic
 def add_to_cells(to_cells: Any, points: Any, n: int, c: Any) -> None:
-    """Add the contributions of the n points of a block to their cells."""
+    """Add the contributions of the n points of a block to their cells. points: bundled `Evaluation`."""
 
 
 @point_function(add_to_cells, NotToCells)
@@ -112,72 +114,93 @@ def _add_nothing(to_cells, points, n, c):
 
 @point_function(add_to_cells, ToCells)
 def _add_numbers(to_cells, points, n, c):
-    like, GATHERED = points.read_like, size(points.read_like) + size(points.known_like)
+    task, lattice, like, gathered_like = points.task, points.lattice, points.read_like, points.gathered_like
+    GATHERED = size(like) + size(points.known_like)
     for q in range(n):
-        p, g = take(like, c, q), take(points.gathered_like, c, q + GATHERED * WIDTH)
-        to_cells.into[cell_at(points.mapped.lattice, p.position), to_cells.column] += in_cell(points.task, p, g)
+        p, g = take(like, c, q), take(gathered_like, c, q + GATHERED * WIDTH)
+        to_cells.into[cell_at(lattice, p.position), to_cells.column] += in_cell(task, p, g)
+
+
+@kernel(inner=True)
+def _account(points, places, largest, columns, KEPT, SUMS, bounds, start, n, c, sums, of_lost, first_fault):
+    """Check the results of the n points of a block and add them to the sums of the slab; return True if no point has a fault.
+
+    points: bundled `Accounting`; places: see `Declaration`; largest: True if there is a maximum; columns: number of sums of
+    the pass, in columns from SUMS on. sums: vectors of the sums of the pass, the maximum, the faults, and the number of
+    points outside the slab; of_lost: sums of the points that left the grid; first_fault: fault to report, and its point.
+    """
+    LARGEST = SUMS + columns
+    FAULT, BEYOND = LARGEST + 1, LARGEST + 2
+    if places:
+        _check_places(points.lattice, bounds, n, c, KEPT * WIDTH, FAULT * WIDTH)
+        add_columns(c, BEYOND, n, sums, columns + 2, 1)
+    add_columns(c, SUMS, n, sums, 0, columns)
+    add_columns(c, FAULT, n, sums, columns + 1, 1)
+    if largest:
+        largest_of_column(c, LARGEST, n, sums, columns)
+    if total(load(sums, (columns + 1) * LANES)) == 0.0:
+        return True
+    for q in range(n):
+        fault = OK if c[uintp(q + FAULT * WIDTH)] == 0.0 else _code(c, q, KEPT * WIDTH, FAULT * WIDTH)
+        if fault == LOST:
+            for k in range(columns):
+                of_lost[k] += c[uintp(q + (SUMS + k) * WIDTH)]
+        if comes_first(fault, first_fault[0]):
+            first_fault[0] = fault
+            first_fault[1] = intp(place_of(points.index, start + q))
+        c[uintp(q + FAULT * WIDTH)] = 0.0 if fault == INVERTED else 1.0
+    return False
+
+
+@kernel(inner=True)
+def _report(s, slabs, places, of_pass, columns, largest, sums, of_lost, first_fault, vectors):
+    """Write the sums and the fault of slab s. of_pass: columns of `Slabs.sums`; the others are those of `_account`."""
+    slabs.sums[s, VECTORS] = vectors
+    for k in range(columns):
+        slabs.sums[s, of_pass[k]] = total(load(sums, k * LANES))
+    if largest >= 0:
+        top = 0.0
+        for lane in range(LANES):
+            top = max(top, sums[columns * LANES + lane])
+        slabs.sums[s, largest] = top
+    if places:
+        slabs.left_slab[s] = 1 if total(load(sums, (columns + 2) * LANES)) > 0.0 else 0
+        for k in range(columns):
+            slabs.of_lost[s, of_pass[k]] = of_lost[k]
+    if places or comes_first(first_fault[0], slabs.fault[s, 0]):  # new places begin a new report
+        slabs.fault[s, 0] = first_fault[0]
+        slabs.fault[s, 1] = first_fault[1]
 
 
 @kernel(inner=True)
 def _slab(s, points, dt, which):
-    mapped = points.mapped
-    functions, lattice, index, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.slabs
+    """Execute the pass on the points of slab s. Each part is a kernel, called for each block and shared with other passes:
+    with the same law, or with the same shape functions."""
+    slabs, evaluation, accounting = points.accounting.slabs, points.evaluation, points.accounting
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    like, kept_like = points.read_like, points.found_like.kept
-    columns, bounds = size(points.found_like.sums), bounds_of(slabs, s)
-    KEPT, GATHERED = size(like), size(points.known_like) + size(points.gathered_like)
-    SUMS = KEPT + size(kept_like)
-    LARGEST = SUMS + columns
-    FAULT, BEYOND, COLUMNS = LARGEST + 1, LARGEST + 2, max(LARGEST + 3, KEPT + GATHERED)
-    # sums of the pass; the largest; faults; points beyond their slab; sums of the points that left the grid
-    c, sums, of_lost = numbers(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns)
-    found, first_node, weights = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * WEIGHTS)
-    first_fault = at_fault = vectors = 0
+    KEPT, GATHERED = size(evaluation.read_like), size(evaluation.known_like) + size(evaluation.gathered_like)
+    SUMS, columns = KEPT + size(evaluation.found_like.kept), size(evaluation.found_like.sums)
+    FAULT = SUMS + columns + 1
+    COLUMNS = max(FAULT + 2, KEPT + GATHERED)
+    c, sums, of_lost, first_fault = numbers(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns), indices(2)
+    functions_found, first_node = numbers(WIDTH * size(functions_like(points.gathering.functions))), indices(BLOCK)
+    weights, bounds, vectors = numbers(WIDTH * WEIGHTS), bounds_of(slabs, s), 0
+    first_fault[0] = first_fault[1] = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        fetch(index, like, points.read, start, n, c, 0)
-        find_functions(functions, lattice, n, c, 0, found, first_node)
-        if size(points.known_like) > 0:
-            _look_up(points, n, found, first_node, c)
-        vectors += _gather(points, start, n, found, first_node, c)
-        add_to_cells(points.to_cells, points, n, c)
-        _find(points, dt, n, c)
-        if points.places:
-            _check_places(lattice, bounds, n, c, KEPT * WIDTH, FAULT * WIDTH)
-            add_columns(c, BEYOND, n, sums, columns + 2, 1)
-        add_columns(c, SUMS, n, sums, 0, columns)
-        add_columns(c, FAULT, n, sums, columns + 1, 1)
-        if points.largest >= 0:
-            largest_of_column(c, LARGEST, n, sums, columns)
-        sound = total(load(sums, (columns + 1) * LANES)) == 0.0
-        if not sound:
-            for q in range(n):
-                fault = OK if c[uintp(q + FAULT * WIDTH)] == 0.0 else _code(c, q, KEPT * WIDTH, FAULT * WIDTH)
-                if fault == LOST:
-                    for k in range(columns):
-                        of_lost[k] += c[uintp(q + (SUMS + k) * WIDTH)]
-                if comes_first(fault, first_fault):
-                    first_fault = fault
-                    at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
-                c[uintp(q + FAULT * WIDTH)] = 0.0 if fault == INVERTED else 1.0
-        keep_where(FAULT, sound, index, kept_like, points.kept, start, n, c, KEPT * WIDTH)
-        scatter_block(points.gives, mapped, start, n, found, first_node, weights, which)
-    slabs.sums[s, VECTORS] = vectors
-    for k in range(columns):
-        slabs.sums[s, points.sums[k]] = total(load(sums, k * LANES))
-    if points.largest >= 0:
-        top = 0.0
-        for lane in range(LANES):
-            top = max(top, sums[columns * LANES + lane])
-        slabs.sums[s, points.largest] = top
-    if points.places:
-        slabs.left_slab[s] = 1 if total(load(sums, (columns + 2) * LANES)) > 0.0 else 0
-        for k in range(columns):
-            slabs.of_lost[s, points.sums[k]] = of_lost[k]
-    if points.places or comes_first(first_fault, slabs.fault[s, 0]):  # new places begin a new report
-        slabs.fault[s, 0] = first_fault
-        slabs.fault[s, 1] = at_fault
+        call_kernel(fetch_block, points.read, start, n, c, 0)
+        vectors += call_kernel(_gather, points.gathering, start, n, KEPT, functions_found, first_node, c)
+        add_to_cells(points.to_cells, evaluation, n, c)
+        call_kernel(_evaluate, evaluation, dt, n, c)
+        sound = call_kernel(
+            _account, accounting, points.places, points.largest >= 0, columns, KEPT, SUMS, bounds, start, n, c, sums, of_lost,
+            first_fault,
+        )  # fmt: skip
+        call_kernel(keep_block, points.kept, FAULT, sound, start, n, c, KEPT * WIDTH)
+        if which:
+            call_kernel(add_block, points.giving, start, n, functions_found, first_node, weights, which)
+    call_kernel(_report, s, slabs, points.places, points.sums, columns, points.largest, sums, of_lost, first_fault, vectors)
 
 
 @kernel()
@@ -200,7 +223,7 @@ def each_point(points: Bundle, dt: float, which: int = 0) -> None:
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body
         joint_region.give(
             lambda: _each_point_by_colour(n, points, dt, which),
-            lambda: arrays_given(points.gives, which) + arrays_given(points.to_cells),
+            lambda: arrays_given(points.giving.gives, which) + arrays_given(points.to_cells),
         )
     else:
         _each_point(n, points, dt)

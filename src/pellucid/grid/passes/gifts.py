@@ -20,6 +20,7 @@ from pellucid.jit import default_function, generic, kernel, point_function, poin
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.joint import joint_region
+from pellucid.jit.linked import call_kernel
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.products import no_sums, outer, plus
@@ -295,6 +296,12 @@ def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
 
 
 @kernel(inner=True)
+def add_block(points, start, n, found, first_node, w, which):
+    """Add the contributions of n points of a block, bundled by `giving`; the other arguments are those of `scatter_block`."""
+    scatter_block(points.gives, points.mapped, start, n, found, first_node, w, which)
+
+
+@kernel(inner=True)
 def _slab(s, points, which):
     mapped = points.mapped
     functions, lattice, slabs, index = mapped.functions, mapped.lattice, mapped.slabs, mapped.index
@@ -306,7 +313,7 @@ def _slab(s, points, which):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch(index, ZERO_VECTOR, mapped.points.position, start, n, c, 0)
         find_functions(functions, lattice, n, c, 0, found, first_node)
-        scatter_block(points.gives, mapped, start, n, found, first_node, weights, which)
+        call_kernel(add_block, points, start, n, found, first_node, weights, which)
 
 
 @kernel()

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.passes.gifts import Nothing, example_of
-from pellucid.grid.points import MappedPoints
+from pellucid.grid.passes.blocks import cache_lines
+from pellucid.grid.passes.gifts import GivingPoints, Nothing, example_of
+from pellucid.grid.points import InOrder, MappedPoints
 from pellucid.jit import default_function, generic
 from pellucid.jit.bundle import Bundle
 
@@ -23,20 +24,19 @@ class Found(NamedTuple):
 
 
 @generic
-def looked_up(task: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
+def looked_up(rule: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
     """Return values of a point needed before gathering, e.g. from a table; branches are allowed.
 
-    about: the stencil of the point; p: its input.
+    rule: `Declaration.rule`; about: the stencil of the point; p: its input.
     """
 
 
 @generic
-def gathered(task: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
+def gathered(rule: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
     """Return values gathered from the nodes of a point; known: looked-up values.
 
     Evaluated for numbers, or for vectors of several points with the same nodes. Use only + - * / and the sums of
-    `pellucid.grid.stencil`, no branches. Arithmetic whose result only some passes use belongs here: the compiler removes it
-    if the result is not used.
+    `pellucid.grid.stencil`, no branches.
     """
 
 
@@ -51,12 +51,12 @@ def in_cell(task: Any, p: Any, g: Any) -> Any:
 
 
 @default_function(looked_up)
-def _nothing_known(task, lattice, functions, about, p):
+def _nothing_known(rule, lattice, functions, about, p):
     return ()
 
 
 @default_function(gathered)
-def _nothing_gathered(task, about, lattice, nodes, p, known):
+def _nothing_gathered(rule, about, lattice, nodes, p, known):
     return ()
 
 
@@ -68,27 +68,68 @@ class Declaration(NamedTuple):
 
     gathers: Any = ()  # example of the gathered values
     looks_up: Any = ()  # example of the looked-up values
+    rule: Any = None  # first argument of `looked_up` and `gathered`; None: the task of the pass
+    rule_reads: Any = None  # example of the first part of the input, which these two receive; None: all of it
     sums: tuple[int, ...] = ()  # columns of `Slabs.sums` that the pass fills
     largest: int = NO_MAXIMUM  # column for a maximum over the points
     places: bool = False  # True if the first output is the new position, which is then checked
 
 
-class PassPoints(NamedTuple):
-    """A pass and the points of a body, as arguments of the loop."""
+class PointRows(NamedTuple):
+    """Arrays from which the input of a pass is read, or to which its output is written."""
 
-    task: Any
-    mapped: Bundle  # of `MappedPoints`
-    read: Any  # input arrays
-    read_like: Any  # example of the input of one point
+    index: Any  # `InOrder` or `ByIndex`
+    like: Any  # example of the values of one point
+    arrays: Any
+
+
+class Gathering(NamedTuple):
+    """Data of the part of a pass that gathers values from the nodes. It does not depend on the law of a pass."""
+
+    rule: Any
+    functions: Any
+    lattice: Any
+    nodes: Any
+    read_like: Any
     known_like: Any
     gathered_like: Any
-    kept: Any  # output arrays
+    lines: np.ndarray  # `cache_lines` of the input arrays; none if the points are not in order
+
+
+class Evaluation(NamedTuple):
+    """Data of the part of a pass that evaluates `at_point`. It does not depend on the shape functions."""
+
+    task: Any
+    lattice: Any
+    read_like: Any
+    known_like: Any
+    gathered_like: Any
     found_like: Any
+
+
+class Accounting(NamedTuple):
+    """Data for the sums and faults of a pass, which depend neither on the law nor on the shape functions."""
+
+    lattice: Any
+    index: Any
+    slabs: Bundle
+
+
+class PassPoints(NamedTuple):
+    """A pass and the points of a body, as arguments of the loop. Each part is a bundle, for a kernel that other passes
+    share."""
+
+    mapped: Bundle  # of `MappedPoints`
+    read: Bundle  # of `PointRows`
+    gathering: Bundle
+    evaluation: Bundle
+    accounting: Bundle
+    kept: Bundle  # of `PointRows`
+    giving: Bundle  # of `GivingPoints`: contribution to the nodes after the pass, see `gifts`
+    to_cells: Any  # `NotToCells` or `ToCells`
     sums: np.ndarray  # columns of `Slabs.sums`
     largest: int
     places: int
-    gives: Any  # contribution to the nodes after the pass, see `gifts`
-    to_cells: Any  # `NotToCells` or `ToCells`
     by_colour: bool  # True if the pass may contribute to nodes or cells; its loop then always runs by colour
 
 
@@ -111,22 +152,28 @@ def pass_points(
             raise ValueError(
                 f"a pass takes arrays of doubles in C order with {n} rows, not {array.dtype} of shape {array.shape}"
             )
-    found = Found(example_of(kept), (0.0,) * len(declared.sums), 0.0, 0.0)
+    read_like, kept_like = example_of(read), example_of(kept)
+    found_like = Found(kept_like, (0.0,) * len(declared.sums), 0.0, 0.0)
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    lines = cache_lines(arrays_in(read) if isinstance(index, InOrder) else [])
+    rule = task if declared.rule is None else declared.rule
+    rule_reads = read_like if declared.rule_reads is None else declared.rule_reads
+    gathering = Gathering(rule, functions, lattice, mapped.nodes, rule_reads, declared.looks_up, declared.gathers, lines)
+    evaluation = Evaluation(task, lattice, read_like, declared.looks_up, declared.gathers, found_like)
+    shared = Bundle(mapped)
     return Bundle(
         PassPoints(
-            task,
-            Bundle(mapped),
-            read,
-            example_of(read),
-            declared.looks_up,
-            declared.gathers,
-            kept,
-            found,
+            shared,
+            Bundle(PointRows(index, read_like, read)),
+            Bundle(gathering),
+            Bundle(evaluation),
+            Bundle(Accounting(lattice, index, Bundle(mapped.slabs))),
+            Bundle(PointRows(index, kept_like, kept)),
+            Bundle(GivingPoints(shared, Nothing() if gives is None else gives)),
+            NotToCells() if to_cells is None else to_cells,
             np.array(declared.sums, np.int64),
             declared.largest,
             int(declared.places),
-            Nothing() if gives is None else gives,
-            NotToCells() if to_cells is None else to_cells,
             gives is not None or to_cells is not None,
         )
     )
@@ -141,7 +188,7 @@ class PassAlone(NamedTuple):
 
 def traffic_of(points: Bundle) -> list[np.ndarray]:
     """Return the point arrays that a pass reads and writes."""
-    return arrays_in(points.read) + arrays_in(points.kept)
+    return arrays_in(points.read.arrays) + arrays_in(points.kept.arrays)
 
 
 def arrays_in(values: Any) -> list[np.ndarray]:
