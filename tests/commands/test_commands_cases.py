@@ -17,7 +17,9 @@ def test_list_shows_every_case_with_its_title() -> None:
         assert tomllib.loads(catalogue.text(name))["title"] in result.stdout
 
 
-@pytest.mark.parametrize("name", catalogue.ids())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if k % 6 == 0 else pytest.mark.slow) for k, name in enumerate(catalogue.ids())]
+)
 def test_what_show_prints_is_valid_as_a_file(name: str, tmp_path: Path) -> None:
     shown = CliRunner().invoke(app, ["show", name])
     file = tmp_path / "copy.toml"

@@ -379,6 +379,7 @@ def test_a_driven_body_goes_through_a_wall():
     assert not sim.reactions()["floor"].any()
 
 
+@pytest.mark.slow
 def test_a_slope_of_its_angle_of_friction_is_the_limit():
     """A disc that may not turn has none: a block with μ just above tan α stays, just below it slides."""
     point = (0.8, 1.0, 0.0)

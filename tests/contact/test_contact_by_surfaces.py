@@ -54,6 +54,7 @@ def test_a_blown_up_ball_glides_without_loss(on):
     assert abs(ball.arrays["position"][:, 2].min()) < 0.01
 
 
+@pytest.mark.slow
 def test_a_meshless_ball_rolls_down_a_wall():
     """Gravity grows within 0.2 s; then v = 5/7 g sin 30° (t - 0.1). The mean over two swings on the wall, within 2 %."""
     mesh = {"fill": {"shape": {"sphere": {"centre": (0.4, 0.2, 0.2), "radius": 0.2}}, "size": 0.05}}

@@ -92,6 +92,7 @@ def test_a_cylinder_tips_about_its_rim():
     assert -angle == pytest.approx(exact, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_cylinder_rolls_on_its_round_side():
     """Its rims do not brake it: they move along themselves. Rolling on facets of points costs some 1 %."""
     radius, end = 0.2, 0.4
@@ -101,7 +102,10 @@ def test_a_cylinder_rolls_on_its_round_side():
     assert -angle * radius == pytest.approx(exact, rel=0.02)
 
 
-@pytest.mark.parametrize(("on", "depth"), [("floor", 1), ("wall", 1), ("floor", 4), ("wall", 4)])
+@pytest.mark.parametrize(
+    ("on", "depth"),
+    [("floor", 1), ("wall", 4), *(pytest.param(*one, marks=pytest.mark.slow) for one in [("wall", 1), ("floor", 4)])],
+)
 @pytest.mark.parametrize("kind", [STICK, ROUGH])
 def test_a_block_tips_about_its_lower_edge(on, depth, kind):
     """On two cells across its width. While the pressure goes to the edge it sinks by up to 0.2 mm and gains 0.5 % in angle."""
@@ -132,7 +136,7 @@ def test_it_tips_on_slopes_that_lie_askew_to_the_grid(angle, width, height, cell
     assert np.abs(now[1] - start[1]).max() < 2e-4
 
 
-@pytest.mark.parametrize(("depth", "end"), [(1, 0.6), (4, 0.3), pytest.param(1, 2.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("depth", "end"), [(4, 0.3), *(pytest.param(1, end, marks=pytest.mark.slow) for end in (0.6, 2.0))])
 def test_a_broader_block_stays(depth, end):
     """On a slope of 30 degrees, beyond which a block of this shape tips at 33.7."""
     z = (0.1, 0.3) if depth > 1 else (0, 0)
@@ -162,7 +166,7 @@ def fallen(start, pivot, end):
 
 
 @pytest.mark.parametrize("stands_on", ["edge", "corner"])
-@pytest.mark.parametrize("on", ["wall", "floor"])
+@pytest.mark.parametrize("on", ["wall", pytest.param("floor", marks=pytest.mark.slow)])
 def test_a_cube_falls_over_its_edge_or_corner_as_a_rigid_body(stands_on, on):
     """Tilted by 5 degrees out of balance, in space."""
     about = {"edge": [((0, 0, 1), 50.0)], "corner": [((0, 0, 1), 45.0), ((1, 0, 0), 35.26439), ((1, 0, 0.5), 5.0)]}[stands_on]
@@ -196,6 +200,7 @@ def test_a_plank_tips_over_the_edge_of_a_table():
     assert -turned(start, now)[2] == pytest.approx(exact, rel=0.015)
 
 
+@pytest.mark.slow
 def test_one_rigid_body_tips_on_another():
     """Which lies on a rough wall: momentum goes through both."""
     slab, tall = block((0.5, 0.2, 0), (1.5, 0.4, 0), name="slab"), block((0.9, 0.4, 0), (1.1, 1.2, 0))
@@ -207,6 +212,7 @@ def test_one_rigid_body_tips_on_another():
     assert sim.bodies[0].arrays["angle"][0, 2] == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_block_that_falls_back_on_its_side_comes_to_rest():
     """From 20 degrees: it does not rock on."""
     body, plane = block((0.8, 0.2, 0), (1.2, 0.6, 0)), floor((0.1, 0.1, 0), (1.9, 0.2, 0))

@@ -35,7 +35,7 @@ def velocities(sim):
     return [body.totals.momentum[:2] / body.mass for body in sim.bodies]
 
 
-@pytest.mark.parametrize("cell", [0.05, 0.025])
+@pytest.mark.parametrize("cell", [0.05, pytest.param(0.025, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["discs", "blocks"])
 def test_two_go_on_together(kind, cell):
     """The damper of an impact lets go at some hundredths of its speed, in the steps of a run: 0.16 % of its energy."""
@@ -50,7 +50,7 @@ def test_two_go_on_together(kind, cell):
     assert not said
 
 
-@pytest.mark.parametrize("cell", [0.05, 0.025])
+@pytest.mark.parametrize("cell", [0.05, pytest.param(0.025, marks=pytest.mark.slow)])
 def test_discs_that_meet_askew_exchange_what_is_normal_alone(cell):
     """Frictionless: centres 0.1 m apart across the way, and 0.3 m in all, so that the sine of the normal is a third."""
     sim, said = run(disc("one", 0.5, 0.45, (2, 0, 0)), disc("two", 1.1, 0.55), end=0.4, cell=cell)
@@ -67,7 +67,7 @@ def test_a_disc_stops_at_a_wall():
     assert not said
 
 
-@pytest.mark.parametrize("cell", [0.1, 0.05])
+@pytest.mark.parametrize("cell", [0.1, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_a_light_body_bears_a_heavy_one(cell):
     """Two hundred times its mass, from the start: by its own weight alone the light one would sink in by that many times more
     than it does by itself, six hundredths of a cell, and the two would swing for long."""
@@ -93,6 +93,7 @@ def test_a_load_does_not_press_a_body_through_a_held_one():
     assert 0.0 < depth < 0.2 * 0.05
 
 
+@pytest.mark.slow
 def test_a_plate_on_many_balls_rests():
     """Each ball responds to all that touch it: dampers that each take the whole approach would throw the plate."""
     floor = block("floor", (0, 0, 0), (2, 0.2, 0)) | {"rigid": False}

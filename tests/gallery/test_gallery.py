@@ -22,8 +22,9 @@ WIDTHS = [
     (piezo_pictures, "FILM_COLUMNS"),
 ]
 """How many pixels wide pictures in space are."""
-LONGEST = 9.0  # s of a quick run as its case states it; `pytest -m slow` and `pellucid verify` run the others
-FLAGSHIPS = {"gan2011/piezo-icsi", "lian2014/water-drop", "mountris2019/heart-indentation", "benet2015/vesicle-in-flow"}
+LONGEST, LONGEST_SLOW = 3.0, 20.0
+"""Durations of quick runs [s], as their cases state them: longer ones are marked slow and full; `pellucid verify` runs all."""
+ALWAYS = {"lian2014/sphere-on-membrane"}  # of each paper a case is always run
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,12 @@ class Outcome:
 
 
 def runs_of(names):
-    """The cases as parameters, of which those that take long are slow, but for one of each paper."""
+    """The cases as parameters, marked by the duration of their quick runs."""
     times = {name: tomllib.loads(catalogue.text(name))["times"]["quick"] for name in names}
-    long = [name for name, seconds in times.items() if seconds > LONGEST and name not in FLAGSHIPS]
-    return [pytest.param(name, marks=pytest.mark.slow if name in long else ()) for name in names]
+    slow = {name for name, seconds in times.items() if seconds > LONGEST and name not in ALWAYS}
+    full = {name for name, seconds in times.items() if seconds > LONGEST_SLOW}
+    marks = {name: pytest.mark.full if name in full else pytest.mark.slow if name in slow else () for name in names}
+    return [pytest.param(name, marks=marks[name]) for name in names]
 
 
 @pytest.fixture(scope="session", params=runs_of(catalogue.ids()))
@@ -127,7 +130,7 @@ def test_mass_is_constant(quick):
     assert quick.run.summary["conservation"]["mass"] <= (1e-13 if flows else 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize("name", catalogue.ids())
 def test_full_run_is_within_its_tolerances(name):

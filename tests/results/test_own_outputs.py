@@ -186,6 +186,7 @@ def test_a_window_shows_a_part_of_a_flat_picture(folder):
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.25, 0.75), (0.5, 1.5))
 
 
+@pytest.mark.slow
 def test_verify_and_converge_take_them(folder):
     case = str(folder / "case.toml")
     result = CliRunner().invoke(app, ["verify", case])

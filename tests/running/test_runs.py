@@ -288,6 +288,7 @@ def test_a_failure_with_values_that_are_no_numbers_is_strict_json(tmp_path, fake
     assert json.loads(text, parse_constant=pytest.fail)["state"] == {"position": [None, 1.0], "speed": None}
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_has_a_report_of_what_there_is(tmp_path):
     out = tmp_path / "run"
     run_case(free_flight(), out, until=0.5)

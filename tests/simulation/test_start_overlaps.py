@@ -30,7 +30,7 @@ def built(table):
         ("wall", None, 0.5e-6),  # half of the thickness
         ("wall", 0.0, 0.5e-6),
         ("wall", None, -3.7e-6),  # the plate starts within the contact distance: contact acts 3.7 um later
-        ("sheet", None, 0.5e-6),
+        pytest.param("sheet", None, 0.5e-6, marks=pytest.mark.slow),
         ("sheet", None, -3.7e-6),
     ],
 )

@@ -18,6 +18,7 @@ def calibration() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 def test_modulus_and_poisson_ratio_are_found(calibration: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     begun = run_members_here_as_they_are(monkeypatch)
     mesh = {"body.cylinder.mesh.cylinder.across": 4, "body.cylinder.mesh.cylinder.along": 2, "steady.load_steps": 2}

@@ -107,8 +107,8 @@ hold = ["x", "y", "z"]
     [
         ((0, 0, 30), SUPPORT, "membrane-points"),
         ((20, -25, 40), SUPPORT, "membrane-points"),
-        ((20, -25, 40), MOTION, "membrane-points"),
-        ((20, -25, 40), SUPPORT, "membrane-elements"),
+        pytest.param((20, -25, 40), MOTION, "membrane-points", marks=pytest.mark.slow),
+        pytest.param((20, -25, 40), SUPPORT, "membrane-elements", marks=pytest.mark.slow),
     ],
 )
 def test_a_strip_in_any_direction_bends_as_a_clamped_beam(angles, clamp, kind):

@@ -95,6 +95,7 @@ def shear_wave(viscosity):
     return np.array(times), np.array(amplitudes)
 
 
+@pytest.mark.slow
 def test_an_oscillation_decays_at_its_damping_ratio():
     """A mode of frequency ω that keeps volume is damped by ξ = ηω/(2μ)."""
     from scipy.optimize import curve_fit

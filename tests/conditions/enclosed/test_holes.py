@@ -89,6 +89,7 @@ def test_what_leaves_through_a_hole_pushes_the_balloon():
     assert thrust == pytest.approx(-pressure * whole, rel=0.05, abs=0.02 * pressure * np.linalg.norm(whole))
 
 
+@pytest.mark.slow
 def test_a_torn_balloon_goes_on_bit_for_bit(tmp_path):
     table = {"output": {"history": 0.005}}
     with warnings.catch_warnings():
