@@ -47,6 +47,7 @@ def block_extreme(run):
     return max(run.fields("block", float(time))["stress"][:, 5].max() for time in run.times("block"))
 
 
+@pytest.mark.vtk
 def test_a_body_is_a_scene_of_vtk(block):
     pyvista = pytest.importorskip("pyvista")
     grid = block.to_pyvista("block", 0.0)
@@ -95,6 +96,7 @@ def test_a_loop_over_a_simulation_goes_to_the_end(block):
     assert times[-1] == pytest.approx(1e-2)
 
 
+@pytest.mark.vtk
 def test_all_kinds_of_cells_are_those_of_vtk():
     kinds = pytest.importorskip("pyvista").CellType
     names = ("VERTEX", "LINE", "TRIANGLE", "QUAD", "TETRA")

@@ -152,6 +152,7 @@ def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the
     assert line.get_ydata()[-1] == pytest.approx(9.81 * 6e-3, rel=1e-2)
 
 
+@pytest.mark.vtk
 def test_fields_of_solids_open_in_pyvista(solid):
     pyvista = pytest.importorskip("pyvista")
     reader = pyvista.get_reader(solid.folder.fields("block"))

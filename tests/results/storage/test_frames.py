@@ -193,6 +193,7 @@ def opened_in_vtk(path):
     return reader
 
 
+@pytest.mark.vtk
 @pytest.mark.parametrize("count", [1, 3])
 def test_vtk_reads_a_membrane_as_a_surface(membrane, count):
     pytest.importorskip("vtk")
@@ -246,6 +247,7 @@ def test_cells_come_back_and_stay_when_the_file_grows(body):
     assert same(frames.read(path, 3), frame(3))
 
 
+@pytest.mark.vtk
 def test_vtk_reads_every_kind_of_cell(body):
     pytest.importorskip("vtk")
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -270,6 +272,7 @@ def test_vtk_reads_every_kind_of_cell(body):
     assert np.array_equal(vtk_to_numpy(data.GetPointData().GetArray("density")), frame(2)["density"])
 
 
+@pytest.mark.vtk
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_vtk_reads_it(tmp_path, count):
     pytest.importorskip("vtk")
