@@ -147,8 +147,8 @@ class OutputCase(Part):
 class EnergyCase(Part):
     """Limits on the relative error of the energy balance."""
 
-    warn: float = parameter("", "relative error that causes a warning", 0.02, gt=0)
-    stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
+    warn: float = parameter("", "relative energy error above which the run warns", 0.02, gt=0)
+    stop: float = parameter("", "relative energy error above which the run stops", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a limit for warnings above the limit at which the run stops."""

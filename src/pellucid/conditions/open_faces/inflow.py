@@ -71,7 +71,9 @@ class Inflow(GivenFlow, Condition):
         for place, other in parts.placed(Inflow):
             if place < path and other.where == self.where and (self.through is None or other.through is None):
                 text = f"inflow number {int(place[1]) + 1} also uses the face {self.where}"
-                yield Finding((*path, "where"), text, "define a separate opening for each with `through`")
+                yield Finding(
+                    (*path, "where"), text, "divide the face: give each inflow or outflow its own part of it with `through`"
+                )
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is not None:

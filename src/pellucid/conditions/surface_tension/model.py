@@ -145,9 +145,8 @@ class SurfaceTension(Condition):
         """Report a support with faces that may be walls or planes of symmetry, and the contact angles to add."""
         angle, named = f"{self.contact_angle:g}", [f'"{face}"' for face in faces]
         text = (
-            f"constrained along the normal only, {listed(faces)} may be a wall with the contact angle {angle} "
-            "degrees, or a plane "
-            "of symmetry with 90 degrees"
+            f"{listed(faces)}, constrained along the normal only: it is unknown whether this is a wall with the contact angle "
+            f"{angle} degrees, or a plane of symmetry with 90 degrees"
         )
         either = f"contact_angle = {angle} if it is a wall, contact_angle = 90 if it is a plane of symmetry"
         if len(support.faces()) == 1:

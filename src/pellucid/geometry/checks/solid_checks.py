@@ -164,7 +164,8 @@ def _overlapping(mesh: SimplexMesh) -> Iterator[Fault]:
     same = same[full[order[same] // 4] & full[order[same + 1] // 4]]
     if len(same):
         one, other = sorted((order[same[0]] // 4, order[same[0] + 1] // 4))
-        text = f"{counted(len(same), 'pair of tetrahedra overlaps', 'pairs of tetrahedra overlap')}: both lie on the same side"
+        overlaps = counted(len(same), "pair of tetrahedra overlaps", "pairs of tetrahedra overlap")
+        text = f"{overlaps}: both lie on the same side of a shared face"
         text += f" of a shared face, for example numbers {one} and {other} (counted from 0)"
         text += _place(mesh.nodes[mesh.cells[one]].mean(axis=0))
         yield text, "mesh this part again, or move the mesh less"

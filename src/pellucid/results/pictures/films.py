@@ -45,7 +45,7 @@ def write_film(pictures: Sequence[np.ndarray], path: Path) -> None:
     from PIL.Image import Dither, fromarray
 
     if not pictures:
-        raise ValueError("a film requires at least one frame")
+        raise ValueError("an animation requires at least one frame")
     images = [fromarray(picture) for picture in pictures]
     palette = _palette(images)
     # one palette and no dithering: what does not change between pictures is not stored again
