@@ -165,7 +165,7 @@ def _overlapping(mesh: SimplexMesh) -> Iterator[Fault]:
     if len(same):
         one, other = sorted((order[same[0]] // 4, order[same[0] + 1] // 4))
         overlaps = counted(len(same), "pair of tetrahedra overlaps", "pairs of tetrahedra overlap")
-        text = f"{overlaps}: both lie on the same side of a shared face"
+        text = f"{overlaps}: both lie on the same side"
         text += f" of a shared face, for example numbers {one} and {other} (counted from 0)"
         text += _place(mesh.nodes[mesh.cells[one]].mean(axis=0))
         yield text, "mesh this part again, or move the mesh less"
