@@ -10,6 +10,8 @@ from small_cases import RATE_SOLID, box, case
 
 from pellucid.case.spec import EnergyCase
 from pellucid.contact.contact_energy import ContactEnergy, Held, taken_by_friction
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw
 from pellucid.energy import FIRST_JUDGED
 from pellucid.simulation.simulation import Simulation
 from pellucid.simulation.watch import Watch
@@ -87,6 +89,67 @@ def test_friction_winds_up_what_sticks_and_takes_what_slides():
     drag, moved = np.array([[-8.0, 0, 0], [-8.0, 0, 0]]), np.array([[1.0, 0, 0], [0.5, 0, 0]])
     taken = taken_by_friction(spring, before, carried, drag, moved, damped, slides)
     assert taken == pytest.approx(0.5 * 4.0 * (4.0 - 1.0) + 0.25 + 8.0 * 0.5)
+
+
+class OnePoint(ContactSurface):
+    """A point of unit area."""
+
+    mass_per_area, rate, slip = 1.0, 1000.0, np.zeros((1, 3))
+
+    def add_forces(self, force):
+        raise NotImplementedError
+
+
+def fall_on_a_wall(ratio, height, velocity, sudden, steps=20):
+    """A point of 1 kg falls on a wall at zero, with implicit normal forces; it jumps by `sudden` before the third step.
+
+    ratio: k Δt²/m, for steps of 1 s. Returns the energy of contact and the last velocity.
+    """
+    surface, energy = OnePoint(), ContactEnergy()
+    law = OverlapLaw((surface,), 0.0, 0.5)
+    law.is_implicit = True
+    stiffness = float(law.normal_stiffness(Overlap(surface, *[np.ones(1)] * 5))[0])
+    dt, last = np.sqrt(ratio / stiffness), 0.0
+    before, touches = 0.0, False
+    for n in range(steps):
+        if n == 2:
+            height -= sudden
+        relative, normal = np.array([[0.0, 0.0, velocity]]), np.array([[0.0, 0.0, 1.0]])
+        push = max(stiffness * (-height - dt * velocity), 0.0) / (1.0 + ratio)
+        after = -height - dt * velocity - dt**2 * push
+        overlap = Overlap(surface, np.zeros(1, np.int64), np.array([-height]), normal, np.ones(1), relative)
+        overlap = overlap._replace(new=np.array([not touches]))
+        power = -before * velocity  # of the force of the last step at this velocity, with the sign of the law
+        implicit = Implicit(np.array([push]), np.array([after]), np.array([before]))
+        (force,) = law.forces([overlap], dt, last, {}, power, [implicit])
+        energy.begin_step([law.held])
+        energy.add_work(dt * force[0, 2] * (velocity + 0.5 * dt * push))
+        velocity += dt * push
+        height += dt * velocity
+        before, touches, last = push, push > 0.0, dt
+    return energy, velocity, stiffness
+
+
+@pytest.mark.parametrize("ratio", [0.1, 1.0, 100.0])
+def test_a_sudden_overlap_adds_what_its_spring_gives_to_the_body(ratio):
+    """½ k d²/(1 + k Δt²/m): the kinetic energy after an implicit step from rest, and the energy that stays in the spring."""
+    height, depth = 1e-6, 3e-6
+    energy, velocity, stiffness = fall_on_a_wall(ratio, height, 0.0, height + depth)
+    assert velocity > 0.0
+    assert energy.unexplained == pytest.approx(0.5 * stiffness * depth**2 / (1.0 + ratio), rel=1e-9)
+    assert energy.unexplained >= 0.5 * velocity**2
+
+
+@pytest.mark.parametrize("ratio", [0.1, 1.0, 100.0])
+@pytest.mark.parametrize("height", [0.5, 1.3])
+def test_a_point_that_moves_into_the_wall_adds_nothing(ratio, height):
+    """Its height at the start is a part of the way of a step, or more: it enters with a force ahead of the wall, or without."""
+    velocity = 1e-3
+    dt = np.sqrt(ratio / fall_on_a_wall(ratio, 1.0, 0.0, 0.0, 1)[2])
+    energy, after, _ = fall_on_a_wall(ratio, height * velocity * dt, -velocity, 0.0)
+    assert after < velocity
+    assert abs(energy.unexplained) < 1e-9 * 0.5 * velocity**2
+    assert energy.taken == pytest.approx(0.5 * (velocity**2 - after**2))
 
 
 def budget(moved):

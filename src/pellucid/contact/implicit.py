@@ -123,7 +123,7 @@ class NormalForces:
         given = np.concatenate([block.given for block in self._blocks])
         force, after = solve_forces(self._factor, ahead, stiffness, given)
         ends = np.cumsum([len(block.given) for block in self._blocks])[:-1]
-        return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
+        return [Implicit(*of) for of in zip(*(np.split(values, ends) for values in (force, after, given)), strict=True)]
 
 
 def solve_forces(

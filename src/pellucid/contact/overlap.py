@@ -55,7 +55,7 @@ IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
 """Ratio of the oscillation rate of contact by implicit normal forces to the largest oscillation rate of the body, if the
 step is small enough; `IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
 STICKS = 1e12  # coefficient of friction for contact without sliding
-NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
+NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((3, 0))
 
 
 class Overlap(NamedTuple):
@@ -78,6 +78,7 @@ class Implicit(NamedTuple):
 
     press: np.ndarray  # (n,) normal forces [N]
     after: np.ndarray  # (n,) depths at the end of the step [m]
+    before: np.ndarray  # (n,) normal forces of the previous step [N]
 
 
 class StartOverlap:
@@ -226,9 +227,10 @@ class OverlapLaw:
         surface; points held by friction are marked. before: power of the forces `given` of the previous step at the current
         velocities [W]. implicit: normal forces of each overlap if the law is implicit.
 
-        If the depth changes from d to d' in a step, an implicit force f does the work f (d' - d). The overlap stores the
-        part ½ k (d'² - d²). The rest is dissipated, and in addition half of Δt f times the loss of approach velocity.
-        Points ahead of the surface store no energy.
+        If the depth changes from d to d' in a step, an implicit force f takes the energy f (d' - d) from the bodies. Its
+        spring stores ½ f²/k. The rest is dissipated, and in addition half of Δt f times the loss of approach velocity. At
+        the start of a step a spring holds ½ k d², except where the depth is much larger than the last step left it: nothing
+        has loaded the spring then (`pellucid.contact.point_forces.GROWN`).
         """
         extras = [NONE] * len(overlaps)
         if self.stop is not None:
@@ -256,7 +258,7 @@ class OverlapLaw:
         # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
         at_both_ends = -0.5 * last * (before + sums[NOW])
         if self.is_implicit:
-            taken = self.lost - sums[ENTERED] + at_both_ends
+            taken = self.lost + at_both_ends
             self.lost = float(sums[LOST])
         elif self.counts_both_ends:
             taken = at_both_ends + sums[ENTERED]

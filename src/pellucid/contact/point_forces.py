@@ -12,8 +12,16 @@ overlap stiffness, and 1 if friction is computed from the last equilibrium."""
 STORED, RUBBED, PENDING, POWER, NOW, ENTERED, LOST, N_SUMS = 0, 1, 2, 3, 4, 5, 6, 7
 """Indices of the sums over points: energy of the overlap [J]; energy dissipated by friction in the last step [J]; half
 the step length times the power of forces F on points with velocities v, Δt/2 F·v [J]; power of the dampers [W]; power of
-dampers and friction at the current velocities [W]; energy of points that entered within the last step [J]; and energy
-dissipated by implicit forces in this step [J]."""
+dampers and friction at the current velocities [W]; energy that points with explicit forces lost as they entered within the
+last step [J]; and energy dissipated by implicit forces in this step [J]."""
+GROWN = 2.0
+"""Smallest ratio of the depth of a point to its expected depth for which the difference did not load its spring.
+
+The expected depth is the one that the implicit force of the last step left. If the depth is also larger than that by more
+than the approach of the point explains, the overlap is sudden, for example because the closest point of a fold changed. Its
+spring gives hardly any energy to the bodies, since the implicit force removes the overlap within a step. The energy that it
+does give has no source in contact and remains unexplained (`ContactEnergy.unexplained`).
+"""
 TINY = 1e-300
 
 
@@ -71,7 +79,7 @@ def find_point_forces(
     extra
         Normal forces of an additional damper [N], shape (n,) or empty.
     implicit
-        Normal forces [N] and depths at the end of the step [m], shape (2, n); shape (2, 0) if the law is explicit.
+        The fields of `pellucid.contact.overlap.Implicit`, shape (3, n); shape (3, 0) if the law is explicit.
     drag, slip
         Drag coefficients of a fluid (or empty) and slip of the points of the surface, see `ContactSurface`.
     force, given
@@ -91,15 +99,21 @@ def find_point_forces(
             relative[i, 1] + approach * n1,
             relative[i, 2] + approach * n2,
         )
-        spring, damping, entered = law[STIFFNESS] * a, law[DAMPING] * a, len(new) > 0 and new[i]
+        spring, damping = law[STIFFNESS] * a, law[DAMPING] * a
         holds = spring
         if is_implicit:
-            k, press, after = law[IMPLICIT_STIFFNESS] * a, implicit[0, i], max(implicit[1, i], 0.0)
+            k, press, after, before = law[IMPLICIT_STIFFNESS] * a, implicit[0, i], implicit[1, i], implicit[2, i]
             pressure, energy = 2.0 * press, 0.5 * k * max(d, 0.0) ** 2
+            lost = press * (after - d + 0.5 * dt * approach) - (0.5 * press * press / k if k > 0.0 else 0.0)
+            if last > 0.0 and k * d > GROWN * before:
+                # nothing gave the spring more than the last step left in it: the point moved in, or the overlap is a sudden one
+                left = 0.5 * before * before / k
+                if k * d > GROWN * (before + k * last * max(approach, 0.0)):
+                    gained = -(lost + 0.5 * press * (d - after) + left)  # by the bodies, without a source
+                    lost += min(max(gained, 0.0), energy - left)
+                energy = left
             sums[STORED] += energy
-            if entered and 4.0 * span * approach > d:  # the way that points came in within the step before nothing gave
-                sums[ENTERED] += energy
-            sums[LOST] += press * (implicit[1, i] - d + 0.5 * dt * approach) - 0.5 * k * after * after + energy
+            sums[LOST] += lost + energy
         else:
             hardened = law[SOFTNESS] * d * d
             pressure = spring * d * (1.0 + hardened)
@@ -109,7 +123,7 @@ def find_point_forces(
             sums[NOW] += (pressure - press) * approach
             sums[PENDING] -= span * press * approach
             way = last * approach
-            if entered:
+            if len(new) > 0 and new[i]:
                 # a point that comes in by d of its way in a step gives ½ κ d way to the springs, as leapfrog steps count, which
                 # hold ½ κ d² then; with critical dampers it does not come out again
                 sums[ENTERED] += 0.5 * spring * d * max(way - d, 0.0)

@@ -15,7 +15,7 @@ periods and hardly affects the motion of the bodies as a whole. Two bodies that 
 overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -249,11 +249,13 @@ class SurfacePairs:
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
 
-    def warnings(self) -> Iterator[tuple[str, str]]:
-        """Yield the names of bodies in contact and the warning of their contact, for contacts that have one."""
+    def warnings(self, issued: Container[str]) -> Iterator[tuple[str, str]]:
+        """Yield a key and the text of the warning of each contact that has one. Contacts whose key is in `issued` are not
+        checked again."""
         for pair in self._pairs:
-            if (text := pair.warning()) is not None:
-                yield " and ".join(pair.between), text
+            key = f"contact of {' and '.join(pair.between)}"
+            if key not in issued and (text := pair.warning()) is not None:
+                yield key, text
 
     def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
         """Yield (sheet, surface, step) for each contact between a sheet and a surface that is not a sheet.

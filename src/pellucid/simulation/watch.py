@@ -132,9 +132,8 @@ class Watch:
             places = find_places_beside(sheet, other)
             if len(places) and (text := sheet.contact_warning(places)) is not None:
                 self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-        for what, text in pairs.warnings():
-            if f"contact of {what}" not in self.warned:
-                self._warn(f"contact of {what}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+        for what, text in pairs.warnings(self.warned):
+            self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
         if "contact" in self.warned:
             return
         for surface, places in pairs.touching():

@@ -299,7 +299,7 @@ class TrianglePair(Touch):
         factor = factors[0] if len(factors) == 1 else sparse.csr_array(sparse.hstack(factors))
         force, after = solve_forces(factor, ahead, stiffness, given, self.law.is_steady)
         ends = np.cumsum([len(overlap.depth) for _, overlap in self._touching])[:-1]
-        return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
+        return [Implicit(*of) for of in zip(*(np.split(values, ends) for values in (force, after, given)), strict=True)]
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """Return the arrays of a checkpoint: sides, slots, and displacements of the surfaces.
