@@ -9,9 +9,10 @@ import pytest
 from small_cases import RATE_SOLID, box, case
 
 from pellucid.case.spec import EnergyCase
-from pellucid.contact.contact_energy import ContactEnergy, Held, taken_by_friction
+from pellucid.contact.contact_energy import ContactEnergy, Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw
+from pellucid.contact.point_forces import begin_friction, end_friction
 from pellucid.energy import FIRST_JUDGED
 from pellucid.simulation.simulation import Simulation
 from pellucid.simulation.watch import Watch
@@ -84,11 +85,19 @@ def test_it_goes_on_from_a_checkpoint():
 
 
 def test_friction_winds_up_what_sticks_and_takes_what_slides():
-    spring, damped, slides = np.array([4.0, 4.0]), np.array([0.25, 9.0]), np.array([False, True])
-    before, carried = np.array([[1.0, 0, 0], [2.0, 0, 0]]), np.array([[2.0, 0, 0], [2.0, 0, 0]])
-    drag, moved = np.array([[-8.0, 0, 0], [-8.0, 0, 0]]), np.array([[1.0, 0, 0], [0.5, 0, 0]])
-    taken = taken_by_friction(spring, before, carried, drag, moved, damped, slides)
-    assert taken == pytest.approx(0.5 * 4.0 * (4.0 - 1.0) + 0.25 + 8.0 * 0.5)
+    """Springs of 4 N/m: the first point goes on from 1 m to 2 m, the second slides by 0.5 m under its limit of 6 N, which its
+    spring holds at 1.5 m."""
+    listed, normal, spring, most = np.arange(2), np.tile((0.0, 0.0, 1.0), (2, 1)), np.full(2, 4.0), np.array([100.0, 6.0])
+    slip, speed = np.array([[1.0, 0, 0], [1.5, 0, 0]]), np.array([[1.0, 0, 7.0], [0.5, 0, 7.0]])
+    carried, drag, damped = np.zeros((3, 2, 3))
+    begin_friction(listed, normal, speed, slip, spring, most, 1.0, carried, drag)
+    assert carried[:, 0] == pytest.approx([2.0, 2.0])
+    assert drag[:, 0] == pytest.approx([-8.0, -6.0])
+    force = drag - np.array([[1.0, 0, 0], [0.0, 0, 0]])
+    taken = end_friction(listed, normal, speed, slip, spring, most, 1.0, carried, drag, force, damped)
+    assert taken == pytest.approx(0.5 * 4.0 * (2.0**2 - 1.0**2) + 6.0 * 0.5)
+    assert slip[:, 0] == pytest.approx([2.0, 1.5])
+    assert damped[:, 0] == pytest.approx([-1.0, 0.0])
 
 
 class OnePoint(ContactSurface):

@@ -10,8 +10,6 @@ change, or the step is too long for the vibrations.
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Held(NamedTuple):
     """Energy of overlapping surfaces at the start of a step [J]."""
@@ -61,25 +59,3 @@ class ContactEnergy:
     def restore(self, numbers: Mapping[str, float | None]) -> None:
         """Restore the state from a checkpoint."""
         vars(self).update(numbers)
-
-
-def taken_by_friction(
-    spring: np.ndarray,
-    before: np.ndarray,
-    carried: np.ndarray,
-    drag: np.ndarray,
-    moved: np.ndarray,
-    damped: np.ndarray,
-    slides: np.ndarray,
-) -> float:
-    """Return the energy dissipated by friction as n points move along the other body [J].
-
-    spring: stiffness [N/m], shape (n,). before, carried: displacements from the sticking positions before and after the
-    step [m], shape (n, 3). drag: friction forces [N], shape (n, 3). moved: displacements in the step [m], shape (n, 3).
-    damped: energy of the dampers of sticking points [J], shape (n,). slides: mask of sliding points, shape (n,).
-
-    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since
-    a spring returns its energy only while its point stays in contact.
-    """
-    wound = 0.5 * spring * (np.sum(carried * carried, axis=1) - np.sum(before * before, axis=1))
-    return float(np.sum(np.where(slides, -np.einsum("ij,ij->i", drag, moved), wound + damped)))

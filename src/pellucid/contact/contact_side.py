@@ -159,8 +159,6 @@ class ContactSide(ABC):
 class PointContact(Touch):
     """Contact of the points of surfaces with other surfaces or a wall; forces follow from an `OverlapLaw`."""
 
-    law: OverlapLaw
-
     def __init__(
         self, surfaces: Sequence[ContactSurface], law: OverlapLaw, sides: Sequence[ContactSide], name: str | None
     ) -> None:

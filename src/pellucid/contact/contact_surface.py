@@ -10,7 +10,7 @@ from scipy import sparse
 
 from pellucid.jit import kernel
 
-FULL, NONE = 0.75, 0.25  # ratio of the weights to those of an unlimited plane: full contact above, none below
+FULL_CONTACT, NO_CONTACT = 0.75, 0.25  # ratio of the weights to those of an unlimited plane: full contact above, none below
 
 
 class Response(Protocol):

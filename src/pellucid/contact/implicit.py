@@ -119,24 +119,34 @@ class NormalForces:
     def solve(self) -> list[Implicit]:
         """Return, for each block, the normal forces on its points [N] and their depths at the end of the step [m]."""
         ahead = np.concatenate([block.overlap.depth + self._dt * self._approach(block) for block in self._blocks])
-        stiffness = np.concatenate([block.stiffness for block in self._blocks])
-        given = np.concatenate([block.given for block in self._blocks])
-        force, after = solve_forces(self._factor, ahead, stiffness, given)
-        ends = np.cumsum([len(block.given) for block in self._blocks])[:-1]
-        return [Implicit(*of) for of in zip(*(np.split(values, ends) for values in (force, after, given)), strict=True)]
+        return solve_forces(
+            self._factor, ahead, [block.stiffness for block in self._blocks], [block.given for block in self._blocks]
+        )
 
 
 def solve_forces(
-    factor: sparse.csr_array, ahead: np.ndarray, stiffness: np.ndarray, force: np.ndarray, exactly: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the normal forces on n points [N] and their depths at the end of the step [m], shape (n,) each.
+    factor: sparse.csr_array,
+    ahead: np.ndarray,
+    stiffnesses: Sequence[np.ndarray],
+    givens: Sequence[np.ndarray],
+    exactly: bool = False,
+) -> list[Implicit]:
+    """Return the implicit normal forces of blocks of points, n points in all.
 
-    factor: matrix C; forces f reduce the depths at the end of the step by C Cᵀ f. ahead: depths at the end of the step
-    without forces [m], shape (n,). stiffness: k of each point [N/m], shape (n,). force: initial guess [N], shape (n,).
-    exactly: True to solve to rounding error, for steady states.
+    Parameters
+    ----------
+    factor
+        Matrix C; forces f reduce the depths at the end of the step by C Cᵀ f.
+    ahead
+        Depths at the end of the step without forces [m], shape (n,).
+    stiffnesses, givens
+        Stiffness k of each point [N/m] and normal force of the previous step, the initial guess [N]; one array per block.
+    exactly
+        True to solve to rounding error, for steady states.
     """
+    stiffness, given = np.concatenate(stiffnesses), np.concatenate(givens)
     residual, times = (EXACTLY, TIMES) if exactly else (RESIDUAL, 1)
-    stiff, after = stiffness > 0.0, ahead
+    stiff, force = stiffness > 0.0, given
     pressed = stiff & (ahead > 0.0)
     turned = sparse.csr_array(factor.T)
     for _ in range(times * ROUNDS):
@@ -149,7 +159,8 @@ def solve_forces(
         if (before == pressed).all():
             break
     force = np.maximum(force, 0.0)
-    return force, ahead - factor @ (turned @ force)
+    found, ends = (force, ahead - factor @ (turned @ force), given), np.cumsum([len(of) for of in givens])[:-1]
+    return [Implicit(*of) for of in zip(*(np.split(values, ends) for values in found), strict=True)]
 
 
 def _solve_pressed(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.contact.contact_energy import Held, taken_by_friction
+from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.point_forces import (
@@ -24,7 +24,10 @@ from pellucid.contact.point_forces import (
     STEADY,
     STORED,
     TINY,
+    begin_friction,
+    end_friction,
     find_point_forces,
+    limit_slip,
 )
 
 DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
@@ -49,13 +52,12 @@ STIFFER = 4.0
 twice as fast as the overlap."""
 OUT = 10
 """Number of steps in which all depths must be smaller than the initial overlap before it is reduced."""
-ROUNDED = 1e-6  # relative tolerance of the friction limit for sliding points
 ROUNDED_START = 1e-9  # initial depth that counts as rounding, relative to a length of the mesh
 IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
 """Ratio of the oscillation rate of contact by implicit normal forces to the largest oscillation rate of the body, if the
 step is small enough; `IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
 STICKS = 1e12  # coefficient of friction for contact without sliding
-NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((3, 0))
+NO_VALUES, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((3, 0))
 
 
 class Overlap(NamedTuple):
@@ -89,6 +91,11 @@ class StartOverlap:
     largest depth of the last `OUT` steps. (A point near a curved surface may be missed in one step. Without this delay the
     full depth would push it off in the next step.) The overlap decreases only when there is no pressure, so that the energy
     of the remaining depths is a function of the positions alone.
+
+    Contact of a body with itself has an initial overlap for each slot instead (`pellucid.contact.triangles.slots.Slots`):
+    its overlaps lie at unrelated places, and one depth for all would delay contact at all other places by this depth. The
+    rule for slots does not suit two bodies: a point that slides along the other body would keep the depth of the place
+    where it started, so that its force would depend on its path.
 
     Parameters
     ----------
@@ -232,7 +239,7 @@ class OverlapLaw:
         the start of a step a spring holds ½ k d², except where the depth is much larger than the last step left it: nothing
         has loaded the spring then (`pellucid.contact.point_forces.GROWN`).
         """
-        extras = [NONE] * len(overlaps)
+        extras = [NO_VALUES] * len(overlaps)
         if self.stop is not None:
             springs = self._springs(overlaps)
             if all(overlap.apart for overlap in overlaps):
@@ -245,7 +252,7 @@ class OverlapLaw:
             one, n = overlap.one, len(overlap.listed)
             force, given, limits = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2))
             normal_forces = np.array(implicit[i]) if self.is_implicit else NO_FORCES
-            new, drag = NOT_NEW if overlap.new is None else overlap.new, NONE if one.drag is None else one.drag
+            new, drag = NOT_NEW if overlap.new is None else overlap.new, NO_VALUES if one.drag is None else one.drag
             points = overlap.listed, overlap.depth, overlap.normal, overlap.area, overlap.relative, new
             results = force, given, limits, sums
             find_point_forces(self._numbers, overlap.share, *points, extra, normal_forces, drag, one.slip, dt, last, *results)
@@ -273,7 +280,7 @@ class OverlapLaw:
     def reach_equilibrium(self) -> None:
         """Limit the slip of sliding points to the displacement at which friction holds them."""
         for one, at, limits in self._limits:
-            one.slip[at] = _held(one.slip[at], *limits.T)
+            limit_slip(at, one.slip, limits)
 
     def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
         """Return the stiffness of the implicit normal forces of an overlap, shape (n,) [N/m]."""
@@ -301,12 +308,10 @@ class OverlapLaw:
         The lists contain the displacements of the points from their sticking positions [m], the friction spring forces
         within the friction limit [N], the normal damper forces [N], and the friction forces [N].
         """
-        carried, drags = [], []
-        for overlap, spring, pressure in zip(overlaps, springs.stiffness, springs.pressures, strict=True):
-            n, before = overlap.normal, overlap.one.slip[overlap.listed]
-            along = _along(overlap.relative, n)
-            carried.append(_along(before, n) + last * along)
-            drags.append(_limited(-spring[:, None] * carried[-1], self._friction * pressure))
+        carried, drags = ([np.empty_like(overlap.normal) for overlap in overlaps] for _ in range(2))
+        for of, spring, pressure, *found in zip(overlaps, springs.stiffness, springs.pressures, carried, drags, strict=True):
+            points = of.listed, of.normal, of.relative, of.one.slip
+            begin_friction(*points, spring, self._friction * pressure, last, *found)
         tangents = self._tangents(overlaps, springs, dt)
         return carried, drags, *stop.forces_apart(overlaps, springs.pressures, drags, self._friction, tangents, dt)
 
@@ -328,13 +333,9 @@ class OverlapLaw:
             one, at, press = overlap.one, overlap.listed, np.maximum(pressure + extra, 0.0)
             force, damped = press[:, None] * overlap.normal, (press - pressure)[:, None] * overlap.normal
             if self._friction > 0.0:
-                most, before = self._friction * press, one.slip[at]
-                slides = np.linalg.norm(dragged, axis=1) >= most * (1.0 - ROUNDED)
-                one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
+                points = at, overlap.normal, overlap.relative, one.slip
+                taken += end_friction(*points, spring, self._friction * press, last, carried, drag, dragged, damped)
                 force += dragged
-                damped += np.where(slides[:, None], 0.0, dragged - drag)
-                moved = last * _along(overlap.relative, overlap.normal)
-                taken += taken_by_friction(spring, before, carried, dragged, moved, np.zeros(len(press)), slides)
                 touched[id(one)][at] = True
             pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
             given.append(damped)
@@ -406,26 +407,6 @@ def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
         way += sign * np.sum((overlap.share * overlap.area * overlap.depth)[:, None] * overlap.normal, axis=0)
     size = float(np.linalg.norm(way))
     return way / size if size > 0.0 else way
-
-
-def _along(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors - np.einsum("ij,ij->i", vectors, normal)[:, None] * normal)
-
-
-def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return the forces scaled down to a size of at most `most` [N], shape (n, 3)."""
-    size = np.linalg.norm(drag, axis=1)
-    slides = size > most
-    drag[slides] *= (most[slides] / size[slides])[:, None]
-    return drag
-
-
-def _held(carried: np.ndarray, spring: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return the spring displacements, scaled down to at most the length most/spring [m] at which the friction limit
-    `most` [N] is reached, shape (n, 3)."""
-    size = np.linalg.norm(carried, axis=1)
-    longest = np.where(spring > 0.0, most / np.where(spring > 0.0, spring, 1.0), 0.0)
-    return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, TINY))[:, None])
 
 
 def coefficient(kind: str, friction: float | None) -> float:

@@ -1,11 +1,10 @@
-"""Kernel for the forces of an overlap on its points: pressure, damping and friction in one pass."""
+"""Kernels for the forces of an overlap on its points: pressure, damping, and the friction of Coulomb."""
 
 from math import sqrt
 
-from pellucid.jit import kernel
-from pellucid.jit.local import numbers
+from pellucid.jit import kernel, pointwise
 
-STIFFNESS, IMPLICIT_STIFFNESS, DAMPING, SOFTNESS, FRICTION, STIFFER, STEADY, N_LAW = 0, 1, 2, 3, 4, 5, 6, 7
+STIFFNESS, IMPLICIT_STIFFNESS, DAMPER, SOFTNESS, FRICTION, STIFFENING, STEADY, N_LAW = 0, 1, 2, 3, 4, 5, 6, 7
 """Indices of the parameters of a law: stiffness of explicit and of implicit normal forces [Pa/m], damping [Pa s/m], growth
 of the stiffness with the square of the depth [1/m²], coefficient of friction, largest ratio of friction stiffness to
 overlap stiffness, and 1 if friction is computed from the last equilibrium."""
@@ -22,46 +21,96 @@ than the approach of the point explains, the overlap is sudden, for example beca
 spring gives hardly any energy to the bodies, since the implicit force removes the overlap within a step. The energy that it
 does give has no source in contact and remains unexplained (`ContactEnergy.unexplained`).
 """
+ROUNDED = 1e-6  # relative tolerance of the friction limit for sliding points
 TINY = 1e-300
 
 
-@kernel(inline=True)
-def _rub(i, p, law, along, most, spring, damping, last, drag, slip, keeps, limits, sums):
-    """Replace the tangential velocity `along` of a point [m/s] by its friction force, at most `most` [N]; update slip and
-    sums.
+@pointwise
+def _along(x, n):
+    """Return the part of a vector x along a surface with the unit normal n."""
+    across = x[0] * n[0] + x[1] * n[1] + x[2] * n[2]
+    return x[0] - across * n[0], x[1] - across * n[1], x[2] - across * n[2]
 
-    keeps: tangential displacement of the point from its sticking position [m]. spring, damping: stiffness [N/m] and damping
-    [kg/s] of friction. last: length of the previous step [s].
+
+@pointwise
+def _limit(f, most):
+    """Return a friction force f [N], scaled down to at most `most`, and True if it had to be scaled (Coulomb)."""
+    size = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+    scale = most / size if size > most else 1.0
+    return (scale * f[0], scale * f[1], scale * f[2]), size > most
+
+
+@pointwise
+def _held(square, spring, most):
+    """Return the largest factor of a displacement with the square `square` [m²] at which its spring [N/m] pulls with at
+    most `most` [N]."""
+    longest = most / spring if spring > 0.0 else 0.0
+    return min(1.0, longest / max(sqrt(square), TINY))
+
+
+@kernel(inline=True)
+def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
+    """Store the displacement c of point p from its sticking position [m], at most the one that the friction limit `most`
+    [N] holds; return the energy that friction dissipated [J].
+
+    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since
+    a spring returns its energy only while its point stays in contact. work: work of the friction force in the step [J].
+    damped: energy that the damper of a sticking point dissipated in the step [J]. is_steady: True to keep c whole, as the
+    next equilibrium is searched.
     """
-    vx, vy, vz = along[0], along[1], along[2]
-    cx = cy = cz = 0.0
-    if len(drag):  # a fluid resists by its viscosity alone
-        fx, fy, fz = -drag[p] * vx, -drag[p] * vy, -drag[p] * vz
-    else:
-        cx, cy, cz = keeps[0] + last * vx, keeps[1] + last * vy, keeps[2] + last * vz
-        fx, fy, fz = -spring * cx - damping * vx, -spring * cy - damping * vy, -spring * cz - damping * vz
-    size, scale = sqrt(fx * fx + fy * fy + fz * fz), 1.0
-    slides = size > most
-    if slides:
-        scale = most / size
-    along[0], along[1], along[2] = scale * fx, scale * fy, scale * fz
-    work = last * (along[0] * vx + along[1] * vy + along[2] * vz)
-    if len(drag):
-        sums[RUBBED] -= work
-        return
     before = (slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1]) + slip[p, 2] * slip[p, 2]
-    now, longest = cx * cx + cy * cy + cz * cz, most / spring if spring > 0.0 else 0.0
-    held = min(1.0, longest / max(sqrt(now), TINY))
-    limits[i, 0], limits[i, 1] = spring, most
-    if law[STEADY] > 0.0:
-        before *= min(1.0, longest / max(sqrt(before), TINY)) ** 2
+    now = c[0] * c[0] + c[1] * c[1] + c[2] * c[2]
+    held = _held(now, spring, most)
+    if is_steady:
+        before *= _held(before, spring, most) ** 2
         now *= held * held
+    if is_steady or not slides:
         held = 1.0
-    elif not slides:
-        held = 1.0
-    slip[p, 0], slip[p, 1], slip[p, 2] = held * cx, held * cy, held * cz
-    damped = last * damping * (vx * vx + vy * vy + vz * vz)
-    sums[RUBBED] += -work if slides else 0.5 * spring * (now - before) + damped
+    slip[p, 0], slip[p, 1], slip[p, 2] = held * c[0], held * c[1], held * c[2]
+    return -work if slides else 0.5 * spring * (now - before) + damped
+
+
+@kernel()
+def begin_friction(listed, normal, relative, slip, spring, most, last, carried, drag):
+    """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs
+    within the friction limit `most` [N], for dampers that are solved afterwards; write them to `carried` and `drag`."""
+    for i in range(len(listed)):
+        p, n = listed[i], (normal[i, 0], normal[i, 1], normal[i, 2])
+        v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
+        c, k = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n), -spring[i]
+        c = (c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2])
+        f, _ = _limit((k * c[0], k * c[1], k * c[2]), most[i])
+        for d in range(3):
+            carried[i, d], drag[i, d] = c[d], f[d]
+
+
+@kernel()
+def end_friction(listed, normal, relative, slip, spring, most, last, carried, drag, force, damped):
+    """Store the slip of n points under the friction forces `force`, shape (n, 3) [N]; return the energy that friction
+    dissipated in the last step [J].
+
+    carried, drag: results of `begin_friction`. The forces of the dampers of sticking points are added to `damped` [N].
+    """
+    taken = 0.0
+    for i in range(len(listed)):
+        v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), (normal[i, 0], normal[i, 1], normal[i, 2]))
+        f, c = (force[i, 0], force[i, 1], force[i, 2]), (carried[i, 0], carried[i, 1], carried[i, 2])
+        slides = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) >= most[i] * (1.0 - ROUNDED)
+        work = last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
+        taken += _keep_slip(slip, listed[i], c, spring[i], most[i], slides, False, work, 0.0)
+        for d in range(3):
+            damped[i, d] += 0.0 if slides else f[d] - drag[i, d]
+    return taken
+
+
+@kernel()
+def limit_slip(listed, slip, limits):
+    """Limit the slip of n points to the displacements at which friction holds them; limits: see `find_point_forces`."""
+    for i in range(len(listed)):
+        p = listed[i]
+        held = _held(slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1] + slip[p, 2] * slip[p, 2], limits[i, 0], limits[i, 1])
+        for d in range(3):
+            slip[p, d] *= held
 
 
 @kernel()
@@ -89,17 +138,11 @@ def find_point_forces(
     """
     friction, is_implicit = law[FRICTION], implicit.shape[1] > 0
     span = 0.5 * (last if last > 0.0 else dt)  # before the first step nothing was done, and the first does half of its own
-    along, keeps = numbers(3), numbers(3)
     for i in range(len(listed)):
         p, d, a = listed[i], depth[i], share * area[i]
         n0, n1, n2 = normal[i, 0], normal[i, 1], normal[i, 2]
         approach = -(relative[i, 0] * n0 + relative[i, 1] * n1 + relative[i, 2] * n2)
-        along[0], along[1], along[2] = (
-            relative[i, 0] + approach * n0,
-            relative[i, 1] + approach * n1,
-            relative[i, 2] + approach * n2,
-        )
-        spring, damping = law[STIFFNESS] * a, law[DAMPING] * a
+        spring, damping = law[STIFFNESS] * a, law[DAMPER] * a
         holds = spring
         if is_implicit:
             k, press, after, before = law[IMPLICIT_STIFFNESS] * a, implicit[0, i], implicit[1, i], implicit[2, i]
@@ -128,17 +171,28 @@ def find_point_forces(
                 # hold ½ κ d² then; with critical dampers it does not come out again
                 sums[ENTERED] += 0.5 * spring * d * max(way - d, 0.0)
             # what presses harder than the overlap alone is held by as much stiffer springs along it
-            holds *= min(max(press / max(pressure, TINY), 1.0), law[STIFFER])
+            holds *= min(max(press / max(pressure, TINY), 1.0), law[STIFFENING])
         force[i, 0], force[i, 1], force[i, 2] = press * n0, press * n1, press * n2
         surplus = press - pressure
         given[i, 0], given[i, 1], given[i, 2] = surplus * n0, surplus * n1, surplus * n2
         if friction > 0.0:
-            across = slip[p, 0] * n0 + slip[p, 1] * n1 + slip[p, 2] * n2
-            keeps[0], keeps[1], keeps[2] = slip[p, 0] - across * n0, slip[p, 1] - across * n1, slip[p, 2] - across * n2
-            _rub(i, p, law, along, friction * press, holds, damping, last, drag, slip, keeps, limits, sums)
-            power = along[0] * relative[i, 0] + along[1] * relative[i, 1] + along[2] * relative[i, 2]
+            n, most = (n0, n1, n2), friction * press
+            v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
+            if len(drag):  # a fluid resists by its viscosity alone
+                f, _ = _limit((-drag[p] * v[0], -drag[p] * v[1], -drag[p] * v[2]), most)
+                sums[RUBBED] -= last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
+            else:
+                c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
+                c = (c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2])
+                f = (-holds * c[0] - damping * v[0], -holds * c[1] - damping * v[1], -holds * c[2] - damping * v[2])
+                f, slides = _limit(f, most)
+                work = last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
+                damped = last * damping * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+                sums[RUBBED] += _keep_slip(slip, p, c, holds, most, slides, law[STEADY] > 0.0, work, damped)
+                limits[i, 0], limits[i, 1] = holds, most
+            power = f[0] * relative[i, 0] + f[1] * relative[i, 1] + f[2] * relative[i, 2]
             sums[NOW] += power
             sums[PENDING] += span * power
-            for c in range(3):
-                force[i, c] += along[c]
-                given[i, c] += along[c]
+            for r in range(3):
+                force[i, r] += f[r]
+                given[i, r] += f[r]

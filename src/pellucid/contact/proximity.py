@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy import uintp
 
-from pellucid.contact.contact_surface import FULL, NONE
+from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
@@ -216,12 +216,12 @@ def find_beside(chunk, about, candidates, clear, results):
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
         found[p, SHARE] = 0.0
         closest, outside = _sum_moments(about, candidates, p, clear, s, results.weight)
-        if s[0] <= NONE:
+        if s[0] <= NO_CONTACT:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
         if size < 0.3 * s[0]:  # what faces it has no direction
             continue
-        found[p, SHARE] = min(1.0, (s[0] - NONE) / (FULL - NONE))
+        found[p, SHARE] = min(1.0, (s[0] - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
         found[p, WEIGHT] = s[0]
         n0, n1, n2 = s[2] / size, s[3] / size, s[4] / size
         found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n0, n1, n2

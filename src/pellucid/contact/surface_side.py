@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_side import ContactSide
-from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
+from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING
 from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
@@ -128,9 +128,9 @@ class SurfaceSide(ContactSide):
         facing = -np.einsum("ij,kj->ik", one.normals()[at], normal)
         on_edge = at >= self._n_faces
         # a surface inclined to a flat side touches it only at an edge; for a round side the limits are wider
-        askew, full = (ASKEW, FACING) if one.faces is not None else (NONE, FULL)
+        askew, full = (ASKEW, FACING) if one.faces is not None else (NO_CONTACT, FULL_CONTACT)
         # planes with the same direction as the point normal do not touch it; near the rim it may lie beyond them
-        meets = facing > NONE
+        meets = facing > NO_CONTACT
         above = np.where(meets, height, -np.inf)
         nearest = above.argmax(axis=1)
         rows = np.arange(len(at))

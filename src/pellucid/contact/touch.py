@@ -2,60 +2,26 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, StartOverlap
+from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.steady_contact import ContactLead
 
 if TYPE_CHECKING:
     from pellucid.contact.contact_side import GivenBefore
 
 
-class ContactLaw(Protocol):
-    """Interface of a contact law: energy stored in the contact, and dampers that stop rigid bodies."""
-
-    held: Held
-    """Energy of the overlaps at the start of the last step."""
-    is_steady: bool
-    """True if friction is computed from displacements since the last equilibrium."""
-    lent: float
-    """Energy that the overlaps gained in this step through changes of the contact leads, i.e. of the distances ahead of
-    surfaces at which contact acts [J]."""
-    lost: float
-    """Energy dissipated by implicit forces [J], see `OverlapLaw.lost`."""
-
-    @property
-    def stop(self) -> DeadStop | None:
-        """Dampers that stop rigid bodies; None if a body deforms."""
-
-    def separate(self, last: float, before: float = 0.0) -> None:
-        """Set the energies for a step without overlap. last: length of the previous step [s]; before: see
-        `OverlapLaw.forces`."""
-
-    def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of the same bodies can
-        include them.
-
-        overlaps: overlaps of this contact. dt, last: length of this and of the previous step [s].
-        """
-
-    def reach_equilibrium(self) -> None:
-        """Use the current equilibrium as the reference state of friction."""
-
-
 class Touch(ABC):
     """Contact of a body with another body or a wall. `impulse`: impulse on the first surface in this step [N s], shape
     (3,)."""
 
-    def __init__(self, surfaces: Sequence[ContactSurface], law: ContactLaw, name: str | None) -> None:
+    def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
         self.surfaces, self.name = surfaces, name
-        self.law: ContactLaw = law
+        self.law = law
         self.impulse = np.zeros(3)
         self.step = 0.0
         """Length of this step or of the previous step, whichever is longer [s]."""

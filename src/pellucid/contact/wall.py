@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pellucid.contact.contact_side import ContactSide, PointContact
-from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
+from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT, ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
 from pellucid.contact.wall_plane import WallPlane
@@ -31,7 +31,7 @@ class BehindPlane(ContactSide):
             facing[m - one.n_edge_points :] = 1.0
         depth = one.half_width - plane.height(one.place)
         # as for another flat surface: sides of a body perpendicular to the plane do not touch it
-        counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
+        counts = np.clip((facing - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT), 0.0, 1.0)
         over = depth > 0.0
         if ahead:
             over = depth - 1.5 * step * np.minimum(np.sum((one.velocity - plane.velocity) * plane.normal, axis=1), 0.0) > 0.0

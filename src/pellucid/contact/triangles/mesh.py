@@ -19,7 +19,7 @@ from pellucid.contact.boxes import Boxes, make_boxes
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Plane, Seam
 from pellucid.contact.triangles.closest_point import TINY, Facets, find_normals
-from pellucid.contact.triangles.slots import Points
+from pellucid.contact.triangles.slots import ContactPoints
 
 SAME = 1e-9  # distance below which vertices coincide, relative to the extent of the surface
 MARGIN = 0.25  # margin of the search distance beyond the contact distance, in median edges
@@ -51,7 +51,7 @@ class TriangleMesh:
 
     Attributes
     ----------
-    points : Points
+    points : ContactPoints
         Contact points of the surface.
     facets : Facets
         Triangles with which points of other surfaces come into contact.
@@ -107,7 +107,7 @@ class TriangleMesh:
         corner = np.concatenate([np.repeat(used[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
         share = np.concatenate([np.tile((1.0, 0.0, 0.0), (len(used), 1)), np.tile((0.5, 0.5, 0.0), (len(edges), 1))])
         m = len(corner)
-        self.points = Points(
+        self.points = ContactPoints(
             place=np.zeros((m, 3)),
             velocity=np.zeros((m, 3)),
             normal=np.zeros((m, 3)),
@@ -117,7 +117,7 @@ class TriangleMesh:
             first=np.zeros(m + 1, np.int64),
             excluded=np.zeros(0, np.int64),
         )
-        self._incidence, self.n_vertices, self._T = incidence, n, T
+        self.n_vertices, self._T = n, T
         whole = np.bincount(own.ravel(), np.repeat(area / 3.0, 3), minlength=n)
         self._mobility = np.zeros(n) if surface.is_hard else 1.0 / np.sqrt(np.maximum(surface.mass_per_area * whole, TINY))
         response, self._of_nodes = self._moving.response, None
@@ -146,7 +146,7 @@ class TriangleMesh:
         corners = self.facets.triangle[self._hinges[sharpest, 0]]
         return float(np.degrees(np.arccos(np.clip(cosines[sharpest], -1.0, 1.0)))), self.facets.place[corners].mean(axis=0)
 
-    def points_of_itself(self, thickness: float) -> Points:
+    def points_of_itself(self, thickness: float) -> ContactPoints:
         """Return the points for self-contact of the surface with a thickness [m].
 
         A point does not touch triangles that contain it, nor triangles that are initially closer than `ALONG` thicknesses

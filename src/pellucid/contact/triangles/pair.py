@@ -25,7 +25,7 @@ from pellucid.contact.implicit import solve_forces
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.touch import Touch
 from pellucid.contact.triangles.mesh import FORGETS, MARGIN, SEARCHED, TriangleMesh, find_images
-from pellucid.contact.triangles.slots import APART, CHUNK, ENTERS, Sight, find_feet, find_power, make_slots
+from pellucid.contact.triangles.slots import APART, CHUNK, ENTERS, Sight, find_power, make_slots, update_slots
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
 OUTSIDE = 1e-6  # largest depth behind faces that a search finds, in edges: surfaces may start in contact
@@ -91,11 +91,11 @@ class AskingSide(ContactSurface):
                 self.start.reduce(np.zeros(0))
             return None
         if self.start is not None and searched < 0.0:  # one depth for all points instead of one for each slot
-            self._find_feet(boxes, way, 0.0, 0.0, looks)
+            self._update_slots(boxes, way, 0.0, 0.0, looks)
             self.start.reduce(self.slots.born.ravel())
             self.slots.born.fill(0.0)
             looks = False
-        self._find_feet(boxes, way, coming, AHEAD * step, looks)
+        self._update_slots(boxes, way, coming, AHEAD * step, looks)
         if self.start is not None and self.start.depth > 0.0:
             self._open(self.start, way)
         return self._overlap()
@@ -112,13 +112,13 @@ class AskingSide(ContactSurface):
         listed, area = p * slots.state.shape[1] + k, self.points.area[p]
         return Overlap(self, listed, slots.depth[p, k], slots.normal[p, k], area, relative, self.share, new=new)
 
-    def _find_feet(self, boxes: Boxes, way: float, coming: float, ahead: float, looks: bool) -> None:
+    def _update_slots(self, boxes: Boxes, way: float, coming: float, ahead: float, looks: bool) -> None:
         sight = self.sight
         if self.start is not None and self.start.depth > 0.0:
             sight = sight._replace(thickness=sight.thickness - self.start.depth)
             coming = inf  # so that all gaps are measured: they show when the surfaces come apart
         meeting = self.points, self.other.facets, self.slots, boxes, sight
-        find_feet((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
+        update_slots((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
 
     def _open(self, start: StartOverlap, way: float) -> None:
         """Reduce the initial overlap by the distance that the surfaces have separated; way: largest distance by which
@@ -182,7 +182,6 @@ class TrianglePair(Touch):
         Planes of symmetry and seams of a periodic grid.
     """
 
-    law: OverlapLaw
     is_last = True
 
     def __init__(
@@ -294,12 +293,9 @@ class TrianglePair(Touch):
             free, factor = mesh.response(3 * vertices[:, :, None] + np.arange(3), shares * normal[:, None], dt)
             ahead -= dt * free
             factors.append(factor)
-        stiffness = np.concatenate([self.law.normal_stiffness(overlap) for _, overlap in self._touching])
-        given = np.concatenate([side.given_normal() for side in sides])
+        stiffness = [self.law.normal_stiffness(overlap) for _, overlap in self._touching]
         factor = factors[0] if len(factors) == 1 else sparse.csr_array(sparse.hstack(factors))
-        force, after = solve_forces(factor, ahead, stiffness, given, self.law.is_steady)
-        ends = np.cumsum([len(overlap.depth) for _, overlap in self._touching])[:-1]
-        return [Implicit(*of) for of in zip(*(np.split(values, ends) for values in (force, after, given)), strict=True)]
+        return solve_forces(factor, ahead, stiffness, [side.given_normal() for side in sides], self.law.is_steady)
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """Return the arrays of a checkpoint: sides, slots, and displacements of the surfaces.

@@ -32,7 +32,7 @@ from pellucid.jit.loops import parallel_loop
 
 CHUNK = 128  # number of points per chunk of a thread
 STEPS = 30  # largest number of steps of a walk
-FACING = 0.2  # smallest cosine between the normal of a point and the opposite of a face normal for contact
+OPPOSED = 0.2  # smallest cosine between the normal of a point and the opposite of a face normal for contact
 APART, STAYS, ENTERS = range(3)
 """States of a slot: no overlap now or predicted within the next steps at the current velocities; overlap as in the previous
 step; first step of an overlap."""
@@ -41,7 +41,7 @@ HOLDS = 1e-9  # largest distance of a position on a triangle, relative to the se
 OVER_RIM = 0.95  # cosine between the normal and the direction to a point below which the point is beyond the rim
 
 
-class Points(NamedTuple):
+class ContactPoints(NamedTuple):
     """Points of a surface, each in a triangle of that surface; m is their number."""
 
     place: np.ndarray  # (m, 3) [m]
@@ -103,7 +103,7 @@ def _looks_away(points, facets, sight, p, q):
         return False
     m, n = row_of(points.normal, p), row_of(facets.normal, q)
     size = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] > -FACING * size
+    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] > -OPPOSED * size
 
 
 @pointwise
@@ -257,7 +257,7 @@ def find_power(points, facets, slots):
 
 
 @parallel_loop()
-def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
+def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
     """Update the closest points and the overlap in the slots of the points.
 
     way: largest distance by which the surfaces may have approached since the start of the run [m]. ahead: time for which an
