@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pellucid.conditions.rigid.kinematics import RigidState, inverse_inertia, rotation_by, turn_freely
+from pellucid.conditions.rigid.kinematics import RigidState, inertia_of, inverse_inertia, rotation_by, turn_freely
 
 
 def rod(turns=(0, 1, 2), free=(1.0, 1.0, 1.0)):
     """Of 3 kg and 2 m, along x: eleven points."""
     arm = np.stack([np.linspace(-1.0, 1.0, 11), np.zeros(11), np.zeros(11)], axis=1)
     mass = np.full((11, 1), 3.0 / 11)
-    return RigidState(np.zeros(3), np.array([0, 0, 2.0]), np.array(free) / 3.0, inverse_inertia(mass, arm, list(turns))), arm
+    return RigidState(
+        np.zeros(3), np.array([0, 0, 2.0]), np.array(free) / 3.0, inverse_inertia(inertia_of(mass, arm), list(turns))
+    ), arm
 
 
 @pytest.mark.parametrize(

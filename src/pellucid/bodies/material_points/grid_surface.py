@@ -84,6 +84,30 @@ def _put_on_hosts(surface, position, stored, stays, depth, place):
 
 
 @kernel()
+def _turn(surface, depth, centre, rotation, new_centre, dt):
+    """Turn the offsets and vector areas of the surface points by a rotation matrix (3, 3), and compute their velocities over
+    a step dt [s], in which the centre of the rotation moves to `new_centre` [m], (3,).
+
+    depth: distances from the ends of the offsets to the surface [m], shape (m, 1).
+    """
+    host, offset, area, R = surface.host, surface.offset, surface.area, rotation
+    for p in range(len(host)):
+        o, a = (offset[p, 0], offset[p, 1], offset[p, 2]), (area[p, 0], area[p, 1], area[p, 2])
+        size = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+        above = depth[p, 0] / size if size > 0.0 else 0.0
+        r0 = host[p, 0] + o[0] + above * a[0] - centre[0]
+        r1 = host[p, 1] + o[1] + above * a[1] - centre[1]
+        r2 = host[p, 2] + o[2] + above * a[2] - centre[2]
+        r = (r0, r1, r2)
+        for d in range(3):
+            offset[p, d] = R[d, 0] * o[0] + R[d, 1] * o[1] + R[d, 2] * o[2]
+            area[p, d] = R[d, 0] * a[0] + R[d, 1] * a[1] + R[d, 2] * a[2]
+            if dt > 0.0:
+                turned = R[d, 0] * r0 + R[d, 1] * r1 + R[d, 2] * r2
+                surface.motion[p, d] = (new_centre[d] - centre[d] + turned - r[d]) / dt
+
+
+@kernel()
 def _add_forces(surface, listed, force, target):
     """Add forces on the surface points in `listed` [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3)."""
     for e in range(len(listed)):
@@ -212,16 +236,16 @@ class GridSurface(ContactSurface):
         """Move the surface as a rigid body over dt [s]: its centre moves to a new position [m], (3,), and it turns by a
         rotation matrix (3, 3)."""
         self._rests = False
-        arm = self._host + self._offset + self._above() - centre
-        self._offset[...] = self._offset @ rotation.T
-        self.area[...] = self.area @ rotation.T
+        _turn(self._moved, self._depth, centre, rotation, new_centre, dt)
         self._edge_normal[...] = self._edge_normal @ rotation.T
         self.edge_tangent[...] = self.edge_tangent @ rotation.T
-        if dt > 0.0:
-            self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
+
+    def list_pushed(self, force: np.ndarray) -> np.ndarray:
+        """Return the numbers of the points with non-zero forces [N], shape (m, 3)."""
+        return self._listed[: _list_pushed(force, self._listed)]
 
     def add_forces(self, force: np.ndarray) -> None:
-        listed = self._listed[: _list_pushed(force, self._listed)]
+        listed = self.list_pushed(force)
         _add_forces(self._moved, listed, force[listed], self._load())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:

@@ -54,13 +54,21 @@ class RigidSurface(GridSurface):
     """The surface of a rigid body, which rotates with the body; forces act on the body at their positions."""
 
     takes: TakesForces
+    _found: RigidState | None = None
+
+    @property
+    def _state(self) -> RigidState:
+        """State at the start of the step; most contacts of this body with others do not need it."""
+        if self._found is None:
+            self._found = self.takes.state()
+        return self._found
 
     def follow(self, dt: float) -> None:
         """Do nothing: the constraint of the body moves its surface."""
 
     def begin(self) -> None:
         super().begin()
-        self._state = self.takes.state()
+        self._found = None
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
         return self._state.mobility_along(place, force)
@@ -75,7 +83,8 @@ class RigidSurface(GridSurface):
         return self._state.turning(place)
 
     def add_forces(self, force: np.ndarray) -> None:
-        self.takes.add_forces(self.place, force)
+        listed = self.list_pushed(force)
+        self.takes.add_forces(self.place[listed], force[listed])
 
 
 def surface_of(

@@ -86,6 +86,7 @@ class RigidBody:
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
+        self._begun: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # as `state` found them, for `hold_nodes`
         self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
         self._loads: list[Push] = []
         self._push_works = np.zeros(assembly.layout.n_columns)
@@ -104,17 +105,21 @@ class RigidBody:
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Add forces [N] at positions [m], shape (m, 3) each, over the coming step."""
-        self._pushed.append((place.copy(), force))
+        self._pushed.append((place, force))
 
     def state(self) -> RigidState:
         """Return the centre of mass, the angular velocity, and the velocity changes per impulse and angular impulse."""
+        self._begun = centre, _, inertia = self._about_centre()
+        per_mass = (~self.leads.led[:3] & ~np.array(self._thin)) / float(np.sum(self.body.arrays["mass"]))
+        return RigidState(centre, self._turn_rate(), per_mass, inverse_inertia(inertia, self._free_turns))
+
+    def _about_centre(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the centre of mass [m], (3,), the positions of the points relative to it [m], (n, 3), and the inertia
+        tensor [kg m²], (3, 3)."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
-        turn = self.rates()[3:]
-        free = ~self.leads.led[:3] & ~np.array(self._thin)
-        return RigidState(
-            centre, turn, free / float(np.sum(m)), inverse_inertia(m, x - centre, self._free_turns, self._own_inertia)
-        )
+        arm = x - centre
+        return centre, arm, inertia_of(m, arm, self._own_inertia)
 
     def add_load(self, push: Push) -> None:
         """Add a force and a torque over the coming step."""
@@ -129,11 +134,16 @@ class RigidBody:
     def rates(self) -> np.ndarray:
         """Return the velocity of the centre of mass [m/s] and the angular velocity [rad/s], shape (6,)."""
         arrays = self.body.arrays
-        C = arrays["affine"][0]
-        return np.array([*centre_of(arrays["mass"][:, None], arrays["velocity"]), C[7], C[2], C[3]])
+        return np.concatenate([centre_of(arrays["mass"][:, None], arrays["velocity"]), self._turn_rate()])
+
+    def _turn_rate(self) -> np.ndarray:
+        """Return the angular velocity [rad/s], (3,)."""
+        C = self.body.arrays["affine"][0]
+        return np.array([C[7], C[2], C[3]])
 
     def begin(self, time: float, dt: float) -> None:
         """Compute the prescribed motion over the step that begins at `time` [s]."""
+        self._begun = None
         self.leads.begin(time, dt)
         self.leads.rates *= self.body.load_rate
         self._carry(self.rates()[3:])
@@ -151,12 +161,11 @@ class RigidBody:
 
     def hold_nodes(self, dt: float) -> None:
         """Apply the rigid velocity to the nodes that the body reaches, over this step dt [s]."""
-        m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
-        self._dt, self._centre = dt, centre_of(m, x)
-        self._arm = arm = x - self._centre
+        self._centre, arm, self._tensor = self._begun or self._about_centre()
+        self._dt, self._arm, self._begun = dt, arm, None
         self._motions = motions = RigidMotions(self._thin, self._turns, self.leads, arm)
-        self._inertia = motions.of_body(float(np.sum(m)), inertia_of(m, arm, self._own_inertia))
-        self._walls.find(x, self._widths(), motions.at(arm), dt)
+        self._inertia = motions.of_body(float(np.sum(self.body.arrays["mass"])), self._tensor)
+        self._walls.find(self.body.arrays["position"], self._widths(), motions.at(arm), dt)
         old = self.rates()
         touching = [Push(resultant(place - self._centre, force), CONTACT) for place, force in self._pushed]
         pushes, self._pushed, self._loads = [*touching, *self._loads], [], []
@@ -192,8 +201,7 @@ class RigidBody:
     def prescribe_positions(self) -> None:
         """Set the positions of the rigid motion, and rotate the velocities with the body so that its angular momentum is
         conserved."""
-        arrays, leads, mass = self.body.arrays, self.leads, self.body.arrays["mass"][:, None]
-        inertia = inertia_of(mass, self._arm, self._own_inertia)
+        arrays, leads, inertia = self.body.arrays, self.leads, self._tensor
         spin, given = inertia @ self._turn, np.zeros(3)
         given[self._led_turns] = leads.rates[3:][self._led_turns]
 
@@ -206,7 +214,7 @@ class RigidBody:
         r = self._arm @ rotation.T
         moved = self._centre + self._dt * self._velocity
         if (led := leads.led[:3]).any():
-            moved[led] = (centre_of(mass, arrays["start"]) + leads.reached[:3])[led]
+            moved[led] = (centre_of(arrays["mass"][:, None], arrays["start"]) + leads.reached[:3])[led]
         arrays["angle"][...] = np.where(leads.led[3:], leads.reached[3:], arrays["angle"][0] + angle)
         self._target[...] = moved + r
         move_points(self._moving, 0.0)

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.jit import kernel
+
 LARGEST_TURN = 0.02  # largest rotation in a substep [rad], see `turn_freely`
 
 
@@ -38,7 +40,21 @@ def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndar
 def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return the total force [N] and torque about the centre [N m], shape (6,), of forces at positions relative to the
     centre [m], shape (n, 3) each."""
-    return np.concatenate([force.sum(axis=0), np.cross(arm, force).sum(axis=0)])
+    strength = np.zeros(6)
+    _add_resultant(arm, force, strength)
+    return strength
+
+
+@kernel()
+def _add_resultant(arm: np.ndarray, force: np.ndarray, strength: np.ndarray) -> None:
+    for i in range(len(arm)):
+        x, y, z, f, g, h = arm[i, 0], arm[i, 1], arm[i, 2], force[i, 0], force[i, 1], force[i, 2]
+        strength[0] += f
+        strength[1] += g
+        strength[2] += h
+        strength[3] += y * h - z * g
+        strength[4] += z * f - x * h
+        strength[5] += x * g - y * f
 
 
 def inertia_of(mass: np.ndarray, arm: np.ndarray, own: float = 0.0) -> np.ndarray:
@@ -107,11 +123,11 @@ def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     return np.asarray(velocity - 0.5 * across + np.cross(angle, across) / 12.0)
 
 
-def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int], own: float = 0.0) -> np.ndarray:
+def inverse_inertia(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
     """Return the inverse inertia for rotations about the axes in `turns`, (3, 3) [1/(kg m²)]: angular velocity per angular
-    impulse; zero for other axes."""
+    impulse; zero for other axes. inertia: inertia tensor [kg m²], shape (3, 3)."""
     inverse = np.zeros((3, 3))
-    inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm, own), turns)
+    inverse[np.ix_(turns, turns)] = _inverse_about(inertia, turns)
     return inverse
 
 
