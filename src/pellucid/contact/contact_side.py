@@ -8,15 +8,14 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.feet import Feet
-from pellucid.contact.images import NO_IMAGES, Described
+from pellucid.contact.images import NO_IMAGES, Described, with_images
 from pellucid.contact.implicit import Block, NormalForces
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
-from pellucid.jit import kernel
 
 
-class GivenBefore:
+class PreviousForces:
     """Damper and friction forces of the last step on contact points, with the feet of these points, i.e. their projections,
     on the other surface.
 
@@ -29,7 +28,7 @@ class GivenBefore:
         self._feet: Feet | None = None
         self._images = NO_IMAGES
 
-    def keep(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
+    def store(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
         """Store forces [N] on the listed points, shape (n, 3).
 
         feet: contact feet on the points and images of another surface; other: description of that surface with its images.
@@ -38,11 +37,11 @@ class GivenBefore:
         if other is not None:
             self._images = other.point.copy(), other.flip.copy()
 
-    def forget(self) -> np.ndarray:
+    def discard(self) -> np.ndarray:
         """Discard the stored forces, except the data for `pressed`; return the indices of the points that had forces."""
         listed = self._before = self._listed
         self._pressed = self._force
-        self.keep(self._listed[:0], self._force[:0])
+        self.store(self._listed[:0], self._force[:0])
         return listed
 
     def pressed(self, overlap: Overlap) -> np.ndarray:
@@ -68,7 +67,8 @@ class GivenBefore:
             return 0.0
         if self._feet is None:
             return float(np.sum(self._force * (velocity[self._listed] - of_other)))
-        return float(_find_power(self._listed, self._force, *self._feet, *self._images, velocity, of_other))
+        of_feet = self._feet.gather(with_images(of_other, *self._images))
+        return float(np.sum(self._force * (velocity[self._listed] - of_feet)))
 
     def state_numbers(self) -> list[object]:
         """Return the state for a checkpoint."""
@@ -83,19 +83,6 @@ class GivenBefore:
         if feet is not None:
             self._feet = Feet(np.array(feet[0], np.int64), np.array(feet[1], np.int64), np.array(feet[2], float))
         self._images = np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3))
-
-
-@kernel()
-def _find_power(listed, force, first, foot, share, image, flip, velocity, of_other):
-    power, m = 0.0, len(of_other)
-    for i in range(len(listed)):
-        for d in range(3):
-            v = velocity[listed[i], d]
-            for r in range(first[i], first[i + 1]):
-                q = foot[r]
-                v -= share[r] * (of_other[q, d] if q < m else flip[q - m, d] * of_other[image[q - m], d])
-            power += force[i, d] * v
-    return power
 
 
 class ContactSide(ABC):
@@ -128,7 +115,7 @@ class ContactSide(ABC):
         self.feet: Feet | None = None
         self.images: Described | None = None
         self.lead: ContactLead | None = None
-        self.lent, self.pushed, self.given = 0.0, np.zeros(0, np.int64), GivenBefore()
+        self.lent, self.pushed, self.given = 0.0, np.zeros(0, np.int64), PreviousForces()
 
     @abstractmethod
     def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
@@ -171,7 +158,7 @@ class PointContact(Touch):
         self.impulse, self.before, self.law.lent = np.zeros(3), 0.0, 0.0
         for side in self.sides:
             self.before += side.given.power(side.one.velocity, side.other_velocity)
-            side.pushed, side.lent = side.given.forget(), 0.0
+            side.pushed, side.lent = side.given.discard(), 0.0
             side.overlap = side.find(described, self.step, self.law.is_implicit)
             self.law.lent += side.share * self.law.stiffness * side.lent
         return any(side.overlap is not None for side in self.sides)
@@ -182,7 +169,7 @@ class PointContact(Touch):
     def start_overlaps(self) -> list[StartOverlap]:
         return [side.start for side in self.sides if side.start is not None]
 
-    def given_before(self) -> list[GivenBefore]:
+    def previous_forces(self) -> list[PreviousForces]:
         return [side.given for side in self.sides]
 
     def leads(self) -> list[ContactLead]:
@@ -206,7 +193,7 @@ class PointContact(Touch):
         found = self.law.forces(overlaps, dt, last, touched, self.before, implicit)
         if self.law.counts_both_ends:
             for (side, overlap), given in zip(touching, self.law.given, strict=True):
-                side.given.keep(overlap.listed, given, side.feet, side.images)
+                side.given.store(overlap.listed, given, side.feet, side.images)
         for (side, overlap), force in zip(touching, found, strict=True):
             side.apply(overlap, force, forces)
             self.impulse += (1.0 if side.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)

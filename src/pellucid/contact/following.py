@@ -35,7 +35,7 @@ class Following:
         self._room = self._margin
         """Distance by which the surfaces may approach before a new search is required [m]."""
         self.candidates = Candidates(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64))
-        self.most_near = 0
+        self.n_near = 0
         """Total number of points in all candidate lists."""
 
     def find(self, n_points: int, one: Described, other: Described, stands: tuple[bool, bool]) -> bool:
@@ -50,7 +50,7 @@ class Following:
             self._search(*described, other)
         else:
             for side in range(2):
-                if not stands[side]:  # a point that comes back at the other end of a periodic grid has moved far
+                if not stands[side]:  # points that crossed a seam count as moved by the period, so that a search follows
                     self._moved[side] = sqrt(_largest_square(described[side], self._places[side]))
             if sum(self._moved) > self._room:
                 self._search(*described, other)
@@ -59,7 +59,7 @@ class Following:
     def _search(self, one: np.ndarray, other: np.ndarray, described: Described) -> None:
         self._places, self._images, self._moved = [one.copy(), other.copy()], described.point.copy(), [0.0, 0.0]
         sight, nothing = self._sight, np.zeros(0, np.int64)
-        self.candidates, self.most_near = Candidates(nothing, np.zeros(1, np.int64), nothing), 0
+        self.candidates, self.n_near = Candidates(nothing, np.zeros(1, np.int64), nothing), 0
         ends_of_one, ends_of_other = np.empty((2, 3)), np.empty((2, 3))
         _find_ends(one, ends_of_one)
         _find_ends(other, ends_of_other)
@@ -80,7 +80,7 @@ class Following:
         near %= n
         having = counts > 0
         self.candidates = Candidates(asks[having], np.concatenate([[0], ends[1:][having]]), near)
-        self.most_near = len(near)
+        self.n_near = len(near)
 
 
 @kernel()

@@ -60,10 +60,11 @@ class Described(NamedTuple):
         _fold(self.point, self.flip, force[m:], total)
         return total
 
-    def velocities(self, of_points: np.ndarray) -> np.ndarray:
-        """Return the velocities of all points and images [m/s], shape (n, 3), from the velocities of the surface points,
-        shape (m, 3)."""
-        return np.concatenate([of_points, self.flip * of_points[self.point]]) if len(self.point) else of_points
+
+def with_images(velocity: np.ndarray, point: np.ndarray, flip: np.ndarray) -> np.ndarray:
+    """Return the velocities of all points and images [m/s], shape (n, 3), from the velocities of the surface points, shape
+    (m, 3). point, flip: see `Described`."""
+    return np.concatenate([velocity, flip * velocity[point]]) if len(point) else velocity
 
 
 @kernel()

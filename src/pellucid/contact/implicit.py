@@ -25,7 +25,7 @@ from scipy import sparse
 
 from pellucid.contact.contact_surface import ContactSurface, Response
 from pellucid.contact.feet import Feet
-from pellucid.contact.images import Described
+from pellucid.contact.images import Described, with_images
 from pellucid.contact.overlap import Implicit, Overlap
 from pellucid.contact.point_forces import TINY
 
@@ -113,7 +113,9 @@ class NormalForces:
             along = along - (overlap.one.velocity[overlap.listed] - overlap.relative)
         else:
             of_other = self._velocity[id(block.other)]
-            along = along - block.feet.gather(of_other if block.images is None else block.images.velocities(of_other))
+            if block.images is not None:
+                of_other = with_images(of_other, block.images.point, block.images.flip)
+            along = along - block.feet.gather(of_other)
         return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
 
     def solve(self) -> list[Implicit]:

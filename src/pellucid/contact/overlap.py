@@ -71,8 +71,7 @@ class Overlap(NamedTuple):
     relative: np.ndarray  # (n, 3) velocities relative to the other body [m/s]
     share: float = 1.0  # fraction of the contact stiffness
     apart: bool = False  # True for one damper per point: a flat side on a plane
-    new: np.ndarray | None = None  # (n,) mask of the points without overlap in the previous step; only for
-    # sheets and implicit normal forces
+    new: np.ndarray | None = None  # (n,) mask of the points without overlap in the previous step; None if no body deforms
 
 
 class Implicit(NamedTuple):
@@ -192,7 +191,7 @@ class OverlapLaw:
         if self._hard and rigid and swing > 0.0:
             self.stiffness = swing**2 * self._mass / max(areas.values())
         lightness = sum(1.0 / side.mass_per_area for side in soft)
-        if with_sheet:  # a free rigid body that is lighter than the part of the sheet on it gives way too
+        if with_sheet:  # a free rigid body may be lighter than the part of the sheet in contact with it
             of_rigid = sum(areas[id(side)] / side.rigid_mass for side in rigid)
             self.stiffness *= lightness / (lightness + of_rigid)
             lightness += of_rigid
@@ -262,7 +261,7 @@ class OverlapLaw:
                     self._limits.append((one, overlap.listed, limits))
             found.append(force)
             self.given.append(given)
-        # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
+        # a damper can stop a node within a step: its energy is computed with the mean of its forces at both ends of the step
         at_both_ends = -0.5 * last * (before + sums[NOW])
         if self.is_implicit:
             taken = self.lost + at_both_ends

@@ -33,6 +33,13 @@ def _along(x, n):
 
 
 @pointwise
+def _carried(slip, p, n, v, last):
+    """Return the displacement of point p from its sticking position after the previous step, along the surface [m]."""
+    c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
+    return c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2]
+
+
+@pointwise
 def _limit(f, most):
     """Return a friction force f [N], scaled down to at most `most`, and True if it had to be scaled (Coulomb)."""
     size = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
@@ -75,10 +82,9 @@ def begin_friction(listed, normal, relative, slip, spring, most, last, carried, 
     """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs
     within the friction limit `most` [N], for dampers that are solved afterwards; write them to `carried` and `drag`."""
     for i in range(len(listed)):
-        p, n = listed[i], (normal[i, 0], normal[i, 1], normal[i, 2])
+        n, k = (normal[i, 0], normal[i, 1], normal[i, 2]), -spring[i]
         v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
-        c, k = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n), -spring[i]
-        c = (c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2])
+        c = _carried(slip, listed[i], n, v, last)
         f, _ = _limit((k * c[0], k * c[1], k * c[2]), most[i])
         for d in range(3):
             carried[i, d], drag[i, d] = c[d], f[d]
@@ -137,7 +143,7 @@ def find_point_forces(
         Output: stiffness [N/m] and limit [N] of friction, shape (n, 2).
     """
     friction, is_implicit = law[FRICTION], implicit.shape[1] > 0
-    span = 0.5 * (last if last > 0.0 else dt)  # before the first step nothing was done, and the first does half of its own
+    span = 0.5 * (last if last > 0.0 else dt)  # the first step has no previous one: it counts half of its own length
     for i in range(len(listed)):
         p, d, a = listed[i], depth[i], share * area[i]
         n0, n1, n2 = normal[i, 0], normal[i, 1], normal[i, 2]
@@ -149,7 +155,7 @@ def find_point_forces(
             pressure, energy = 2.0 * press, 0.5 * k * max(d, 0.0) ** 2
             lost = press * (after - d + 0.5 * dt * approach) - (0.5 * press * press / k if k > 0.0 else 0.0)
             if last > 0.0 and k * d > GROWN * before:
-                # nothing gave the spring more than the last step left in it: the point moved in, or the overlap is a sudden one
+                # the spring holds only what the last step left in it: the point moved in, or the overlap is sudden
                 left = 0.5 * before * before / k
                 if k * d > GROWN * (before + k * last * max(approach, 0.0)):
                     gained = -(lost + 0.5 * press * (d - after) + left)  # by the bodies, without a source
@@ -167,10 +173,10 @@ def find_point_forces(
             sums[PENDING] -= span * press * approach
             way = last * approach
             if len(new) > 0 and new[i]:
-                # a point that comes in by d of its way in a step gives ½ κ d way to the springs, as leapfrog steps count, which
-                # hold ½ κ d² then; with critical dampers it does not come out again
+                # a point that enters by d on its way of a step gives ½ κ d way to its spring in the balance of leapfrog steps,
+                # but the spring then holds ½ κ d²; the critical damper keeps the difference
                 sums[ENTERED] += 0.5 * spring * d * max(way - d, 0.0)
-            # what presses harder than the overlap alone is held by as much stiffer springs along it
+            # friction springs are stiffer where dampers press in addition to the overlap
             holds *= min(max(press / max(pressure, TINY), 1.0), law[STIFFENING])
         force[i, 0], force[i, 1], force[i, 2] = press * n0, press * n1, press * n2
         surplus = press - pressure
@@ -182,8 +188,7 @@ def find_point_forces(
                 f, _ = _limit((-drag[p] * v[0], -drag[p] * v[1], -drag[p] * v[2]), most)
                 sums[RUBBED] -= last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
             else:
-                c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
-                c = (c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2])
+                c = _carried(slip, p, n, v, last)
                 f = (-holds * c[0] - damping * v[0], -holds * c[1] - damping * v[1], -holds * c[2] - damping * v[2])
                 f, slides = _limit(f, most)
                 work = last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])

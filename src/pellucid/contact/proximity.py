@@ -9,10 +9,10 @@ moving-least-squares surface of Kolluri 2008, ACM Trans. Algorithms 4, 18.)
 The weights extend beyond the rim of a surface that ends. There, their sum is smaller than on an unlimited plane. The
 contact area of the point decreases from its full value at three quarters of that sum to zero at one quarter; it is half at
 the rim. A place outside the plane of its nearest point is not inside the body, although it may be behind the plane of
-another side. It is not in contact if both sides share a corner, so that a body that slides over an edge or a joint is not
-held there, or if it lies deeper than it is outside. For nodes of a sheet beyond such a corner, the contact area decreases
-gradually: these nodes stay near a rim for long, and with their full depth on one side of the rim and none on the other they
-would gain energy each time they pass it.
+another side. It is not in contact if the two sides form a corner, so that a body that slides over an edge or a joint is not
+held there, or if its depth behind the averaged planes exceeds its height above the plane of the nearest point. The contact
+area of a node of a sheet decreases gradually beyond such a corner: these nodes stay near a rim for long, and with their full
+depth on one side of the rim and none on the other they would gain energy each time they pass it.
 """
 
 from math import inf, pi, sqrt
@@ -219,7 +219,7 @@ def find_beside(chunk, about, candidates, clear, results):
         if s[0] <= NO_CONTACT:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
-        if size < 0.3 * s[0]:  # what faces it has no direction
+        if size < 0.3 * s[0]:  # the normals of the points that face it have no common direction
             continue
         found[p, SHARE] = min(1.0, (s[0] - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
         found[p, WEIGHT] = s[0]
@@ -267,7 +267,7 @@ def _find_slope(p, s, n, e, alone, dimension, found):
             tu += t[a] * u[c] * s[8 + 3 * a + c]
             uu += u[a] * u[c] * s[8 + 3 * a + c]
     tt, tu, uu = tt / s[0] - et * et, tu / s[0] - et * eu, uu / s[0] - eu * eu
-    least = 1e-3 * (tt + uu) + alone  # in the plane nothing varies across
+    least = 1e-3 * (tt + uu) + alone  # in a plane problem the points have no spread across the slice
     tt, uu = tt + least, uu + least
     whole = tt * uu - tu * tu
     if not whole > 0.0:

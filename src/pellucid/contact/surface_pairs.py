@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.contact_side import GivenBefore, PointContact
+from pellucid.contact.contact_side import PointContact, PreviousForces
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
@@ -40,8 +40,9 @@ ROUNDS = 3  # largest number of iterations for several contacts of flat sides on
 class SurfacePair(PointContact):
     """Contact of two surfaces, each with points that may lie inside the other.
 
-    If exactly one of them is a sheet, only its points are used: one of the two sides may not overlap, and half of the
-    damper does not stop the nodes of a sheet. friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension
+    If exactly one of them is a sheet, only the points of the sheet are tested against the other surface. With points of both
+    surfaces, one side may have no overlap, and the fraction of the damper that belongs to the other side would not stop the
+    nodes of the sheet. friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension
     of the surfaces, 2 in 3-D, 1 in the plane, 0 along a line. thickness: thickness of a slice [m]. seams: seams of a
     periodic grid.
     """
@@ -319,7 +320,7 @@ class SurfacePairs:
         """Return the numbers for a checkpoint."""
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         starts = [start.state_numbers() for start in self._start_overlaps()]
-        given = [given.state_numbers() for given in self._given_before()]
+        given = [given.state_numbers() for given in self._previous_forces()]
         leads = [lead.state_numbers() for lead in self._leads()]
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
@@ -328,8 +329,8 @@ class SurfacePairs:
             numbers["leads"] = leads
         return numbers
 
-    def _given_before(self) -> list[GivenBefore]:
-        return [given for pair in self._pairs for given in pair.given_before()]
+    def _previous_forces(self) -> list[PreviousForces]:
+        return [given for pair in self._pairs for given in pair.previous_forces()]
 
     def _start_overlaps(self) -> list[StartOverlap]:
         return [start for pair in self._pairs for start in pair.start_overlaps()]
@@ -342,7 +343,7 @@ class SurfacePairs:
             stop.restore(kept)
         for start, kept in zip(self._start_overlaps(), numbers["starts"], strict=True):
             start.restore(kept)
-        for given, kept in zip(self._given_before(), numbers["given"], strict=True):
+        for given, kept in zip(self._previous_forces(), numbers["given"], strict=True):
             given.restore(kept)
         for lead, kept in zip(self._leads(), numbers.get("leads", ()), strict=True):
             lead.restore(kept)

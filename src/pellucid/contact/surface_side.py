@@ -51,7 +51,7 @@ class SurfaceSide(ContactSide):
         if by_edges and other.faces is not None and not one.two_sided:
             self._corners = np.unique(other.faces[other.faces >= 0])
         self._following = Following(other, float(np.max(one.half_width + other.half_width)))
-        # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
+        # depths of a sheet on a deforming body are third-order distances: feet would lie deeper by a part of the thickness
         self._from_feet = not (other.is_hard or one.is_sheet)
         near = NEAR * float(np.median(other.reach))
         self._near = near if self._from_feet or ahead else 0.0
@@ -61,7 +61,7 @@ class SurfaceSide(ContactSide):
 
     def remove_overlap(self) -> None:
         super().remove_overlap()
-        self._near = float(np.median(self.one.reach))  # of points across a gap, which counts in the mean overlap
+        self._near = float(np.median(self.one.reach))  # points across a gap count in the mean overlap too
         # with vanishing overlaps, points under pressure alternate between both sides of the plane of the nearest point
         self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
         self._about = None
@@ -77,7 +77,7 @@ class SurfaceSide(ContactSide):
         self.images = other
         may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
         if self._following.candidates is not before:
-            n, k = len(self._following.candidates.asks), self._following.most_near
+            n, k = len(self._following.candidates.asks), self._following.n_near
             if n > len(self._found.listed) or k > len(self._found.weight):
                 self._found = Bundle(proximity.make_room(int(ROOM * n), int(ROOM * k)))
         n, found = self._measure(one, other) if may else 0, self._found
@@ -89,7 +89,7 @@ class SurfaceSide(ContactSide):
         if not n:
             return None
         self.feet = Feet(found.first[: n + 1], found.point[:k], found.share[:k])
-        listed = found.listed[:n].copy()  # the others are read in this step alone
+        listed = found.listed[:n].copy()  # stored for the next step; the other arrays are used in this step only
         apart = self._apart and rests_on_flat_side(self.one, listed)
         new = found.new[:n] if self.start is not None else None
         points = found.depth[:n], found.normal[:n], found.area[:n], found.relative[:n]
@@ -105,7 +105,8 @@ class SurfaceSide(ContactSide):
             self._about, self._arrays = Bundle(Neighbourhood(asking, points, self._meeting)), arrays
         about = self._about
         proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, candidates, width + self._near, self._found)
-        # the area vectors of a deforming surface tilt by 1 % and more as it crosses cells, which would brake sliding
+        # own normals only for bodies that do not deform: other normals tilt by 1 % and more as the surface crosses cells,
+        # which would slow down sliding
         how = width, width + self._near, self._from_feet, self._from_feet and self.one.is_hard
         counts, velocities = (self._counts, self.one.weights()), (one.velocity, other.velocity)
         return int(proximity.measure_depths(about, candidates, self._found, *counts, *velocities, *how))

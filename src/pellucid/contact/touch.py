@@ -12,7 +12,7 @@ from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.steady_contact import ContactLead
 
 if TYPE_CHECKING:
-    from pellucid.contact.contact_side import GivenBefore
+    from pellucid.contact.contact_side import PreviousForces
 
 
 class Touch(ABC):
@@ -69,7 +69,7 @@ class Touch(ABC):
         """Return the initial overlaps that exert no pressure."""
         return []
 
-    def given_before(self) -> "list[GivenBefore]":
+    def previous_forces(self) -> "list[PreviousForces]":
         """Return the stored damper and friction forces of the last step, one entry per side; empty if they are stored
         elsewhere."""
         return []

@@ -24,7 +24,7 @@ class BehindPlane(ContactSide):
         return self._plane.velocity
 
     def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
-        one, plane, m = self.one, self._plane, len(self.one.place)  # images follow, which planes of symmetry make
+        one, plane, m = self.one, self._plane, len(self.one.place)  # entries after the first m are images
         sizes, facing = one.weights(), np.ones(m)
         if not one.two_sided:
             facing = -np.sum(described[id(one)].normal[:m] * plane.normal, axis=1)

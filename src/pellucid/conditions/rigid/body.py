@@ -97,7 +97,8 @@ class RigidBody:
         self.top_speed = leads.top_speed + leads.top_turn * float(np.linalg.norm(arm, axis=1).max())
         """Largest prescribed speed of a point [m/s]."""
         self._own_inertia = float(np.sum(arrays["mass"] * (2.0 * self._widths()) ** 2)) / 6.0  # of the points [kg m²]
-        inertia = inertia_of(m, arm, self._own_inertia)[np.ix_(self._turns, self._turns)]
+        self._tensor = inertia_of(m, arm, self._own_inertia)  # at the start of a step [kg m²]
+        inertia = self._tensor[np.ix_(self._turns, self._turns)]
         self._carry(rates_of(m, arm, arrays["velocity"], self._turns)[3:])
         member.body.constrain(self, self.nodes)
         self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)

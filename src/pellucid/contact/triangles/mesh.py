@@ -127,7 +127,7 @@ class TriangleMesh:
         self.follow()
         one, edge = np.nonzero(beside[:T] > np.arange(T)[:, None])
         self._hinges = np.stack([one, beside[one, edge]], axis=1)
-        self._hinges = self._hinges[self._fold_cosines() > 0.0]  # edges of the shape itself are none
+        self._hinges = self._hinges[self._fold_cosines() > 0.0]  # without edges at which the surface is folded at the start
 
     def _fold_cosines(self) -> np.ndarray:
         one, two = (self.facets.normal[triangle] for triangle in self._hinges.T)
@@ -164,7 +164,7 @@ class TriangleMesh:
         triangle, n = self._number[self.facets.triangle], len(self.facets.place)
         ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, edge_of = np.unique(ends, axis=0, return_inverse=True)
-        node = np.concatenate([triangle, n + edge_of.reshape(-1, 3)], axis=1)  # six of each triangle
+        node = np.concatenate([triangle, n + edge_of.reshape(-1, 3)], axis=1)  # corners and midpoints of each triangle
         place = self._all_places(self._moving.places())
         place = np.concatenate([place, place[edges].mean(axis=1)])
         first, second = np.triu_indices(6, 1)
@@ -179,7 +179,7 @@ class TriangleMesh:
         for i in range(0, len(at), BATCH):
             ours = order[i : i + BATCH]
             low, high = place[at[ours]].min(axis=0) - limit, place[at[ours]].max(axis=0) + limit
-            around = np.flatnonzero(((place >= low) & (place <= high)).all(axis=1))  # no way to other nodes is shorter
+            around = np.flatnonzero(((place >= low) & (place <= high)).all(axis=1))  # other nodes are further away
             nodes = np.searchsorted(around, at[ours])
             distance = dijkstra(graph[around][:, around], directed=False, indices=nodes, limit=limit)
             row, column = np.nonzero(distance <= limit)

@@ -36,7 +36,7 @@ SHARP = 135.0  # largest fold between neighbouring triangles [degrees] at which 
 OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are stable for one layer on each side of a sheet
 
 
-class AskingSide(ContactSurface):
+class TriangleSide(ContactSurface):
     """Points of one surface that search for triangles of another or of the same surface; each slot of a point stores one
     contact with a triangle.
 
@@ -61,9 +61,10 @@ class AskingSide(ContactSurface):
         before the first)."""
 
     def follow(self, last: float) -> float:
-        """Return the power of the forces of the previous step [W]; its length is `last` [s].
+        """Add the largest approach of the surfaces in the previous step to its bound; return the power of the forces of
+        that step at the current velocities [W].
 
-        Both meshes must have been updated from their bodies before.
+        last: length of the previous step [s]. Both meshes must have been updated from their bodies before.
         """
         self._nearing = self.one.fastest + self.other.fastest + self.other.speed_against(self.one.mean_velocity)
         self.state[0] += last * self._nearing
@@ -110,13 +111,13 @@ class AskingSide(ContactSurface):
         new = slots.state[p, k] == ENTERS
         slots.lossy[p[new], k[new]] = 0.0
         listed, area = p * slots.state.shape[1] + k, self.points.area[p]
-        return Overlap(self, listed, slots.depth[p, k], slots.normal[p, k], area, relative, self.share, new=new)
+        return Overlap(self, listed, slots.depth[p, k], slots.normal[p, k], area, relative, self.share)
 
     def _update_slots(self, boxes: Boxes, way: float, coming: float, ahead: float, looks: bool) -> None:
         sight = self.sight
         if self.start is not None and self.start.depth > 0.0:
             sight = sight._replace(thickness=sight.thickness - self.start.depth)
-            coming = inf  # so that all gaps are measured: they show when the surfaces come apart
+            coming = inf  # measure all gaps, also wide ones: they show when the surfaces separate
         meeting = self.points, self.other.facets, self.slots, boxes, sight
         update_slots((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
 
@@ -124,7 +125,7 @@ class AskingSide(ContactSurface):
         """Reduce the initial overlap by the distance that the surfaces have separated; way: largest distance by which
         they may have approached by now [m]."""
         before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
-        apart = self.slots.clear[filled] - way  # gaps beyond the distance at which contact acts now
+        apart = self.slots.clear[filled] - way  # gaps minus the distance at which contact acts now
         start.reduce(before - np.where(apart > VIBRATES * before, apart, np.minimum(apart, 0.0)))
         self.slots.clear[...] -= before - start.depth
 
@@ -208,7 +209,7 @@ class TrianglePair(Touch):
         for i, j, share in order:
             surfaces = self.surfaces[i], self.surfaces[j]
             share *= OF_SHEETS if any(surface.is_sheet for surface in surfaces) else 1.0
-            self.sides.append(AskingSide(self._meshes[i], self._meshes[j], surfaces, share))
+            self.sides.append(TriangleSide(self._meshes[i], self._meshes[j], surfaces, share))
         if one is other:
             one.of_itself = self.sides[0].state_arrays()
 

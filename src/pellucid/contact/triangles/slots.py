@@ -62,7 +62,7 @@ class Slots(NamedTuple):
     side: np.ndarray  # (m, s) side of the triangle: +1 or -1; 0 beyond a rim
     state: np.ndarray  # (m, s) APART, STAYS or ENTERS
     clear: np.ndarray  # (m, s) bound of the approach of the surfaces below which no overlap is possible [m]
-    born: np.ndarray  # (m, s) initial depth of the slot, reduced as the point moves outwards [m]
+    born: np.ndarray  # (m, s) depth at the start of the contact, which exerts no force; reduced as the point moves out [m]
     depth: np.ndarray  # (m, s) overlap; before contact, minus the distance to contact [m]
     share: np.ndarray  # (m, s, 3) barycentric coordinates of the closest point
     normal: np.ndarray  # (m, s, 3) unit normals from the other surface to the point
@@ -280,12 +280,12 @@ def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead,
                     _empty(slots, p, k)
                     t = -1
                 else:
-                    least = slots.clear[p, k] - way + sight.thickness  # the gap cannot be smaller, as far as surfaces moved
+                    least = slots.clear[p, k] - way + sight.thickness  # smallest gap that the motion of the surfaces allows
                     gap = _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square)
-                    if gap < 0.0 and least > 0.0 and sight.two_sided:  # over a fold, to a part that faces the other way
+                    if gap < 0.0 and least > 0.0 and sight.two_sided:  # the walk crossed a fold to a part that faces back
                         slots.side[p, k] = 0
                         gap = _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square)
-                    fresh = least > sight.thickness and gap < sight.thickness  # the walk came to another part of the surface
+                    fresh = least > sight.thickness and gap < sight.thickness  # the walk reached another part of the surface
             if looks and gap > sight.thickness:
                 hand = 0 if n_slots == 1 else 1 - 2 * k
                 held = slots.triangle[p, 1 - k] if n_slots == 2 else -1
