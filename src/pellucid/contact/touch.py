@@ -57,13 +57,14 @@ class Touch(ABC):
         described: points and images of each surface, by the `id` of the surface.
         """
 
-    @abstractmethod
     def way(self) -> np.ndarray:
-        """Return the unit vector along which the overlap pushes (its mean normal), shape (3,); its sign has no meaning."""
+        """Return the unit vector along which the overlap pushes (its mean normal), shape (3,); its sign has no meaning. Zero
+        if this contact pushes no rigid body."""
+        return np.zeros(3)
 
-    @abstractmethod
     def overlaps(self) -> list[Overlap]:
-        """Return the overlaps found in this step."""
+        """Return the overlaps found in this step; empty if contacts are stored in slots, without lists of points."""
+        return []
 
     def start_overlaps(self) -> list[StartOverlap]:
         """Return the initial overlaps that exert no pressure."""

@@ -265,14 +265,6 @@ class TrianglePair(Touch):
         self._touching = [(side, overlap) for side, overlap in found if overlap is not None]
         return len(self._touching) > 0
 
-    def way(self) -> np.ndarray:
-        """Return a zero vector, since this contact pushes no rigid body."""
-        return np.zeros(3)
-
-    def overlaps(self) -> list[Overlap]:
-        """Return an empty list, since slots store contacts without lists of overlapping points."""
-        return []
-
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         overlaps = [overlap for _, overlap in self._touching]
         slipping = {id(side): np.zeros(len(side.slip), bool) for side in self.sides}
