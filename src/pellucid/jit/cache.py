@@ -20,6 +20,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
 
+from pellucid.jit.compile_lock import held
 from pellucid.jit.folder import cache_folder
 from pellucid.jit.linked import LinkedKernel, compiled_for, linked_kernels
 from pellucid.jit.region import make_known
@@ -28,6 +29,8 @@ from pellucid.jit.sources import Sources, sources_of
 
 FORMAT = 2
 """Format of the files; files of other formats are ignored."""
+LOCKS = "locks"
+"""Name of the file whose bytes are the locks of kernels, see `pellucid.jit.compile_lock`."""
 DIGEST = 32
 """Length of a digest [bytes]."""
 
@@ -49,10 +52,17 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        """Return the kernel compiled for these argument types, or None."""
+        """Return the kernel compiled for these argument types; None if this process must compile it. If another process
+        compiles it at present, wait for it."""
         sources, file = self._entry(sig, target_context)
         if sources is None:
             return None
+        found = self._read(file, sources, target_context)
+        if found is None and held.lock(cache_folder() / LOCKS, file.stem.rpartition("-")[2]):
+            found = self._read(file, sources, target_context)
+        return found
+
+    def _read(self, file: Path, sources: Sources, target_context: Any) -> CompileResult | None:
         try:
             data = read_checked(file)
         except (FileNotFoundError, NotADirectoryError):

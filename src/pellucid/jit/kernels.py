@@ -45,9 +45,10 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
             from pellucid.jit.cache import KernelCache
+            from pellucid.jit.compile_lock import held
 
             compiled._cache = KernelCache(function)
-            compiled.compile = signals_held()(_without_collection()(compiled.compile))
+            compiled.compile = signals_held()(_without_collection()(held.compiling()(compiled.compile)))
             if called_by_kernels:
                 _keep_from_python(compiled)
             else:

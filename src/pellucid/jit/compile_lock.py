@@ -1,0 +1,80 @@
+"""Lock of one kernel among processes: the first compiles it, the others wait and load it from the cache.
+
+All locks are bytes of one file (POSIX record locks), so nothing has to be removed, and the locks of a process that dies are
+released. Where files cannot be locked, each process compiles for itself.
+"""
+
+import fcntl
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+LONGEST_WAIT = 60.0
+"""Time after which a process no longer waits for another one and compiles the kernel itself [s]."""
+POLL = 0.02
+"""Time between two attempts to lock [s]."""
+
+_files: dict[tuple[int, Path], int] = {}  # descriptors by process and path; closing one would release all locks in its file
+
+
+def _descriptor(file: Path) -> int:
+    key = os.getpid(), file
+    if key not in _files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        _files[key] = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    return _files[key]
+
+
+def acquire(file: Path, key: str) -> bool:
+    """Lock the kernel with a hexadecimal key. Returns False at once if files cannot be locked, and after `LONGEST_WAIT` if
+    another process still holds the lock."""
+    end = time.monotonic() + LONGEST_WAIT
+    try:
+        descriptor = _descriptor(file)
+    except OSError:
+        return False
+    while True:
+        try:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, int(key[:15], 16))
+            return True
+        except (BlockingIOError, PermissionError):  # both mean that another process holds it
+            if time.monotonic() > end:
+                return False
+            time.sleep(POLL)
+        except OSError:
+            return False
+
+
+def release(file: Path, key: str) -> None:
+    """Release the lock of a kernel."""
+    with suppress(OSError):
+        fcntl.lockf(_descriptor(file), fcntl.LOCK_UN, 1, int(key[:15], 16))
+
+
+class Held:
+    """Locks that a process holds for the kernels that it is compiling."""
+
+    def __init__(self) -> None:
+        self._held: list[tuple[Path, str]] = []
+
+    def lock(self, file: Path, key: str) -> bool:
+        """Lock a kernel until the end of the present `compiling` block; return True if it is locked."""
+        if not acquire(file, key):
+            return False
+        self._held.append((file, key))
+        return True
+
+    @contextmanager
+    def compiling(self) -> Iterator[None]:
+        """Release at the end of the block the locks that were taken in it."""
+        before = len(self._held)
+        try:
+            yield
+        finally:
+            while len(self._held) > before:
+                release(*self._held.pop())
+
+
+held = Held()
