@@ -8,14 +8,13 @@ import numpy as np
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.bench.machine import peak_bytes
 from pellucid.bench.problem import SOLID
-from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.solid import Solid
 from pellucid.bodies.meshless_solid.tables import Tables, make_tables
 from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.jit import set_threads
-from pellucid.jit.bundle import Bundle
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
 
 POINTS_PER_CELL = 4
@@ -74,7 +73,7 @@ def built(mesh: SimplexMesh, averaged: bool) -> Tables:
 def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]:
     """Return the smallest wall-clock time and the smallest processor time of `steps` updates of the forces [s]."""
     solid.displacement[:] = STRAIN * EDGE * np.sin(mesh.nodes / EDGE)
-    bundle, force, taken = Bundle(solid), np.zeros_like(mesh.nodes), []
+    bundle, force, taken = in_kernels(solid), np.zeros_like(mesh.nodes), []
     for _ in range(steps + 1):
         start, processor_start = time.perf_counter(), time.process_time()
         internal_forces(len(solid.sums), len(solid.node_sums), bundle, 0.0, False, force)

@@ -94,10 +94,10 @@ def _splat(typing: Any, number: Any) -> Any:
 @intrinsic
 def _spread(typing: Any, array: Any, index: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, values[0]).data
+        data = address_of(context, builder, signature.args[0], values[0])
         return repeat(builder, builder.load(builder.gep(data, [values[1]])))
 
-    return VECTOR(types.Array(types.float64, 1, "C"), types.intp), emit
+    return VECTOR(array, types.intp), emit
 
 
 @intrinsic

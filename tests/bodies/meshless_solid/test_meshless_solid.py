@@ -7,13 +7,12 @@ from meshes import irregular
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.approximants.nodal.consistency import boundary_integrals
-from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.solid import CHUNK, ENERGY, LEAST_J
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import set_threads
-from pellucid.jit.bundle import Bundle
 from pellucid.materials.elastic import lame
 from pellucid.materials.law import energy, first_piola_kirchhoff
 from pellucid.materials.neo_hookean import NeoHookean
@@ -33,7 +32,7 @@ class Solid:
         self.solid, self.node_volume, _ = make_tables(
             self.mesh, approximant.evaluator(self.mesh), LAW, points, consistent, averaged, storage
         )
-        self.bundle, self.averaged = Bundle(self.solid), averaged
+        self.bundle, self.averaged = in_kernels(self.solid), averaged
 
     def forces(self, displacement):
         force = np.zeros_like(self.mesh.nodes)

@@ -8,10 +8,9 @@ import pytest
 from samples import HYPERELASTIC
 from solids import block, thrown
 
-from pellucid.bodies.meshless_solid.forces import _elastic_stresses, internal_forces
+from pellucid.bodies.meshless_solid.forces import _elastic_stresses, in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.solid import CHUNK, COLUMN, COLUMNS, ENERGY
 from pellucid.bodies.meshless_solid.tables import make_tables
-from pellucid.jit.bundle import Bundle
 from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.law import energy
 from pellucid.simulation.simulation import Simulation
@@ -26,7 +25,7 @@ def test_forces_are_the_derivative_of_the_energy_with_averaged_volume_ratios(nam
     law = case.law()
     mesh = case.mesh_in_order()
     solid = make_tables(mesh, case.approximant.evaluator(mesh), law, 4, True, True).solid
-    nodes, bundle = mesh.nodes, Bundle(solid)
+    nodes, bundle = mesh.nodes, in_kernels(solid)
 
     def forces(u):
         found = np.zeros_like(nodes)

@@ -17,11 +17,11 @@ def _turned(x, y, z, K, at, step):
 
 
 @kernel(inner=True)
-def deform(pack, solid, u, F, at, step):
+def deform(pack, mesh, u, F, at, step):
     """Write the deformation gradients of a pack of points to F: the first component at index `at`, the others at a fixed step
     apart; u: nodal displacements of the block."""
-    G, first, end = solid.gradients.numbers, solid.gradients.first[pack], solid.gradients.first[pack + 1]
-    place, zero = solid.gradients.place[first:end], splat(0.0)
+    G, first, end = mesh.gradients.numbers, mesh.gradients.first[pack], mesh.gradients.first[pack + 1]
+    place, zero = mesh.gradients.place[first:end], splat(0.0)
     a, b, c, d, e, f, g, h, i = zero, zero, zero, zero, zero, zero, zero, zero, zero
     for entry in range(end - first):
         k, node = 3 * LANES * (first + entry), place[entry]
@@ -30,7 +30,7 @@ def deform(pack, solid, u, F, at, step):
         a, b, c = a + ux * x, b + ux * y, c + ux * z
         d, e, f = d + uy * x, e + uy * y, f + uy * z
         g, h, i = g + uz * x, h + uz * y, i + uz * z
-    K, k = solid.turns, 9 * LANES * pack
+    K, k = mesh.turns, 9 * LANES * pack
     one, two, three = k, k + LANES, k + 2 * LANES
     store(F, at, 1.0 + (a + _turned(a, b, c, K, one, 3 * LANES)))
     store(F, at + step, b + _turned(a, b, c, K, two, 3 * LANES))
@@ -44,13 +44,13 @@ def deform(pack, solid, u, F, at, step):
 
 
 @kernel(inner=True)
-def pull(pack, solid, P, at, f):
+def pull(pack, mesh, P, at, f):
     """Subtract P ∇p_a, with the first Piola-Kirchhoff stress P, from the forces f on the nodes a of a block.
 
     The array P contains the stresses of the pack times the quadrature weights: the first component at index `at`, the others
     COLUMN apart.
     """
-    K, k = solid.turns, 9 * LANES * pack
+    K, k = mesh.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
     x, y, z = load(P, at), load(P, at + COLUMN), load(P, at + 2 * COLUMN)
     a, b = x + _turned(x, y, z, K, one, LANES), y + _turned(x, y, z, K, two, LANES)
@@ -61,8 +61,8 @@ def pull(pack, solid, P, at, f):
     x, y, z = load(P, at + 6 * COLUMN), load(P, at + 7 * COLUMN), load(P, at + 8 * COLUMN)
     h, i = x + _turned(x, y, z, K, one, LANES), y + _turned(x, y, z, K, two, LANES)
     j = z + _turned(x, y, z, K, three, LANES)
-    G, first, end = solid.gradients.numbers, solid.gradients.first[pack], solid.gradients.first[pack + 1]
-    place = solid.gradients.place[first:end]
+    G, first, end = mesh.gradients.numbers, mesh.gradients.first[pack], mesh.gradients.first[pack + 1]
+    place = mesh.gradients.place[first:end]
     for entry in range(end - first):
         k, node = 3 * LANES * (first + entry), place[entry]
         x, y, z = load(G, k), load(G, k + LANES), load(G, k + 2 * LANES)
@@ -70,25 +70,25 @@ def pull(pack, solid, P, at, f):
 
 
 @kernel(inner=True, allocates=True)
-def displacements(start, m, solid):
+def displacements(start, m, mesh):
     """Return the displacements of the m nodes of a block [m], padded to one SIMD vector for each node."""
     u = np.zeros(LANES * m)
     for k in range(m):
         for d in range(3):
-            u[LANES * k + d] = solid.displacement[solid.blocks.nodes[start + k], d]
+            u[LANES * k + d] = mesh.displacement[mesh.blocks.nodes[start + k], d]
     return u
 
 
 @kernel(inner=True)
-def deform_block(block, solid):
+def deform_block(block, mesh):
     """Compute the deformation gradients at the points of a block, and its contributions to the volumes around the nodes."""
-    start, end = solid.blocks.first[block], solid.blocks.first[block + 1]
-    u, volume, corners = displacements(start, end - start, solid), solid.block_volume[start:end], solid.corners
+    start, end = mesh.blocks.first[block], mesh.blocks.first[block + 1]
+    u, volume, corners = displacements(start, end - start, mesh), mesh.block_volume[start:end], mesh.corners
     volume[:] = 0.0
     for pack in range(PACKS * block, min(PACKS * (block + 1), len(corners.first) - 1)):
         at = 9 * LANES * pack
-        deform(pack, solid, u, solid.deformation, at, LANES)
-        F = components(solid.deformation, at, LANES)
+        deform(pack, mesh, u, mesh.deformation, at, LANES)
+        F = components(mesh.deformation, at, LANES)
         J = determinant(F)
         for entry in range(corners.first[pack], corners.first[pack + 1]):
             volume[corners.place[entry] // LANES] += total(J * load(corners.numbers, LANES * entry))

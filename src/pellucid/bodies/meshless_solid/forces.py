@@ -8,7 +8,7 @@ energy is evaluated at J̄_a, with the volume V_a each: P = ∂W/∂F + (Σ_a N_
 pressure of Bonet & Burton 1998, Commun. Numer. Methods Eng. 14, 437, for linear tetrahedra.)
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,11 @@ from pellucid.bodies.meshless_solid.solid import (
     STRESS,
     WEIGHT,
     Elastic,
+    Solid,
 )
 from pellucid.jit import generic, kernel, point_function
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.linked import call_kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store, total
 from pellucid.materials.law import energy_and_stress, volumetric_energy, volumetric_stress
@@ -104,89 +107,131 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 @kernel(inner=True)
 def _average_chunk(chunk, solid):
     """Compute the averaged volume ratios of a chunk of nodes, and their volumetric energies and stresses."""
-    blocks, least, stored = solid.blocks, np.inf, 0.0
-    for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(solid.volume))):
+    mesh, law = solid.mesh, solid.law
+    blocks, least, stored = mesh.blocks, np.inf, 0.0
+    for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mesh.volume))):
         volume = 0.0
         for place in range(blocks.node_first[a], blocks.node_first[a + 1]):
-            volume += solid.block_volume[blocks.places[place]]
-        J = solid.volume_ratio[a] = volume / solid.volume[a]
+            volume += mesh.block_volume[blocks.places[place]]
+        J = mesh.volume_ratio[a] = volume / mesh.volume[a]
         least = min(least, J)
-        stored += solid.volume[a] * volumetric_energy(solid.law, J)
-        solid.mean_stress[a] = volumetric_stress(solid.law, J)
-    solid.node_sums[chunk, ENERGY], solid.node_sums[chunk, LEAST_J] = stored, least
+        stored += mesh.volume[a] * volumetric_energy(law, J)
+        mesh.mean_stress[a] = volumetric_stress(law, J)
+    mesh.node_sums[chunk, ENERGY], mesh.node_sums[chunk, LEAST_J] = stored, least
 
 
 @kernel(inner=True)
-def _fill_batch(first, n, solid, averaged, mean, u, s):
+def _fill_batch(first, n, mesh, averaged, mean, u, s):
     """Copy deformation gradients, weights and averaged volumetric stresses of n packs to the columns of s. u, mean:
     displacements and mean volumetric stresses of the nodes of the block."""
-    corners = solid.corners
+    corners = mesh.corners
     for k in range(n):
         pack, here = first + k, 9 * LANES * (first + k)
-        store(s, WEIGHT * COLUMN + k * LANES, load(solid.weights, LANES * pack))
+        store(s, WEIGHT * COLUMN + k * LANES, load(mesh.weights, LANES * pack))
         if averaged:
             extra = splat(0.0)
             for entry in range(corners.first[pack], corners.first[pack + 1]):
                 extra += spread(mean, corners.place[entry] // LANES) * load(corners.numbers, LANES * entry)
             store(s, NODAL * COLUMN + k * LANES, extra)
         else:
-            deform(pack, solid, u, solid.deformation, here, LANES)
+            deform(pack, mesh, u, mesh.deformation, here, LANES)
         for i in range(9):
-            store(s, i * COLUMN + k * LANES, load(solid.deformation, here + i * LANES))
+            store(s, i * COLUMN + k * LANES, load(mesh.deformation, here + i * LANES))
 
 
 @kernel(inner=True, allocates=True)
-def _mean_stresses(start, m, solid):
+def _mean_stresses(start, m, mesh):
     """Return the mean volumetric stresses of the m nodes of a block; zero unless the volume ratio is averaged."""
     mean = np.zeros(m)
-    if len(solid.block_volume) > 0:
+    if len(mesh.block_volume) > 0:
         for k in range(m):
-            mean[k] = solid.mean_stress[solid.blocks.nodes[start + k]]
+            mean[k] = mesh.mean_stress[mesh.blocks.nodes[start + k]]
     return mean
+
+
+@kernel(inner=True)
+def _pull_batch(first, n, mesh, s, f, found):
+    """Add the forces that the stresses of n packs in the columns of s exert on the nodes of a block to f. found: energies of
+    the points, LANES numbers, and the smallest volume ratio of the block so far."""
+    for k in range(n):
+        pull(first + k, mesh, s, STRESS * COLUMN + k * LANES, f)
+        store(found, 0, load(found, 0) + load(s, STORED * COLUMN + k * LANES))
+        for lane in range(LANES):
+            found[LANES] = min(found[LANES], s[RATIO * COLUMN + k * LANES + lane])
 
 
 @kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
     """Compute the forces that the points of a block exert on its nodes; also the deformation gradients, unless the volume ratio
     is averaged."""
-    blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0
+    mesh = solid.mesh
+    blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
-    u = displacements(start, m, solid)
-    f, mean, s = np.zeros(LANES * m), _mean_stresses(start, m, solid), np.zeros(COLUMNS * COLUMN)
-    stored, least, lost, end = splat(0.0), np.inf, 0.0, min(PACKS * (block + 1), len(corners.first) - 1)
+    u = displacements(start, m, mesh)
+    f, mean, s = np.zeros(LANES * m), _mean_stresses(start, m, mesh), np.zeros(COLUMNS * COLUMN)
+    found, lost, end = np.zeros(LANES + 1), 0.0, min(PACKS * (block + 1), len(mesh.corners.first) - 1)
+    found[LANES] = np.inf
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
-        _fill_batch(first, n, solid, averaged, mean, u, s)
+        call_kernel(_fill_batch, first, n, mesh, averaged, mean, u, s)
         lost += find_stresses(solid.points, first, n, solid, dt, keep, averaged, s)
-        for k in range(n):
-            pull(first + k, solid, s, STRESS * COLUMN + k * LANES, f)
-            stored += load(s, STORED * COLUMN + k * LANES)
-            for lane in range(LANES):
-                least = min(least, s[RATIO * COLUMN + k * LANES + lane])
+        call_kernel(_pull_batch, first, n, mesh, s, f, found)
     for k in range(m):
         for d in range(3):
-            solid.block_force[start + k, d] = f[LANES * k + d]
-    solid.sums[block, ENERGY], solid.sums[block, LEAST_J], solid.sums[block, LOST] = total(stored), least, lost
+            mesh.block_force[start + k, d] = f[LANES * k + d]
+    mesh.sums[block, ENERGY], mesh.sums[block, LEAST_J], mesh.sums[block, LOST] = total(load(found, 0)), found[LANES], lost
 
 
 @kernel(inner=True)
-def _add_blocks(chunk, solid, force):
+def _add_blocks(chunk, mesh, force):
     """Sum the forces on a chunk of the nodes from their blocks."""
-    blocks = solid.blocks
+    blocks = mesh.blocks
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(force))):
         for d in range(3):
             force[a, d] = 0.0
         for place in range(blocks.node_first[a], blocks.node_first[a + 1]):
             for d in range(3):
-                force[a, d] += solid.block_force[blocks.places[place], d]
+                force[a, d] += mesh.block_force[blocks.places[place], d]
+
+
+class SolidInKernels(NamedTuple):
+    """A meshless solid as argument of `internal_forces`. Most kernels use only its mesh, and all laws share them."""
+
+    law: Any  # hyperelastic law
+    points: Any  # material points, see `find_stresses`
+    mesh: Bundle  # of `Solid` without law and points
+
+
+def in_kernels(solid: Solid) -> Bundle:
+    """Bundle a meshless solid for `internal_forces`."""
+    return Bundle(SolidInKernels(solid.law, solid.points, Bundle(solid._replace(law=(), points=()))))
 
 
 @kernel()
-def internal_forces(n_blocks, chunks, solid, dt, keep, force):
-    """Compute the internal nodal forces `force` (n, 3) [N], the deformation gradients, and the energies and smallest volume
-    ratios of the blocks; dt, keep: see `find_stresses`."""
-    if len(solid.block_volume) > 0:
-        parallel_for(deform_block, n_blocks, solid)
-        parallel_for(_average_chunk, chunks, solid)
+def _deform(n_blocks, mesh):
+    parallel_for(deform_block, n_blocks, mesh)
+
+
+@kernel()
+def _average(chunks, solid):
+    parallel_for(_average_chunk, chunks, solid)
+
+
+@kernel()
+def _find_forces(n_blocks, solid, dt, keep):
     parallel_for(_force_block, n_blocks, solid, dt, keep)
-    parallel_for(_add_blocks, chunks, solid, force)
+
+
+@kernel()
+def _sum_blocks(chunks, mesh, force):
+    parallel_for(_add_blocks, chunks, mesh, force)
+
+
+def internal_forces(n_blocks: int, chunks: int, solid: Bundle, dt: float, keep: bool, force: np.ndarray) -> None:
+    """Compute the internal nodal forces `force` (n, 3) [N], the deformation gradients, and the energies and smallest volume
+    ratios of the blocks; solid: from `in_kernels`; dt, keep: see `find_stresses`."""
+    if len(solid.mesh.block_volume) > 0:
+        _deform(n_blocks, solid.mesh)
+        _average(chunks, solid)
+    _find_forces(n_blocks, solid, dt, keep)
+    _sum_blocks(chunks, solid.mesh, force)

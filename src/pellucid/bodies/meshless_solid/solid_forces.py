@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
 from pellucid.bodies.meshless_solid.prestress import prestressed, with_prestress
 from pellucid.bodies.meshless_solid.solid import ENERGY, Solid, deformation_gradients
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration, converge
-from pellucid.jit.bundle import Bundle
 
 
 class ElasticForces:
@@ -18,7 +17,7 @@ class ElasticForces:
     def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
         """initial_stress: initial stress of the points [Pa], shape (n, 6)."""
         self.solid = prestressed(solid, initial_stress)
-        self.bundle = Bundle(self.solid)
+        self.bundle = in_kernels(self.solid)
         self.arrays: Mapping[str, np.ndarray] = {}
         """History variables of the points, by name."""
 

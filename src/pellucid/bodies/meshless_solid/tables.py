@@ -10,14 +10,13 @@ from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import PointRows, evaluate
-from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.simd_packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
 from pellucid.findings import Refusal
 from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
-from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
 STORAGE: Any = np.float32  # number type of gradients: double precision needs a third more time and nearly twice the memory
@@ -120,7 +119,7 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 def _measure_volumes(solid: Solid) -> None:
     """Compute the reference volume around each node with the same sums as in a step, so that the volume ratio at rest is
     exactly 1."""
-    internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), 0.0, False, np.zeros_like(solid.displacement))
+    internal_forces(len(solid.sums), len(solid.node_sums), in_kernels(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
