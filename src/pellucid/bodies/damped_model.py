@@ -1,4 +1,6 @@
-"""Settings of damping in a case file, for bodies with inertia."""
+"""Settings of damping in a case file, for bodies with mass: a drag force on each point or node, proportional to its
+momentum.
+"""
 
 from collections.abc import Iterator
 
@@ -13,7 +15,8 @@ from pellucid.parts.part import Parts
 
 class DampedModel(BodyModel):
     """Base class of settings of bodies with an optional drag proportional to velocity; `damping_heat` is the energy that the
-    drag dissipates."""
+    drag dissipates.
+    """
 
     damping: float = parameter(
         "1/s",
@@ -30,7 +33,11 @@ class DampedModel(BodyModel):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report damping of a body that is rigid or has a fully prescribed motion."""
+        """Yield a finding (an error of the case) if damping is set for a body that is rigid or whose motion is fully
+        prescribed.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         if self.damping > 0.0 and (self.is_rigid or is_driven(self.name, parts)):
             text = f"body {self.name} is {'rigid' if self.is_rigid else 'fully prescribed'}: a drag on its points has no effect"

@@ -1,4 +1,6 @@
-"""Checks of the position of a body in the grid, for several kinds of bodies, and the fields that probes can read."""
+"""Checks of the position of a body in the grid, shared by several kinds of bodies, and the names of the fields that probes can
+read.
+"""
 
 from collections.abc import Iterator, Sequence
 
@@ -22,10 +24,12 @@ def place_problems(
     fills: bool = False,
     flows: bool = False,
 ) -> Iterator[Finding]:
-    """Report a body at `path` that extends beyond the grid, or touches itself across a periodic seam.
+    """Yield findings (errors of the case) for a body at `path` that extends beyond the grid, or touches itself across a
+    periodic seam.
 
-    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may extend; fills: True if a body as
-    long as the period continues across the seam without a gap; flows: True if the body may touch itself, like a fluid.
+    bounds: its lower and upper corner [m]; is_surface: True for a membrane; cut_at: faces of the grid beyond which it may
+    extend; fills: True if a body as long as the period continues across the seam without a gap; flows: True if the body may
+    touch itself, like a fluid.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:
@@ -50,7 +54,11 @@ def place_problems(
 def _seam_problems(
     path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
 ) -> Iterator[Finding]:
-    """Report a body that lies outside the grid along a periodic axis, or would touch itself across the seam."""
+    """Yield findings (errors of the case) for a body at `path` that lies outside the grid along a periodic axis, or would
+    touch itself across the seam.
+
+    ends: lower and upper end of the body along the axis [m]; fills, flows: as for `place_problems`.
+    """
     (low, high), d = ends, "xyz".index(axis)
     lower, upper = grid.lower[d], grid.extent_upper()[d]
     period, slack = upper - lower, SLACK * (upper - lower)
@@ -72,5 +80,7 @@ def _seam_problems(
 
 
 def longest_edge(places: np.ndarray) -> float:
-    """Return the longest edge of all elements [m]. places: positions of their corners, shape (m, corners, 3)."""
+    """Return the length of the longest edge of all elements [m]. places: positions of their corners [m], shape (m, corners,
+    3).
+    """
     return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))

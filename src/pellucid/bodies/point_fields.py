@@ -12,7 +12,8 @@ HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn", "viscous_stres
 class PointFields(GridBody):
     """Base class of bodies of points on the grid: fields of the points for results.
 
-    Points are sorted by slabs (layers of grid cells); the first `n_there` rows are the points that have not left the grid.
+    Points are sorted by slabs (layers of grid cells); the first `n_there` rows of the arrays are the points that have not left
+    the grid.
     """
 
     shared: SpreadPoints | WholePoints
@@ -30,13 +31,15 @@ class PointFields(GridBody):
         return int(self.shared.first[-1])
 
     def order(self) -> np.ndarray:
-        """Return the storage rows of the points present, in the order of their numbers; computed once between sortings."""
+        """Return the storage rows of the points present, sorted by point number, shape (n_there,); computed once between
+        sortings.
+        """
         if domain.joins not in self._orders:
             self._orders[domain.joins] = np.argsort(self.shared.joined(self._there("id")))
         return self._orders[domain.joins]
 
     def _complete(self, *names: str) -> None:
-        """Complete the named arrays with rows computed by other processes."""
+        """Complete the arrays with these names with the rows that other processes computed."""
         for name in names if domain.is_cut else ():
             self.shared.fill(self._there(name))
 
@@ -60,7 +63,7 @@ class PointFields(GridBody):
         return self.shared.joined(self._there(name))
 
     def _field_there(self, name: str) -> np.ndarray:
-        """Return a field of the points of this process."""
+        """Return a field of the points of this process, by name, in storage order."""
         if name == "density":
             return self._there("mass") / self._there("volume")
         if name == "pressure":
@@ -75,8 +78,9 @@ class PointFields(GridBody):
         return self.arrays[name][: self.n_there]
 
     def frame(self) -> dict[str, np.ndarray]:
-        """Return the fields of all points by number. For points that left, the fields are zero, except the position at which
-        they left the grid."""
+        """Return the fields of all points by name, as recorded in a frame of the results, in the order of point numbers. For
+        points that left, the fields are zero, except the position at which they left the grid.
+        """
         fields, left = super().frame(), self.arrays["id"][self.n_there :]
         if not len(left) or (domain.is_cut and self.shared.is_spread):  # those behind are with other processes
             return fields

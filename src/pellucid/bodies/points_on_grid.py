@@ -1,4 +1,4 @@
-"""Bodies of points on the grid: arrays, sorting, and the stages of a step except straining."""
+"""Base class of bodies of points on the grid: arrays, sorting, and the stages of a step except straining."""
 
 from collections.abc import Callable, Mapping
 from math import fsum
@@ -86,7 +86,10 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         arrays: dict[str, np.ndarray],
         there: int | None = None,
     ) -> None:
-        """there: number of rows that are points on this process, if the others belong to other processes."""
+        """name: name of the body; velocity_field: field that moves the points; functions: shape functions of the grid;
+        velocity_transfer: scheme of the grid-to-particle transfer; arrays: initial arrays of the points; there: number of rows
+        that are points on this process, if the others belong to other processes.
+        """
         n = len(arrays["mass"])
         self.name = name
         self.velocity_field = velocity_field
@@ -114,15 +117,17 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._sort()
 
     def _bind(self) -> None:
-        """Collect the arrays of the points for kernels; they remain the same objects when points are sorted. Points have no
-        stress if elements have it."""
+        """Collect the arrays of the points for kernels; they remain the same objects when points are sorted. Points of a body
+        with elements have no stress of their own.
+        """
         a = self.arrays
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
 
     def carry_rotation(self) -> None:
-        """Add affine velocity fields to the points. The constraint of the body sets them, so that they describe its rotation;
-        nodal velocities do not change them."""
+        """Add affine velocity fields to the points, which describe the rotation of a rigid body. The constraint of the body
+        sets them; nodal velocities do not change them.
+        """
         if self._affine is None:
             self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
             self._bind()
@@ -145,12 +150,15 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Nodal velocity that moves the points [m/s], shape (nodes, 3), unless they are moved while their strain is updated."""
+        """Velocities of the grid nodes that move the points [m/s], shape (nodes, 3), unless points are moved while their
+        strain is updated.
+        """
         return self.grid.nodes.velocity
 
     def _velocity_pass(self) -> Bundle:
-        """Return the loop that updates the velocities of the points. There is one for each value of `keeps_heat`, which may
-        change during set-up."""
+        """Return the loop over the points that updates their velocities (G2P). There is one for each value of `keeps_heat`,
+        which may change during set-up.
+        """
         if self.keeps_heat not in self._velocity_passes:
             heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
             affine = self._affine if isinstance(self.transfer, Apic) else None
@@ -164,25 +172,30 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self.contact_surface.find_hosts()
 
     def use_separate_force_buffer(self) -> None:
-        """From now on, add the internal forces of this body to the buffer that its velocity field reserves for bodies that
-        keep heat."""
+        """From now on, add the internal forces of this body to the separate array of nodal forces that its velocity field has
+        for bodies that keep heat (whose internal energy contains the losses of the transfers).
+        """
         self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
     @property
     def nodal_forces(self) -> np.ndarray:
-        """Return the flat array of nodal rows of four numbers to which the body adds its internal forces, shape (4 nodes,)."""
+        """Return the flat array of nodal forces to which the body adds its internal forces, with four numbers for each node,
+        shape (4 nodes,).
+        """
         return self._nodes.forces
 
     def share_cells(self, cells: FullCells) -> None:
-        """Use mean pressures for cells that are full of fluid instead of pressures of single points; see
-        `pellucid.grid.full_cells`."""
+        """Use mean pressures for full cells (cells that the fluid fills) instead of pressures of single points. cells: data of
+        these cells; see `pellucid.grid.full_cells`.
+        """
         self._cells = cells
         self._make_bundles()
 
     def apply_volume_correction(self, dt: float) -> None:
-        """Add the work of the pressure on the difference between the volume growth of the points and the growth of full
-        cells."""
+        """Add to the internal energy the work of the pressure on the difference between the volume change of the points and
+        the volume change of full cells (cells that the fluid fills) in a step dt [s].
+        """
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(self.sums()[GAINED])  # for USF, as in `end_grid_to_particle`
@@ -192,14 +205,16 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the parameters of the half-edge of a point's cube; see `pellucid.contact.contact_body`."""
+        """Return (-1, a, b): contact begins at the surface of the cube around each point, whose edge length is (a · volume)^b;
+        see `ContactBody.half_width`.
+        """
         thin = sum(self.grid.thin)
         return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
 
     # sorting
 
     def sort(self) -> None:
-        """Sort the points by their nodes and divide them into slabs (layers of grid cells)."""
+        """Sort the points by the grid nodes around them and divide them into slabs (layers of grid cells)."""
         self.complete_arrays()
         self._sort()
 
@@ -222,15 +237,16 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
-        """Keep all points on every process from now on, since the steps need them as a whole."""
+        """Keep all points on every process from now on, for conditions that need all points of the body."""
         if isinstance(self.shared, SpreadPoints):
             self.shared = self.shared.joined_again()
             self._orders.clear()
             self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
-        """Complete the data that other processes need before rows of slabs (layers of grid cells) are redistributed among
-        processes. Returns the function that applies the new distribution."""
+        """Prepare a new distribution of slabs (layers of grid cells) among processes: complete the data that other processes
+        need. Returns the function that applies the new distribution.
+        """
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
         self._orders.clear()
@@ -246,8 +262,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
-        """Move points that have left the grid behind the others in all arrays; left: mask of these points, shape (n_there,).
-        The points must be sorted."""
+        """Move points that have left the grid behind the others in all arrays. left: mask of these points, shape (n_there,).
+        The points must be sorted.
+        """
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
@@ -255,14 +272,16 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.shared.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
-        """Sort the points again if one left its slab (layer of grid cells), or if short sequences of points with the same nodes
-        cost more than sorting."""
+        """Sort the points again if one left its slab (layer of grid cells), or if short sequences of points with the same grid
+        nodes make the loops slower than sorting is.
+        """
         if self._short_runs.sorting_pays or domain.any(bool(np.count_nonzero(self.slabs.left_slab))):
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
-        """Return the loops over the points of a step by name, for benchmarks, which can run each loop without advancing
-        time."""
+        """Return the loops over the points in a step, by name, for benchmarks, which can run each loop without advancing
+        time.
+        """
         velocities, given = self._velocity_pass(), self._to_grid
         traffic = traffic_of(velocities)
 
@@ -278,8 +297,10 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Apply the drag before the step, exactly: point velocities decay as exp(-rate t). Returns the kinetic energy that the
-        drag removes [J] and its impulse on the body [N s]."""
+        """Apply the damping drag over a step dt [s] before the momentum update, exactly: point velocities decay as exp(-rate
+        t) with the rate [1/s]. Returns the kinetic energy that the drag removes [J] and its impulse on the body [N s], shape
+        (3,).
+        """
         kept, totals = float(np.exp(-rate * dt)), self.totals
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
@@ -304,16 +325,19 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """Gather velocities (G2P); if `remap`, scatter the momentum of free points (P2G). The energy lost by the transfer
-        becomes heat."""
+        """Gather the velocities of the points from the grid over a step dt [s] (G2P); if `remap`, scatter the momentum of
+        points that no constraint moves back to the grid (P2G, for MUSL). In bodies that keep heat, the energy lost by the
+        transfer becomes heat.
+        """
         if self.rigid is None:
             each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
     def end_grid_to_particle(self, remap: bool) -> None:
-        """Apply constraints that prescribe velocities of the body as a whole, and sum kinetic energy, momentum and transfer
-        losses."""
+        """Complete G2P: apply constraints that prescribe velocities of the body as a whole, and sum kinetic energy, momentum
+        and transfer losses. remap: True to scatter the momentum of constrained points to the grid (MUSL).
+        """
         self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -332,11 +356,15 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._collect_momentum_sums(sums)
 
     def is_led(self, by_slabs: bool) -> bool:
-        """Return True if a constraint prescribes the velocities of the points, slab by slab (`by_slabs`) or as a whole."""
+        """Return True if a constraint prescribes the velocities of the points: slab by slab (layers of grid cells) if
+        `by_slabs`, otherwise of the body as a whole.
+        """
         return self.constraint is not None and getattr(self.constraint, "by_slabs", False) == by_slabs
 
     def _lead(self, remap: bool) -> None:
-        """Set the prescribed velocities; if `remap`, scatter their momentum to the nodes."""
+        """Set the velocities that the constraint of the body prescribes; if `remap`, scatter their momentum to the grid
+        nodes.
+        """
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         kernels.sum_momentum(self.n_slabs, self.mapped)
@@ -357,7 +385,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return won
 
     def kept_energy(self) -> np.ndarray:
-        """Return the specific energy of the points of a body that keeps heat [J/kg], shape (n,)."""
+        """Return the specific internal energy of the points of a body that keeps heat (whose internal energy contains the
+        losses of the transfers) [J/kg], shape (n,).
+        """
         return self.arrays["internal_energy"]
 
     def _collect_momentum_sums(self, sums: np.ndarray) -> None:
@@ -368,7 +398,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     def update_positions(self, dt: float) -> None:
-        """Move the points over a step dt [s]. If a constraint prevents straining by the grid, it sets all positions."""
+        """Move the points over a step dt [s]. If the constraint moves the body as a whole, it sets all positions."""
         if self.constraint is None or self.constraint.strains:
             self._move_by_nodes(dt)
         self.prescribe_positions()
@@ -380,7 +410,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         move_points(self._by_nodes, dt)
 
     def prescribe_positions(self) -> None:
-        """Set the positions from a prescribed motion or a rigid body, after the points moved with the grid."""
+        """Set the positions that a prescribed motion or a rigid body determines, after the points moved with the grid."""
         if self.constraint is not None:
             self.constraint.prescribe_positions()
         if self.rigid is not None:  # its velocities have rotated with it
@@ -388,30 +418,36 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._collect_momentum_sums(self.sums())
 
     def _collect_strain_sums(self, last: bool) -> None:
-        """Sum energies, power and heating of the points after their strain was updated. last: True if this follows the momentum
-        equation."""
+        """Collect the sums of stored energy, power of internal forces and heating over the points, after their strain was
+        updated. last: True if this follows the momentum update of the step.
+        """
         sums = self.sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
 
     def _bound_rate(self, rate: float) -> None:
-        """Set the rate that limits the step [1/s]: the largest of the signal rate `rate`, the rate at which a prescribed
-        motion crosses cells, and the rate of springs on a rigid body."""
+        """Set the rate whose reciprocal is the largest stable step [1/s]: the largest of `rate`, the rate of waves and
+        diffusion, the rate at which a prescribed motion crosses cells, and the rate of springs on a rigid body.
+        """
         # in a steady state the time of motions is that of the loads, and the clock chooses in how many steps they act
         prescribed = self.constraint.top_speed if self.constraint is not None and not self.relaxes else 0.0
         swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 
     def step_limit(self) -> StepLimit:
-        """Return the smallest of the limits by waves and diffusion, prescribed motion and springs."""
+        """Return the largest stable time step and its cause: the smallest of the limits by waves and diffusion, prescribed
+        motion and springs.
+        """
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
         return told(self.totals.rate, [self.signal_limit(), *led])
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Return the angular momentum, including affine velocity fields or, for a rigid body, its rotation."""
+        """Return the angular momentum about a point `about` [m], shape (3,), including affine velocity fields or, for a rigid
+        body, its rotation.
+        """
         sums = np.zeros((self.n_slabs, 4))
         affine = NO_FIELDS if self._affine is None or self.rigid is not None else self._affine
         kernels.sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
@@ -423,13 +459,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def mass(self) -> float:
-        """Return the mass [kg], bitwise equal for any order of points and any number of processes."""
+        """Return the mass of the body [kg], bitwise equal for any order of points and any number of processes."""
         if not (domain.is_cut and self.shared.is_spread):
             return super().mass
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
-        """Return the step limit by waves and diffusion in the body; prescribed motion is not included."""
+        """Return the largest stable time step by waves and diffusion in the body; prescribed motion is not included."""
         return super().step_limit()
 
     def complete(self) -> None:
@@ -463,8 +499,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
                 self.stop(code, p, n_steps, time)
 
     def fault(self, code: int, p: int) -> Fault:
-        """Describe a fault and its remedy; for a lost point also the face that it crossed if a support constrains that
-        face."""
+        """Return the description of a fault with this code at point p, and its remedy; for a lost point also the face of the
+        grid that it crossed if a support constrains that face.
+        """
         passed = self.grid.find_passed_face(self.arrays["position"][p]) if code == LOST else None
         return super().fault(code, p) if passed is None else fault_at_held_face(*passed)
 
@@ -496,7 +533,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._follow_order()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run; affine fields, which frames do not have, start at zero."""
+        """Load the arrays of an earlier run; affine velocity fields (APIC), which the frames of results do not have, start at
+        zero.
+        """
         number = self._there("id")
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
             self._there(name)[...] = state[name][number]

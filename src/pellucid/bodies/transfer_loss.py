@@ -31,7 +31,9 @@ from pellucid.parts.families import GridBody
 
 
 def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
-    """Provide separate nodal forces for bodies that keep heat, in velocity fields with other bodies that do not."""
+    """Provide separate arrays of nodal forces for bodies that keep heat (whose internal energy contains the losses of the
+    transfers), in velocity fields with other bodies that do not. bodies: the bodies of each velocity field.
+    """
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
@@ -40,16 +42,16 @@ def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
 
 
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
-    """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], and the correction of the work of
-    internal forces.
+    """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], as work of the transfers, and the
+    correction of the work of internal forces.
 
-    strained_last: with MUSL and USL, `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no
-    heat. With USL these are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before
-    the next step, so their L counts as work of internal forces; the part of other impulses is then in
-    `time_integration_error`.
+    bodies: the bodies of the field; strained_last: True with MUSL and USL, where `NodalMomentum.strain_lag_work` computes the
+    part of L of the bodies that keep no heat. With USL these are strained along v + Δv, so this part is zero and all of L is
+    heat. With USF v' is unknown before the next step, so their L counts as work of internal forces; the part of other impulses
+    is then in `time_integration_error`.
 
-    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v
-    (`EnergyBudget`). That is also its work, in addition to the kinetic energy that it removes from the points.
+    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v (`EnergyBudget`).
+    That is also its work, in addition to the kinetic energy that it removes from the points.
     """
     others = [body.transfer_loss for body in bodies if not body.keeps_heat]
     keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
@@ -68,15 +70,17 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """Return the part of the transfer loss L (see the module) that is due to contact of these pairs; it is subtracted from the
-    contact work along v̄ and from the heat of the transfers."""
+    """Return, as a record of work, the part of the transfer loss L (see the module) that is due to contact of these pairs of
+    bodies; it is subtracted from the contact work along v̄ and from the heat of the transfers.
+    """
     done = no_work(TRANSFER + 1, 0)
     done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
     return done
 
 
 def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
-    """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step.
+    """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step, and return the
+    corresponding records of work.
 
     Such a gain is possible if a fluid shares its velocity field with other bodies: it keeps h_p of its points, a part of L
     from the forces of all bodies, and the others get the part of L of all points that belongs to their forces. The sum may

@@ -1,1 +1,1 @@
-"""A concentration that diffuses on fixed nodes of a line or a closed surface, by radial point interpolation."""
+"""A concentration that diffuses on fixed nodes of a line or a closed surface, discretised by radial point interpolation."""

@@ -74,10 +74,12 @@ class DiffusingField(NodalBody):
         c[self._free] += self._solver.solve(-dt * (self._outflow @ c)[self._free])
 
     def renew_totals(self) -> None:
-        """Do nothing: the body has no momentum, no energy and no step limit."""
+        """Do nothing: the body has no sums of momentum and energy, and does not limit the time step."""
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` if a concentration is not finite."""
+        """Raise `RunStopped` if a concentration is not finite. n_steps, time: steps and time [s] of the run, for the
+        message.
+        """
         wrong = np.flatnonzero(~np.isfinite(self.arrays["concentration"]))
         if wrong.size:
             self.stop(NOT_FINITE, int(wrong[0]), n_steps, time)
@@ -100,7 +102,9 @@ class DiffusingField(NodalBody):
 
     @property
     def field_names(self) -> list[str]:
-        """Return the names of the body's own fields, `density` of the carrier, and the amount of substance at each node."""
+        """Return the names of the nodal fields in the results: the body's own fields, `density` (of the substance that
+        contains the solute), and the amount of solute at each node.
+        """
         return [*OWN_FIELDS, "density", "amount"]
 
     def field(self, name: str) -> np.ndarray:
@@ -120,7 +124,9 @@ class DiffusingField(NodalBody):
 
 
 def _weak_form(case: "DiffusingFieldCase") -> WeakForm:
-    """Return the matrices of the weak form for the domain of a case. Raises CaseError if a node has no stencil."""
+    """Return the matrices M and K (see `WeakForm`) for the line or surface of a case. Raises CaseError if there are no shape
+    functions at a node.
+    """
     try:
         if case.domain.line is not None:
             return on_line(case.domain.line, case.radial, case.window)

@@ -78,7 +78,9 @@ class DiffusingFieldCase(BodyModel):
         return np.zeros_like(position)
 
     def occupied(self) -> Geometry:
-        """Return the region enclosed by the surface; for a line, a box of zero width."""
+        """Return the region that other bodies can exclude from theirs: the region enclosed by the surface; for a line, a box
+        of zero width.
+        """
         if self.domain.surface is not None:
             return Inside(surface=self.domain.surface)
         (x, y, z), (a, b, c) = (end.tolist() for end in self.bounds())
@@ -101,7 +103,9 @@ class DiffusingFieldCase(BodyModel):
         return "position", "mass", "volume", "density", "concentration", "amount"
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a case with a grid, stencils that are too wide, an invalid surface, and fewer nodes than a stencil needs."""
+        """Yield findings (errors of the case) for a grid, which this body cannot have, stencils that are too wide, an invalid
+        surface, and fewer nodes than a stencil needs. path: path of the body in the data of the case.
+        """
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("concentration",), path)
         if parts.grid is not None:

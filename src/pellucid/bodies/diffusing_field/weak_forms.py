@@ -20,7 +20,8 @@ CHUNK = 2048  # triangles that are processed together
 class WeakForm(NamedTuple):
     """Matrices M and K of the equation M ċ + D K c = 0 for the concentrations c at n nodes, with the diffusivity D.
 
-    The columns of K sum to 0 if the windows (see `on_line`) adjoin, or if the test functions are the shape functions.
+    The columns of K sum to 0, so that the amount of solute is conserved, if the intervals of `on_line` adjoin or, on a
+    surface, since the test functions are the shape functions.
     """
 
     content: csr_array  # M (n, n) [m or m²]
@@ -29,18 +30,22 @@ class WeakForm(NamedTuple):
 
 
 def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
-    """Return M and K for a line from balances over intervals around the nodes, the windows; the half-width of a window is
-    `window` times the node spacing (Benet 2015, eqs. 4.26 to 4.31)."""
+    """Return M and K for a line from balances of the amount of solute in an interval (window) around each node.
+
+    radial: settings of the shape functions; window: half-width of the intervals divided by the node spacing (Benet 2015, eqs.
+    4.26 to 4.31).
+    """
     content, outflow = windows_on_line(line.places(), radial, window)
     meeting = windows_on_line(line.places(), radial).content
     return WeakForm(content, outflow, np.asarray(meeting.sum(axis=0)))
 
 
 def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
-    """Return the matrices of Galerkin's method, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, over the surface that the shape
-    functions interpolate.
+    """Return the matrices of Galerkin's method for a closed surface, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, with the shape
+    functions N_I of the nodes. The surface is the one that these functions interpolate.
 
-    Uses six quadrature points per triangle; three are too few for functions of this order.
+    mesh: triangles between the nodes; radial: settings of the shape functions. Uses six quadrature points per triangle; three
+    are too few for functions of this order.
     """
     vertices, normals = mesh.vertices, vertex_normals(*mesh)
     near = on_surface(vertices, normals, radial.stencil_size(2))
@@ -60,9 +65,11 @@ def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
 
 
 def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
-    """Assemble a sparse matrix with one row per quadrature point and one column per node.
+    """Assemble a sparse matrix with one row per quadrature point and one column per node, from shape functions or their
+    derivatives.
 
-    entries: values for triangle, quadrature point and node of the triangle's stencil, shape (t, q, r).
+    rows: the shape functions at the quadrature points, with the nodes of each triangle; entries: values for triangle,
+    quadrature point and node of the triangle's stencil, shape (t, q, r); n: number of nodes.
     """
     t, q, r = entries.shape
     columns = np.broadcast_to(rows.nodes[:, None], entries.shape)
@@ -72,7 +79,9 @@ def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
 
 
 def _weighed(matrix: csr_array, weights: np.ndarray) -> csr_array:
-    """Return the symmetric matrix Bᵀ W B of a sparse matrix B, where W is the diagonal matrix of the weights."""
+    """Return the symmetric matrix Bᵀ W B of a sparse matrix B, where W is the diagonal matrix of the weights, one per row of
+    B.
+    """
     scaled = matrix.copy()
     scaled.data = matrix.data * np.repeat(weights, np.diff(matrix.indptr))
     return csr_array(matrix.T @ scaled)

@@ -30,12 +30,15 @@ ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # relative errors of iterative solutions 
 
 
 class Unbalanced(Exception):
-    """Loads on the film do work on motions without resistance; the message describes the loads and continues a sentence
-    that starts with the name of the film."""
+    """Raised if loads on the film do work on motions that neither viscosity nor drag resists. The message describes the loads
+    and continues a sentence that starts with the name of the film.
+    """
 
 
 class Driving(NamedTuple):
-    """Loads and constraints of a film with n nodes in d dimensions over a step."""
+    """Loads (tractions, nodal forces) and constraints (prescribed velocities, volume and area) of a film with n nodes in d
+    dimensions over a step.
+    """
 
     tractions: Sequence[ActingTraction]
     forces: Sequence[tuple[int, np.ndarray]]  # nodal forces [N], shape (n, d), each with its index in `StepWork.works`
@@ -58,7 +61,7 @@ class Found(NamedTuple):
 
 
 class StepDone(NamedTuple):
-    """The result of one step of a film with n nodes in d dimensions."""
+    """The result of one step of a film with n nodes in d dimensions: motion, forces of constraints, and powers."""
 
     x: np.ndarray  # (n, d) nodal positions at the end of the step [m]
     velocity: np.ndarray  # (n, d) nodal velocities over the step [m/s]
@@ -72,19 +75,25 @@ class StepDone(NamedTuple):
 
     @property
     def power_received(self) -> float:
-        """Return the power that loads, prescribed motions, and constraints of volume and area supply to the film [W]."""
+        """Return the power that loads, prescribed motions, and the constraints of volume and area supply to the film [W]."""
         leading = float(np.sum((self.prescribed + self.leading) * self.velocity))
         return sum((power for _, power in self.loads), self.bordered + leading)
 
     @property
     def at_rest(self) -> "StepDone":
-        """Return a step with the same forces, but zero velocity and zero power."""
+        """Return a copy of this step with the same forces, but zero velocity and zero power, for a film that is in
+        equilibrium.
+        """
         still = [(column, 0.0) for column, _ in self.loads]
         return self._replace(velocity=np.zeros_like(self.velocity), loads=still, viscous=0.0, drag=0.0, bordered=0.0)
 
 
 class FilmBalance(FilmForces):
-    """Computes the velocities of a film from its loads, resistance and constraints."""
+    """Computes the velocities of a film from its loads, resistance and constraints, and moves it over time steps.
+
+    geometry: interpolation between the nodes; material: equation of state of the film; physics: viscosities, bending rigidity
+    and drag; initial_density: surface density at the start [kg/m²]; solver: solver for the nodal velocities.
+    """
 
     def __init__(
         self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float, solver: FilmSolver
@@ -94,8 +103,11 @@ class FilmBalance(FilmForces):
         self._resists_all = min(physics.drag) > 0.0
 
     def step(self, x: np.ndarray, start: Operators, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
-        """Compute a step of length dt [s] from nodes at x [m]. start: operators at x; mass: masses of the film's parts [kg];
-        weight: α of the time integration, 0 < α ≤ 1."""
+        """Compute the motion of a film with nodes at x [m], shape (n, d), over a time step dt [s].
+
+        start: geometry and strain operators of the film at x; mass: masses of the film's parts (pieces that belong to a node
+        or an element) [kg]; weight: α of the time integration, 0 < α ≤ 1; driving: loads and constraints.
+        """
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
         rates = self._rates(start, driving, dt)
@@ -125,7 +137,12 @@ class FilmBalance(FilmForces):
         )
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
-        """Return the forces that loads and constraints must exert on the nodes at this velocity [N], shape (n, d)."""
+        """Return the forces that loads and constraints must exert on the nodes to balance the film's own forces [N], shape (n,
+        d).
+
+        parts: resistance, stiffness and forces of the elements; velocity: nodal velocities [m/s]; first: the first velocity
+        estimate of the step, relative to which the stiffness acts [m/s]; shape (n, d) each.
+        """
         felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 
@@ -163,10 +180,12 @@ class FilmBalance(FilmForces):
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
     def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
-        """Solve the balance of forces with prescribed velocities along the normals, shape (n, d), at some nodes.
+        """Solve the balance of forces if the velocity along the normal is prescribed at some nodes.
 
-        If the film does not pass through its nodes, the velocity of the film is prescribed, not the velocity of the node. The
-        difference between the two is computed from the best estimate of the nodal velocities so far.
+        system: the balance without these velocities; borders: linear constraints of volume and area; led: the nodes and their
+        velocities along the normal; normal: normals at the nodes, shape (n, d). If the film does not pass through its nodes,
+        the velocity of the film is prescribed, not the velocity of the node. The difference between the two is computed from
+        the best estimate of the nodal velocities so far.
         """
         frames, nodes = Frames(normal, led.nodes), self.geometry.nodes
         near = system.guess if system.guess.any() else led.before
@@ -189,15 +208,18 @@ class FilmBalance(FilmForces):
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:
         """Return the rates of change of volume [m³/s] and area [m²/s] with which the film reaches the prescribed values at the
-        end of a step dt [s]; only of those that are prescribed."""
+        end of a step dt [s]. The list has no entry for a volume or area that is free. o: geometry of the film at the start of
+        the step.
+        """
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]
 
 
 def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the loads on the nodes [N], shape (n, d), by name of the load; `tractions` are the nodal forces of the tractions,
-    shape (n, d) each."""
+    """Return the loads on the nodes [N], shape (n, d), by the name of the load. tractions: nodal forces of each of the
+    tractions in `driving`, shape (n, d) each.
+    """
     loads = {acting.label: force for acting, force in zip(driving.tractions, tractions, strict=True)}
     for column, force in driving.forces:
         label = "gravity" if column == GRAVITY else "the forces on its nodes"
@@ -206,8 +228,9 @@ def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
-    """Return the derivatives of the prescribed volume and area with respect to the nodal positions, by element: shape (e, m,
-    d) each."""
+    """Return the derivatives of the enclosed volume [m²] and of the area [m] with respect to the positions of the nodes of
+    each element, shape (e, m, d); only for the ones that `driving` prescribes. o: geometry and strain operators of the film.
+    """
     rows = []
     if driving.volume is not None:
         rows.append(o.volume_rate().sum(axis=1))

@@ -98,7 +98,9 @@ class FluidFilm(
         self._held.rates = rates
 
     def complete(self) -> None:
-        """Raise CaseError if a support and a motion along the normal prescribe the same node."""
+        """Raise CaseError if a support and a prescribed motion along the normal act on the same node; called when all
+        conditions are known.
+        """
         self._held.check(self.name)
 
     def share_gravity(self, share: float) -> None:
@@ -120,7 +122,7 @@ class FluidFilm(
         """Do nothing: `update` moves the film."""
 
     def update(self, dt: float) -> None:
-        """Advance the film over a step dt [s] of the run, in as many substeps as its accuracy needs."""
+        """Advance the film over a step dt [s] of the run, in as many substeps as the accuracy of its time integration needs."""
         self._work = self._held.no_work(self._columns)
         o = self._steps.over(dt, self._elapsed, self._driving(), self._count)
         self._elapsed += dt
@@ -144,7 +146,7 @@ class FluidFilm(
         return Driving(list(self._tractions), forces, *self._held.prescribed(), self._held.led(self.arrays["v"]), None, None)
 
     def renew_totals(self) -> None:
-        """Sum the stored energy. A film has no momentum, and its substeps do not limit the step of the run."""
+        """Sum the stored energy of the film. It has no momentum, and its substeps do not limit the time step of the run."""
         self._show(self.geometry.operators(self.arrays["x"]))
 
     def _show(self, o: Operators) -> None:
@@ -152,7 +154,9 @@ class FluidFilm(
         self.totals.stored = self.balance.stored_energy(o, self.arrays["part_mass"])
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` if the velocities could not be computed, values are not finite, or the film is too thin."""
+        """Raise `RunStopped` if the velocities could not be computed, values are not finite, or the film is too thin. n_steps,
+        time: steps and time [s] of the run, for the message.
+        """
         if self._steps.fault is not None:
             text = f"step {n_steps}, time {time:.6g} s: film {self.name} {self._steps.fault}"
             raise RunStopped(text, step=n_steps, time=time, body=self.name)
@@ -179,7 +183,7 @@ class FluidFilm(
             of.restore({name.removeprefix(f"{part}."): array for name, array in arrays.items() if name.startswith(f"{part}.")})
 
     def _stateful(self) -> "dict[str, FilmGeometry | FilmSolver]":
-        """Return the geometry and the solver, which have state arrays in addition to the nodes."""
+        """Return the geometry and the solver of the film, whose arrays a checkpoint contains in addition to the nodes."""
         return {"geometry": self.geometry, "solver": self.balance.solver}
 
     # results
@@ -192,7 +196,9 @@ class FluidFilm(
         return list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """Return a field at the nodes, in the order of their numbers; element fields are averaged by area."""
+        """Return a field of the results at the nodes, in the order of the nodes in the initial shape; fields of elements are
+        averaged by area.
+        """
         try:
             return self.stored_field(name)[self.order()]
         except KeyError:

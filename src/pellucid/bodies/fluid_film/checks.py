@@ -1,4 +1,4 @@
-"""Checks of a film, alone or in a velocity field shared with other bodies."""
+"""Checks of the settings of a fluid film, with its own velocity field or in one that it shares with other bodies."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -20,8 +20,9 @@ THINNEST = 0.05  # smallest density of a film, relative to its rest density
 
 
 def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """Report problems of a film that do not depend on other bodies: its volume, its shape and the interpolation between its
-    nodes."""
+    """Yield findings (errors of the case) for settings of a film that do not depend on other bodies: its volume, its shape and
+    the interpolation between its nodes. path: path of the film in the data of the case.
+    """
     if film.volume is not None:
         yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
@@ -38,7 +39,9 @@ def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """Report a reduced volume at which opposite sides of a film would be closer than the node spacing."""
+    """Yield a finding (an error of the case) if the reduced volume is so small that opposite sides of the film would be closer
+    than the node spacing. path: path of the film in the data of the case.
+    """
     if film.volume is None or film.volume.reduced is None:
         return
     reduced, plane, in_space = film.volume.reduced, film.shape.span == "plane", film.shape.span == "space"
@@ -64,7 +67,11 @@ def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """Report surfaces that are open or invalid, coincident nodes, and too few nodes for the volume."""
+    """Yield findings (errors of the case) for a surface that is open or invalid, coincident nodes, and too few nodes for the
+    volume.
+
+    path: path of the film in the data of the case.
+    """
     surface = film.shape.surface
     if surface is not None:
         place = (*path, "surface")
@@ -85,7 +92,10 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report problems of a film that has its own velocity field, or no grid."""
+    """Yield findings (errors of the case) for a film that has its own velocity field, or no grid.
+
+    path: path of the film in the data of the case; parts: all parts of the case.
+    """
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
         text = (
             "an initial velocity applies to films that share their velocity field; the "
@@ -102,7 +112,10 @@ def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[
 
 
 def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report problems of a film that shares its velocity field with other bodies."""
+    """Yield findings (errors of the case) for a film that shares its velocity field with other bodies.
+
+    path: path of the film in the data of the case; parts: all parts of the case.
+    """
     grid, shape = parts.grid, (*path, "shape")
     if grid is None:
         return

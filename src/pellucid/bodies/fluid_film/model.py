@@ -100,7 +100,7 @@ class FluidFilmCase(BodyModel):
         return self.density or self.material.density
 
     def physics(self) -> "FilmPhysics":
-        """Return viscosities, bending properties and drag coefficients of the film in the form that kernels use."""
+        """Return viscosities, bending properties and drag coefficients of the film in the form that the kernels use."""
         from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
 
         m = self.material
@@ -123,14 +123,17 @@ class FluidFilmCase(BodyModel):
         return Curve(len(places), self.radial, self.is_around), places
 
     def numbers(self) -> np.ndarray:
-        """Return for each node of the geometry its number in the initial shape, shape (n,): surfaces store their nodes in
-        spatial order."""
+        """Return for each node of the geometry its number in the initial shape, shape (n,). The two orders differ because
+        surfaces store their nodes in spatial order.
+        """
         if self.shape.surface is not None:
             return spatial_order(self.shape.surface.triangulate().vertices)
         return np.arange(len(self.positions()))
 
     def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
-        """Return the solver for the nodal velocities. x: initial positions of the nodes [m], shape (n, d)."""
+        """Return the solver for the nodal velocities of a film with this geometry. x: initial positions of the nodes [m],
+        shape (n, d).
+        """
         if self.shape.surface is not None:
             from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
 
@@ -140,14 +143,16 @@ class FluidFilmCase(BodyModel):
         return CurveSolver(geometry.nodes, geometry.held)
 
     def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "OwnSteps":
-        """Build the object that moves the film by substeps. arrays: state of the film."""
+        """Build the object that moves the film by substeps. goals: prescribed volume and area; arrays: state arrays of the
+        film.
+        """
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
 
         return OwnSteps(balance, goals, self, arrays)
 
     @property
     def has_drag(self) -> bool:
-        """True if the surroundings exert drag on the film."""
+        """True if the surrounding fluid exerts drag on the film."""
         return max(self.drag.normal, self.drag.tangential) > 0.0
 
     def sides(self) -> np.ndarray:
@@ -159,11 +164,13 @@ class FluidFilmCase(BodyModel):
 
     @property
     def is_around(self) -> bool:
-        """True for a surface of revolution."""
+        """True if the film is a surface of revolution."""
         return self.shape.span == "around"
 
     def goals(self, o: "Operators") -> Goals:
-        """Return the prescribed volume [m³] and area [m²], from the initial geometry and the settings of the case."""
+        """Return the prescribed volume [m³] and area [m²] from the settings of the case and the initial geometry o of the
+        film.
+        """
         start, area, goal = o.volume(), float(o.area.sum()), None
         if self.volume is not None:
             reduced = self.volume.reduced
@@ -177,7 +184,7 @@ class FluidFilmCase(BodyModel):
 
     @property
     def has_own_step(self) -> bool:
-        """True: a film takes substeps."""
+        """Return True: a film divides the time step of the run into its own substeps."""
         return True
 
     @property
@@ -198,8 +205,10 @@ class FluidFilmCase(BodyModel):
         return aware
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the limit at which the fastest wave crosses one cell in a step; no limit if the film has its own velocity
-        field, since it then takes substeps."""
+        """Return the largest step in which waves, viscosity and bending forces act across at most one grid cell, of edge
+        length `cell` [m]; no limit if the film has its own velocity field, since it then divides the step into substeps.
+        is_driven: not used.
+        """
         if not self._is_shared or cell is None:
             return NO_LIMIT
         from pellucid.bodies.fluid_film.wave_speeds import Signals
@@ -209,11 +218,11 @@ class FluidFilmCase(BodyModel):
 
     @property
     def deforms_in_contact(self) -> bool:
-        """True: other bodies touch a film in their velocity field at the surface of the film."""
+        """True: a film has contact by its surface with the other bodies in its velocity field."""
         return True
 
     def owns_nodes(self, alone: bool) -> bool:
-        """True if no other body shares its velocity field; otherwise the nodes of the grid move the film."""
+        """True if no other body shares its velocity field; otherwise the film moves with the nodes of the grid."""
         return alone
 
     def needs_grid(self, parts: Parts) -> bool:
@@ -267,8 +276,9 @@ class FluidFilmCase(BodyModel):
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason why no motion along the normal can be prescribed: motions of all nodes would also determine volume
-        and area, and nodes of the grid move a film that shares their velocity field."""
+        """Return the reason why no motion along the normal can be prescribed: a motion of all nodes (`whole`) would also
+        determine volume and area, and nodes of the grid move a film that shares their velocity field; None if neither applies.
+        """
         if self._is_shared:
             return Reason(
                 f"the fluid around film {self.name} moves its nodes, so their motion cannot be prescribed", "remove this motion"
@@ -280,7 +290,11 @@ class FluidFilmCase(BodyModel):
         return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report settings of the film that are incompatible with each other or with other bodies."""
+        """Yield findings (errors of the case) for settings of the film that are incompatible with each other or with other
+        bodies.
+
+        path: path of the film in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from own_problems(self, path)

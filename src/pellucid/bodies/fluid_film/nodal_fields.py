@@ -1,4 +1,4 @@
-"""Nodal fields of a film: positions, velocities, masses, and averages of element fields."""
+"""Fields at the nodes of a film for the results: positions, velocities, masses, and averages of element fields."""
 
 import numpy as np
 
@@ -12,7 +12,8 @@ FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "cur
 class NodalFields:
     """Computes nodal fields of a film for results.
 
-    Updates the arrays `position`, `velocity` and `mass`. is_around: True for a surface of revolution.
+    forces: forces and densities of the film; arrays: arrays of the film, of which `position`, `velocity` and `mass` are
+    updated here; is_around: True for a surface of revolution.
     """
 
     def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
@@ -21,8 +22,9 @@ class NodalFields:
         self._corners = cells.lines if len(cells.lines) else cells.triangles
 
     def show(self, o: Operators) -> None:
-        """Update the positions [m], velocities [m/s] and masses [kg] of the nodes. o: operators of the film at these
-        positions."""
+        """Update the positions [m], velocities [m/s] and masses [kg] at the nodes in the results. o: geometry of the film at
+        its present positions.
+        """
         arrays, geometry = self._arrays, self._forces.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
         self.show_velocities(arrays["v"])
@@ -36,7 +38,9 @@ class NodalFields:
         self._arrays["velocity"][:] = in_space(geometry.places(v), geometry.axes)
 
     def field(self, name: str) -> np.ndarray:
-        """Return a nodal field; element fields are averaged by area over the elements around each node."""
+        """Return the field of this name at the nodes; fields of elements are averaged by area over the elements around each
+        node.
+        """
         arrays, forces = self._arrays, self._forces
         if name == "kinetic_energy":
             return np.zeros(len(arrays["mass"]))
@@ -57,7 +61,9 @@ class NodalFields:
         raise KeyError(name)
 
     def areas(self, o: Operators) -> np.ndarray:
-        """Return the area of the film that belongs to each node [m²], shape (n,)."""
+        """Return the area of the film that belongs to each node [m²], shape (n,). o: geometry of the film at its present
+        positions.
+        """
         return self._shared(o.area)
 
     def _distances(self) -> np.ndarray:
@@ -70,11 +76,16 @@ class NodalFields:
         return np.asarray(np.linalg.norm(places - centre, axis=1))
 
     def _shared(self, of_points: np.ndarray) -> np.ndarray:
-        """Distribute values at the quadrature points of each element, shape (e, q), equally among its corners, shape (n,)."""
+        """Distribute values at the quadrature points of each element, shape (e, q), equally among its corners, and return
+        their sums at the nodes, shape (n,).
+        """
         corners = self._corners
         share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])
         return np.bincount(corners.ravel(), share, len(self._arrays["mass"]))
 
     def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the area-weighted averages at the nodes of values at the quadrature points, shape (e, q)."""
+        """Return the area-weighted averages at the nodes, shape (n,), of values at the quadrature points.
+
+        area: areas of the quadrature points [m²]; values: any quantity there; shape (e, q) both.
+        """
         return np.asarray(self._shared(area * values) / self._shared(area))

@@ -42,11 +42,12 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
-    """Film whose nodes move with a velocity field that other bodies share.
+    """A film whose nodes move with a velocity field that other bodies share.
 
-    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the shape;
-    the array `node` holds the number of each point in the geometry. `v`, the velocities of the last step [m/s], and
-    `part_mass`, the masses of the parts of the film (those of its nodes or elements) [kg], are in the order of the geometry.
+    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
+    initial shape; the array `node` holds the number of each point in the geometry. `v`, the velocities of the last step [m/s],
+    and `part_mass`, the masses of the parts of the film (those of its nodes or elements) [kg], are in the order of the
+    geometry.
     """
 
     energy_kind = "strain"
@@ -92,7 +93,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays of the film, including those on which the functions of its geometry depend."""
+        """Return the state arrays for a checkpoint, including the ones on which the shape functions of the geometry depend."""
         kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
         surface = self.skin.state_arrays() if self.skin is not None else {}
         return {**super().state_arrays(), **kept, **surface}
@@ -127,15 +128,20 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def _scatter(self, force: np.ndarray, target: np.ndarray) -> None:
-        """Scatter forces on the nodes of the film, shape (n, d) [N; N per metre of depth for a curve], to the nodes of the
-        grid."""
+        """Scatter forces on the nodes of the film [N; N per metre of depth for a curve], shape (n, d), to the nodal forces
+        `target` of the grid.
+        """
         forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["node"]]
         scatter_vectors(self.n_slabs, self.mapped, forces, target)
 
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfNodes | None:
-        """Return contact points on the film at its nodes; contact forces act on these nodes."""
+        """Return the contact surface of the film, with contact points on the film at its nodes; contact forces act on these
+        nodes.
+
+        column: index of the contact work in the works of a step.
+        """
 
         def take(force: np.ndarray) -> None:
             load = self.velocity_field.load_row(column - FIRST_LOAD)
@@ -164,8 +170,9 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return sparse.csr_array(entries, shape=(n, n))
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Limit the time step by the contact springs if the contact surface of the film is one of `touching`; otherwise remove
-        this surface."""
+        """Limit the time step by the contact springs if the contact surface of the film is one of `touching`, the surfaces
+        with possible contact; otherwise remove this surface.
+        """
         if self.skin is not None and any(other is self.skin for other in touching):
             self._contact_rate = self.skin.rate
         else:
@@ -184,11 +191,12 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     # motion
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: the strains of a film follow from the motion of its nodes."""
+        """Do nothing: the film is strained by the motion of its nodes, not by velocity gradients of the grid."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the film over dt [s] if `move` is True, and update its fields and energies; with dt = 0, only update the
-        energies and the step limit."""
+        """Move the film over dt [s] if `move` is True, and update its fields, energies and step limit; with dt = 0, only
+        update energies and step limit.
+        """
         if move or dt == 0.0:
             self.update_positions(dt)
 
@@ -199,7 +207,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
-        """Move the nodes, redistribute them evenly, and update energies and step limit."""
+        """Move the nodes over a step dt [s], redistribute them evenly along the film, and update energies and step limit."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         move_points(self._by_nodes, dt)
         self._complete("position")
@@ -239,19 +247,19 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self.slabs.left_slab[:] = 1
 
     def _show(self) -> None:
-        """Compute the operators at the present positions and update the nodal fields."""
+        """Compute geometry and strain operators at the present positions, and update the nodal fields."""
         self._o = self.geometry.operators(self._film["x"])
         self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
-        """Interpolate the nodal velocities of the grid to the nodes of the film [m/s], shape (n, 3)."""
+        """Interpolate the velocities of the grid nodes to the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         self.shared.fill(found)
         return found
 
     def _signals(self) -> Signals:
-        """Return the signal speeds in the present state of the film."""
+        """Return the wave speed and the diffusivities of the film in its present state, which limit the time step."""
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:
@@ -266,7 +274,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     # data for other parts
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return 0: a film has no thickness."""
+        """Return zeros: a film has no thickness, so that contact begins at its nodes."""
         return 0.0, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:

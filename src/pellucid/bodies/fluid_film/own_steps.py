@@ -28,7 +28,9 @@ FIRST_SHARE = 1e-3  # length of the first substep, relative to the first step of
 
 
 def is_still(done: StepDone, span: float) -> bool:
-    """Return True if a substep of length span [s] moves the nodes by no more than the round-off of their positions."""
+    """Return True if a substep of length span [s] moves the nodes by no more than the round-off of their positions. done:
+    result of the substep.
+    """
     return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
 
 
@@ -36,8 +38,8 @@ class OwnSteps:
     """Moves a film by substeps.
 
     Updates the arrays `x` (nodal positions), `v` (nodal velocities), `part_mass`, `own_step` (length of a substep) and
-    `unspread` (displacement of the nodes with the film since they were last redistributed [m]). goals: prescribed volume and
-    area; how: settings of the film.
+    `unspread` (displacement of the nodes with the film since they were last redistributed [m]). balance: computes the
+    velocities; goals: prescribed volume and area over time; how: settings of the film.
     """
 
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
@@ -46,7 +48,8 @@ class OwnSteps:
         """Reason why the film cannot be moved further; None if it can."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """Move the film over a step of the run from time `elapsed` to `elapsed` + dt [s]; return the operators at the end.
+        """Move the film over a step of the run from time `elapsed` to `elapsed` + dt [s]; return the geometry and strain
+        operators at the end.
 
         driving: loads and constraints; count: function called with the result of each substep and its length [s].
         """
@@ -80,8 +83,10 @@ class OwnSteps:
         return o
 
     def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """Return the nodal velocities at the start of a step of the run [m/s], shape (n, d), from its first substep; zero
-        if the loads cannot be balanced (the step itself reports this)."""
+        """Return the nodal velocities at the start of a step dt [s] of the run [m/s], shape (n, d), from its first substep;
+        zero if the loads cannot be balanced (the step itself reports this). elapsed: time at the start of the step [s];
+        driving: loads and constraints.
+        """
         x, span = self._arrays["x"], FIRST_SHARE * dt
         volume, area = self._goals.at(elapsed + span)
         with on_one_thread():
@@ -100,12 +105,11 @@ class OwnSteps:
         return None
 
     def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
-        """Accept a substep of length span [s] that began with the operators o, redistribute the nodes evenly, and return the
-        operators at the end.
+        """Accept the result `done` of a substep of length span [s], redistribute the nodes evenly, and return the geometry and
+        strain operators at the end. o: operators at the start.
 
         The surface through the redistributed nodes differs from the surface before by the interpolation error, and may store
-        more energy. Redistribution that can wait is done only if the stored energy grows by at most the work done on the
-        film.
+        more energy. Redistribution that can wait is done only if the stored energy grows by at most the work done on the film.
         """
         arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
         mass, moved = arrays["part_mass"], arrays["unspread"] + (done.x - arrays["x"])
@@ -123,8 +127,11 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """Describe where the film is stretched so much that its density is too low for the model; None if it is not. o: operators
-    of the present state."""
+    """Return a message about the place where the film is stretched so much that its density is too low for the model; None if
+    it is not.
+
+    balance: forces and densities of the film; arrays: state of the film; o: geometry of the film in this state.
+    """
     geometry, rest = balance.geometry, balance.material.density
     density = balance.densities(o, arrays["part_mass"])
     if density.min() >= THINNEST * rest:

@@ -1,4 +1,4 @@
-"""Signal speeds in a film that moves with the nodes of the grid; they limit the time step."""
+"""Speeds at which waves, viscosity and bending propagate changes in a film on the grid; they limit the time step."""
 
 from math import sqrt
 
@@ -12,7 +12,8 @@ from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cel
 class Signals:
     """The wave speed [m/s], momentum diffusivity [m²/s] and bending coefficient [m⁴/s²] of a film with inertia.
 
-    density: surface density at its nodes or elements [kg/m²].
+    physics: viscosities and bending rigidity; material: equation of state of the film; density: surface density at its nodes
+    or elements [kg/m²].
     """
 
     def __init__(self, physics: FilmPhysics, material: LipidFilm, density: np.ndarray) -> None:
@@ -22,11 +23,15 @@ class Signals:
         self.bending = physics.bending_rigidity / least
 
     def rate(self, h: float) -> float:
-        """Return the largest rate at which signals cross a cell [1/s]. h: reciprocal of the cell size [1/m]."""
+        """Return the reciprocal of the largest stable time step by waves, viscosity and bending [1/s]. h: reciprocal of the
+        size of the grid cells [1/m].
+        """
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:
-        """Return the limit of the time step for cells of size `cell` [m] and a film that moves at a speed [m/s]."""
+        """Return the largest stable time step and its cause, for grid cells of size `cell` [m] and a film that moves at a
+        speed [m/s].
+        """
         waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
         tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
         return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

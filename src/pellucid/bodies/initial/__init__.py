@@ -1,4 +1,4 @@
-"""Initial fields: additions to the uniform initial state of a body, one file each.
+"""Initial fields: additions to the uniform initial state of a body, such as a velocity gradient; each kind has its own file.
 
 The kinds that a case can name are listed here: one line each.
 """

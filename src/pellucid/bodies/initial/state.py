@@ -19,8 +19,9 @@ Stress = tuple[float, float, float, float, float, float]
 
 
 def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:
-    """Return the sum of a uniform velocity and the initial fields of a body [m/s], shape (n, 3), at positions [m], shape
-    (n, 3)."""
+    """Return the sum of a uniform velocity [m/s] and the initial velocity fields of a body [m/s], shape (n, 3), at positions
+    [m], shape (n, 3). body: name of the body.
+    """
     velocity = np.tile(np.array(uniform), (len(position), 1))
     for added in added_velocities(body, fields, position):
         velocity += added
@@ -28,7 +29,9 @@ def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField],
 
 
 def added_velocities(body: str, fields: Sequence[InitialField], position: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the velocity [m/s], shape (n, 3), that each field adds at positions [m], shape (n, 3). Raises CaseError."""
+    """Yield the velocity [m/s], shape (n, 3), that each initial field adds at positions [m], shape (n, 3). body: name of the
+    body. Raises CaseError if a field fails.
+    """
     for number, field in enumerate(fields):
         if field.quantity == "velocity":
             yield _added(field, position, position.shape, f"body.{body}.initial.{number}")
@@ -37,8 +40,9 @@ def added_velocities(body: str, fields: Sequence[InitialField], position: np.nda
 def initial_stress(
     uniform: Stress | None, body: str, fields: Sequence[InitialField], position: np.ndarray
 ) -> np.ndarray | None:
-    """Return the sum of a uniform stress and the initial fields of a body [Pa], shape (n, 6), at positions [m], shape (n,
-    3); None if there is neither. Raises CaseError if a field fails."""
+    """Return the sum of a uniform stress [Pa] and the initial stress fields of a body, shape (n, 6), at positions [m], shape
+    (n, 3); None if there is neither. body: name of the body. Raises CaseError if a field fails.
+    """
     adding = [(number, field) for number, field in enumerate(fields) if field.quantity == "stress"]
     if uniform is None and not adding:
         return None
@@ -49,8 +53,9 @@ def initial_stress(
 
 
 def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:
-    """Add initial fields of quantities other than the velocity to the arrays of a body's points, in place. Raises CaseError if
-    a field fails."""
+    """Add initial fields of quantities other than the velocity, such as the stress or a state variable of the material, to the
+    arrays of a body's points, in place. body: name of the body. Raises CaseError if a field fails.
+    """
     for number, field in enumerate(fields):
         if field.quantity != "velocity":
             state = arrays[field.quantity]
@@ -58,8 +63,9 @@ def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping
 
 
 def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
-    """Return the values that a field adds. Raises CaseError at its key if the array has another shape or contains values
-    that are not numbers."""
+    """Return the values that a field adds at positions [m], shape (n, 3). Raises CaseError if the array does not have this
+    shape or contains values that are not finite numbers. key: path of the field in the case, for the message.
+    """
     what = f'the initial field of kind "{field.kind}"'
     with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
         found = field.at(read_only(position))
@@ -76,7 +82,9 @@ def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], ke
 
 
 def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
-    """Report initial fields of a quantity that the points of the body at `path` do not have."""
+    """Yield findings (errors of the case) for initial fields of a quantity that the points of the body at `path` do not have.
+    quantities: names of the quantities that they have.
+    """
     for index, field in enumerate(fields):
         if field.quantity not in quantities:
             text = f'kind "{field.kind}" sets `{field.quantity}`, but the points of this body do not have it'
@@ -84,7 +92,11 @@ def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], 
 
 
 def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report initial velocities of a body along or about axes on which the grid of the case allows no motion."""
+    """Yield findings (errors of the case) for initial velocities of a body along or about axes on which the grid allows no
+    motion.
+
+    path: path of the body in the data of the case; parts: all parts of the case.
+    """
     thin = [axis for axis, counts in enumerate(parts.active_axes) if not counts]
     along = listed([AXES[axis] for axis in thin])
     why = f"the grid is one cell thick along {along}"
@@ -108,8 +120,9 @@ def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterat
 
 
 def _moving_along(body: BodyModel, axis: int) -> Iterator[Path]:
-    """Return the keys of the initial velocity fields of a body with a component along an axis. Fields defined by users are
-    not evaluated."""
+    """Yield the paths, within the body, of the initial velocity keys that have a component along an axis. Fields defined by
+    users are not evaluated.
+    """
     wave, fields = getattr(body, "velocity_wave", None), getattr(body, "initial", ())
     keys: list[tuple[Path, InitialField]] = [] if wave is None else [(("velocity_wave",), wave)]
     keys += [(("initial", number), field) for number, field in enumerate(fields) if field.quantity == "velocity"]

@@ -25,8 +25,9 @@ points at the wall would sustain waves."""
 
 @kernel()
 def _list_beside(position, n, normal, level, most, listed):
-    """List into `listed` those of the first n points that lie less than `most` [m] above the plane normal · x = level; return
-    the number of points listed."""
+    """List into `listed` the numbers of the points, among the first n, that lie less than `most` [m] above the plane normal ·
+    x = level; return the number of points listed. position: positions of the points [m], shape (points, 3).
+    """
     count = 0
     for p in range(n):
         height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level
@@ -39,8 +40,8 @@ def _list_beside(position, n, normal, level, most, listed):
 class PointsAtWall(ContactSurface):
     """Contact surface of a fluid at a plane wall: the material points next to the plane, updated in each step.
 
-    density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that returns the nodal forces of the
-    grid, shape (nodes, 3), to which the forces on the points are added.
+    body: the fluid; plane: the wall; density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that
+    returns the nodal forces of the grid, shape (nodes, 3), to which the forces on the points are added.
     """
 
     follows_steps = False
@@ -57,7 +58,9 @@ class PointsAtWall(ContactSurface):
         self.begin()
 
     def _edges(self, mass: np.ndarray) -> np.ndarray:
-        """Return the edge lengths of the cubes of points with masses [kg], at the initial density [m]."""
+        """Return the edge lengths [m], shape (n,), of the cubes that points with masses [kg], shape (n,), fill at the initial
+        density; in plane problems, of the squares.
+        """
         thin = sum(self._body.grid.thin)
         return np.asarray((mass / (self._density * self._body.grid.slice_thickness**thin)) ** (1.0 / (3 - thin)))
 

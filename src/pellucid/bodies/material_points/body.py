@@ -48,7 +48,7 @@ NOBODY = np.zeros(0, dtype=bool)
 class MaterialPoints(
     PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat, WarnsOfApproach
 ):
-    """A body of material points that fill a volume, each with the state variables of its material law."""
+    """A fluid or solid body of material points that fill a volume, each with the state variables of its material law."""
 
     _surface_parts: SurfaceParts | None = None
 
@@ -96,7 +96,9 @@ class MaterialPoints(
         self._stressed = None
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run, in which the viscosity may have been explicit."""
+        """Load the arrays of an earlier run by name. If the viscosity was explicit in that run, the stress of the implicit
+        viscosity starts at zero.
+        """
         if VISCOUS_STRESS in self.arrays:
             state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
         super().load_state(state)
@@ -108,7 +110,7 @@ class MaterialPoints(
 
     @property
     def has_surface(self) -> bool:  # type: ignore[override]
-        """True if the material of the body does not flow."""
+        """True if the body has a contact surface of its own, i.e. its material is a solid."""
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
@@ -137,8 +139,9 @@ class MaterialPoints(
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
     def _load_of(self, column: int) -> Callable[[], np.ndarray]:
-        """Return a function that returns the nodal forces of the grid whose work is recorded in column `column` of the works of
-        a step."""
+        """Return a function that returns the nodal forces of the grid [N], shape (nodes, 3), whose work is recorded in column
+        `column` of the works of a step (`StepWork.works`).
+        """
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
@@ -157,7 +160,9 @@ class MaterialPoints(
 
     @property
     def filling(self) -> Filling | None:
-        """The body itself if `cell_pressure` is on and no motion prescribes the body; None otherwise."""
+        """The body itself if cell-averaged pressures apply to it (`cell_pressure` is on and no motion prescribes the body),
+        otherwise None.
+        """
         return self if self._by_cells and self.constraint is None else None
 
     @property
@@ -180,7 +185,7 @@ class MaterialPoints(
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
 
     def state_warning(self) -> str | None:
-        """Return a warning if a liquid is compressed beyond the limit of its material law; None if not."""
+        """Return a warning if a liquid is compressed beyond the limit of its material law; None otherwise."""
         volume = self.fluid_volume()
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
@@ -209,8 +214,9 @@ class MaterialPoints(
         return np.asarray(self.arrays["position"][stored[numbers]])
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Scatter mass, momentum and internal forces to the grid (P2G). A body that the grid does not strain keeps its initial
-        stress (usually zero)."""
+        """Scatter mass and momentum (`inertia`) and internal forces (`force`) to the grid (P2G). A body that the grid does not
+        strain, such as a rigid one, keeps its initial stress (usually zero).
+        """
         if force and not self._strains:
             if self._stressed is None:
                 self._stressed = domain.any(bool(self._there("stress").any()))
@@ -234,14 +240,17 @@ class MaterialPoints(
         return {**super().passes(), "straining": straining}
 
     def _strain_alone(self) -> Bundle:
-        """Return the loop that updates strain and stress of the points without moving them, for USF and before the first
-        step."""
+        """Return the loop over the points that updates strain and stress without moving the points, for USF and before the
+        first step.
+        """
         if self._strain_at_rest is None:
             self._strain_at_rest = straining(self.law, self.mapped.content, self._state, self._cells, moving=False)
         return self._strain_at_rest
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Sum energy and momentum, compute the step limit, and move the points of a rigid body."""
+        """Complete a stress update: sum energy and power, compute the step limit and, if `move` is True, move the contact
+        surface over the step dt [s] and the points of a body whose motion is prescribed as a whole.
+        """
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         if move:
@@ -282,8 +291,9 @@ class MaterialPoints(
 
     @property
     def may_leave(self) -> bool:  # type: ignore[override]
-        """True if points may leave through open faces: no motion prescribes the body, and its pressure does not act on whole
-        cells."""
+        """True if points may leave through open faces of the grid: no motion prescribes the body, and its pressure is not
+        averaged over cells (`cell_pressure`).
+        """
         return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
@@ -293,8 +303,9 @@ class MaterialPoints(
         self.constant_fields = ("id",)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` at faults. Points that left through open faces are not faults; they are removed when the step
-        is recorded."""
+        """Raise `RunStopped` if a point has a fault, such as a position outside the grid. Points that left through open faces
+        are no faults; they are removed when the step is recorded.
+        """
         fault = self.slabs.fault if self._open_faces is None else domain.complete(self.slabs.fault)
         if (
             self._open_faces is not None
@@ -334,7 +345,9 @@ class MaterialPoints(
 
     @property
     def n_told(self) -> int:
-        """Number of points to report: the points present if points can enter, otherwise all, including points that left."""
+        """Number of points in messages and summaries: the points present if points can enter, otherwise all, including points
+        that left.
+        """
         return self.n_there if self._takes_in else self.n_points
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
@@ -360,9 +373,12 @@ class MaterialPoints(
         return self.material.pressed(arrays, more)
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
-        """Add points with these arrays, e.g. at an inflow, after a step; they must lie in the grid. They use the rows of points
-        that left or have not entered yet. Returns the mass, energy and momentum added. Raises RunStopped if no rows are
-        left."""
+        """Add points with these arrays (position, velocity, mass, volume, material state) to the body, e.g. at an inflow,
+        after a step; they must lie in the grid. They use the rows of points that left or have not entered yet.
+
+        n_steps, time: steps and time [s] of the run, for the message. Returns mass, momentum and energies of the added points.
+        Raises RunStopped if no rows are left.
+        """
         there, mass = self.n_there, arrays["mass"]
         end = there + len(mass)
         if end > self.n_points:
@@ -383,7 +399,9 @@ class MaterialPoints(
         return entered
 
     def _stored_in(self, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the internal or strain energies of points whose state is in these arrays [J], shape (n,)."""
+        """Return the internal or strain energies of points [J], shape (n,), from their arrays (mass, volume, material
+        state).
+        """
         kind = self.material.energy_field
         if kind in arrays:
             return np.asarray(arrays["mass"] * arrays[kind])
@@ -402,7 +420,9 @@ class MaterialPoints(
         return super().stored_field(name)
 
     def _field_there(self, name: str) -> np.ndarray:
-        """Return a field of the points present; pressure and stored energy are computed from the material law."""
+        """Return a field of the points present on this process, by name; pressure and stored energy are computed from the
+        material law.
+        """
         if name == "stress" and VISCOUS_STRESS in self.arrays:
             return self._there("stress") + self._there(VISCOUS_STRESS)
         if name == "pressure":
@@ -416,7 +436,8 @@ class MaterialPoints(
 
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
     """Return the initial arrays of the points that `here` selects, in memory with room for all points of the body, and the
-    number of these points."""
+    number of selected points. here: function that returns the indices of the selected positions; gravity: [m/s²].
+    """
     seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
     arrays = {"id": seeds.number, **_arrays_at(case, seeds.position, seeds.volume, gravity)}
     if case.has_users_fields:
@@ -427,7 +448,8 @@ def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vec
 
 def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
     """Build the initial arrays (mass, velocity, material state) of points at positions [m], shape (n, 3), with volumes [m³],
-    shape (n,)."""
+    shape (n,). gravity: [m/s²], for a hydrostatic start.
+    """
     density, state = _initial_state(case, position, gravity)
     velocity = case.initial_velocity(position)
     arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}
@@ -438,8 +460,9 @@ def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravi
 
 
 def _with_room(values: np.ndarray, n: int) -> np.ndarray:
-    """Return an array of n rows, of which the first are the given values of points; the memory of the others is allocated on
-    first use."""
+    """Return an array of n rows, of which the first are `values`, one for each point; the memory of the other rows is
+    allocated on first use.
+    """
     if len(values) == n:
         return values
     array = np.zeros((n, *values.shape[1:]), values.dtype)

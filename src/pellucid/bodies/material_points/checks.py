@@ -23,7 +23,11 @@ NEAR_END = 1e-4  # smallest distance of points from the ends of a body, relative
 
 
 def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
-    """Report numbers of points per cell, and shapes of the body, that are impossible on the grid."""
+    """Yield findings (errors of the case) for numbers of points per cell, and shapes of the body, that are impossible on the
+    grid.
+
+    path: path of the body in the data of the case.
+    """
     try:
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:
@@ -57,7 +61,9 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
 
 
 def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
-    """Report faces in `cut_at` that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
+    """Yield findings (errors of the case) for faces of the grid in `cut_at` that the body does not reach, or that are neither
+    planes of symmetry nor open to a fluid. path: path of the body in the data of the case; parts: all parts of the case.
+    """
     if not parts.are_sound(Condition):
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
@@ -89,7 +95,9 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
 
 
 def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
-    """Report a rigid body of a material that flows."""
+    """Yield a finding (an error of the case) if a rigid body has a material that flows. path: path of the body in the data of
+    the case.
+    """
     if body.is_rigid and body.material.flows:
         text = f'a material of kind "{body.material.kind}" flows, but a rigid body keeps its shape'
         remedy = 'use a solid material of the same density, such as kind = "neo-hookean", or remove `rigid = true`'
@@ -97,7 +105,9 @@ def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a hydrostatic start of a material that does not flow, without gravity, or if no such state at rest exists."""
+    """Yield findings (errors of the case) for a hydrostatic initial state of a material that does not flow, without gravity,
+    or with no state at rest. path: path of the body in the data of the case; parts: all parts of the case.
+    """
     rest, gravity = body.hydrostatic, parts.gravity
     if rest is None or gravity is None:
         return
@@ -129,8 +139,10 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
 
 
 def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) -> Finding | None:
-    """Report a pressure level so far from the grid that the density of the fluid there differs clearly from that in the
-    body."""
+    """Return a finding (an error of the case) if the level at which a fluid has its reference density is so far from the grid
+    that the hydrostatic density in the body differs clearly from it; None otherwise. path: path of the body in the data of the
+    case; gravity: [m/s²].
+    """
     rest = body.hydrostatic
     if rest is None or rest.level is None:
         return None
@@ -148,7 +160,9 @@ def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) ->
 
 
 def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report `cell_pressure` for a material with shear stress, a second viscosity, or a prescribed motion."""
+    """Yield findings (errors of the case) for `cell_pressure` with a material that has shear stress or a second viscosity, or
+    with a prescribed motion. path: path of the body in the data of the case; parts: all parts of the case.
+    """
     if not body.cell_pressure:
         return
     here, remedy = (*path, "cell_pressure"), "remove cell_pressure; it is for fluids that move freely"
@@ -163,7 +177,10 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
 
 
 def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
-    """Report an initial stress given for a rigid body or for a material that cannot carry one."""
+    """Yield a finding (an error of the case) for an initial stress of a rigid body or of a material that cannot carry one.
+
+    path: path of the body in the data of the case.
+    """
     here = (*path, "initial_stress")
     if body.initial_stress is None:
         return
@@ -178,8 +195,9 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report names under `outside` that are unknown or repeated, name the body itself, or name bodies that cannot be
-    excluded."""
+    """Yield findings (errors of the case) for names under `outside` that are unknown or repeated, name the body itself, or
+    name bodies that cannot be excluded. path: path of the body in the data of the case; parts: all parts of the case.
+    """
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)

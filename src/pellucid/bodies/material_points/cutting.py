@@ -1,10 +1,11 @@
-"""Distribution of the volume of a region among its points, if its boundary intersects cells of its lattice.
+"""Distribution of the volume of a region among the material points that fill it, if its boundary intersects cells of their
+lattice.
 
-Lattice cells at the boundary are sampled by sub-points, which give the fraction of the cell inside the region. A lattice
-point inside the region gets the fraction of its own cell. Slivers of cells whose own point is outside are added to the
-nearest points inside (equally near points share them), so that no mass is missing or counted twice. All volumes are then
-scaled to the measure of the region: the measure of the shape minus the measures of the excluded shapes. The latter are
-exact if the shape is a box that contains the excluded shape, and otherwise estimated from the samples.
+Lattice cells at the boundary are sampled by sub-points, which give the fraction of the cell inside the region. A lattice point
+inside the region gets the fraction of its own cell. Slivers of cells whose own point is outside are added to the nearest
+points inside (equally near points share them), so that no mass is missing or counted twice. All volumes are then scaled to the
+measure of the region: the measure of the shape minus the measures of the excluded shapes. The latter are exact if the shape is
+a box that contains the excluded shape, and otherwise estimated from the samples.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +27,9 @@ LARGEST_SCALE = 0.02  # largest relative correction of the volumes
 
 
 class FilledRegion:
-    """A shape minus excluded regions, `left_out`, that is filled with the points of a lattice, `cells`."""
+    """A shape minus excluded regions, `left_out`, that is filled with the points of a lattice, `cells`. active: True for axes
+    along which the grid has more than one cell.
+    """
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
         self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
@@ -40,11 +43,11 @@ class FilledRegion:
         self._offsets = np.stack(offsets, axis=-1).reshape(-1, 3) * cells.spacing
 
     def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the points inside, shape (k, 3) [m], and the volume of each divided by the volume of a cell, shape (k,), for
-        some layers at a time.
+        """Yield the positions of the points inside [m], shape (k, 3), and the volume of each divided by the volume of a
+        lattice cell, shape (k,), for some layers of the lattice at a time.
 
-        Points also receive slivers from neighbouring layers; these slivers may be closer to points of further layers, so
-        those are included in the search.
+        Points also receive slivers (parts of cells whose own point is outside) from neighbouring layers; these slivers may be
+        closer to points of further layers, so the search includes those.
         """
         cells, reach = self._cells, int(np.ceil(self._far / self._cells.spacing[0] + 0.5))
         for first, end in cells.chunks():
@@ -65,10 +68,11 @@ class FilledRegion:
             yield places, share[mine]
 
     def measure(self, total: float) -> float:
-        """Return the length [m], area [m²] or volume [m³] of the region, once all points are known; `total` is the number of
-        cells that the points represent.
+        """Return the length [m], area [m²] or volume [m³] of the region, by its dimension, once `points` has yielded all
+        points.
 
-        Raises ValueError if the points represent clearly less than the region, since thin parts of it contain no points.
+        total: sum of the relative volumes that `points` yielded. Raises ValueError if the points represent clearly less than
+        the region, since thin parts of it contain no points.
         """
         exact = self._shape.measure(self._active) + self._twice / len(self._offsets) * self._cell
         for other, samples in zip(self._left_out, self._taken, strict=True):
@@ -84,15 +88,16 @@ class FilledRegion:
         return exact
 
     def _kept(self, places: np.ndarray) -> np.ndarray:
-        """Return a mask of the positions that lie in the region."""
+        """Return a mask of the positions [m], shape (k, 3), that lie in the region."""
         kept = self._shape.contains(places, self._active)
         for other in self._left_out:
             kept &= ~other.contains(places, self._active)
         return kept
 
     def _cut(self, centres: np.ndarray) -> np.ndarray:
-        """Return a mask of the cells that may lie partly outside the region. A box fills its own lattice, so only excluded
-        bodies cut its cells."""
+        """Return a mask of the cells that may lie partly outside the region, from their centres [m], shape (k, 3). A box fills
+        its own lattice, so only excluded regions cut its cells.
+        """
         active, spacing = np.array(self._active), self._cells.spacing
         if not isinstance(self._shape, Box):
             if self._left_out:
@@ -112,8 +117,12 @@ class FilledRegion:
         return cut
 
     def _shares(self, centres: np.ndarray, kept: np.ndarray, cut: np.ndarray, own: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fraction of each cell in the region and the centroid of this part [m]; cells in `cut` are sampled. For the
-        `own` cells it also counts the samples excluded by each body, and the samples excluded twice."""
+        """Return the fraction of each cell in the region, shape (k,), and the centroid of this part [m], shape (k, 3). Also
+        count the samples excluded by each region, and the samples excluded twice, in the cells `own`.
+
+        centres: centres of the cells [m], shape (k, 3); kept: mask of the centres in the region; cut: numbers of the cells
+        that are sampled, since they may lie partly outside; own: slice of the cells that are counted.
+        """
         share, middle, offsets = kept.astype(float), centres.copy(), self._offsets
         for chunk in np.array_split(cut, 1 + len(cut) * len(offsets) // SAMPLES_AT_ONCE):
             samples = (centres[chunk, None] + offsets).reshape(-1, 3)
@@ -134,8 +143,11 @@ class FilledRegion:
     def _with_slivers(
         self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Add the slivers of a slice of cells to the points that receive them. Returns the volume fractions of the cells, shape
-        (k,), and these fractions times the centroids of the cells, shape (k, 3)."""
+        """Add slivers (parts of cells whose own point is outside) to the points that receive them. Returns the volume
+        fractions of the cells, shape (k,), and these fractions times the centroids of the cells, shape (k, 3).
+
+        centres, kept: as for `_shares`; share, middle: its results; beside: slice of the cells whose slivers are added.
+        """
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
         if len(slivers) and kept.any():
             given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)
@@ -146,7 +158,7 @@ class FilledRegion:
         return share, moments
 
     def _sticks_out(self) -> bool:
-        """Return True if the shape extends beyond its lattice."""
+        """Return True if the shape extends beyond the lattice that fills it."""
         slack = 1e-6 * self._cells.spacing
         (lower, upper), (low, high) = self._shape.bounds(), self._cells.bounds()
         return bool(np.any(((lower < low - slack) | (upper > high + slack))[np.array(self._active)]))
@@ -155,9 +167,13 @@ class FilledRegion:
 def _slivers(
     centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Assign slivers, i.e. cell parts whose own lattice point is outside, to the nearest points. Returns the cells of the
-    slivers, the cells of their points, and the fraction of each sliver for each point. Equally near points share a sliver, so
-    that symmetric shapes stay symmetric."""
+    """Assign slivers (parts of cells whose own lattice point is outside) to the nearest points. Returns the cells of the
+    slivers, the cells of their points, and the fraction of each sliver for each point, shape (pairs,) each. Equally near
+    points share a sliver, so that symmetric shapes stay symmetric.
+
+    centres, middle: centres of the cells and centroids of their parts in the region [m], shape (k, 3); kept: numbers of the
+    cells with a point; slivers: numbers of the cells without.
+    """
     from scipy.spatial import cKDTree
 
     count = min(NEIGHBOURS, len(kept))
@@ -169,7 +185,7 @@ def _slivers(
 
 
 def _in_a_box(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:
-    """Return True if `shape` is a box, rotated or not, that contains the bounds of `other`."""
+    """Return True if `shape` is a box, rotated or not, that contains the bounds of `other` along the active axes."""
     corners = np.stack(np.meshgrid(*np.transpose(other.bounds()), indexing="ij"), axis=-1).reshape(-1, 3)
     box, corners = shape.in_own_frame(corners)
     if not isinstance(box, Box):

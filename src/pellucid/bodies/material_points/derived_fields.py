@@ -14,8 +14,11 @@ def _fill_pressures(law, state, density, result):
 
 
 def point_pressures(law, state, density: np.ndarray) -> np.ndarray:
-    """Return the pressures that the material law gives for the points [Pa], shape (n,), without artificial viscosity. state: as
-    from `point_state.in_arrays`; density: [kg/m³], shape (n,)."""
+    """Return the pressures that the material law gives for the points [Pa], shape (n,), without artificial viscosity.
+
+    law: material law for kernels; state: state variables of the points (from `point_state.in_arrays`); density: [kg/m³], shape
+    (n,).
+    """
     result = np.empty_like(density)
     _fill_pressures(law, state, density, result)
     return result
@@ -28,8 +31,11 @@ def _fill_energies(law, state, density, result):
 
 
 def point_energies(law, state, density: np.ndarray) -> np.ndarray:
-    """Return the internal or strain energies per unit mass of the points [J/kg], shape (n,). state: as from
-    `point_state.in_arrays`; density: [kg/m³], shape (n,)."""
+    """Return the internal or strain energies per unit mass of the points [J/kg], shape (n,).
+
+    law: material law for kernels; state: state variables of the points (from `point_state.in_arrays`); density: [kg/m³], shape
+    (n,).
+    """
     result = np.empty_like(density)
     _fill_energies(law, state, density, result)
     return result

@@ -55,10 +55,10 @@ def edge_points(
     side: float,
     left_out: Contains | None,
 ) -> EdgePoints:
-    """Return points on the edges of a body within the grid, at most a spacing [m] apart.
+    """Return contact points on the edges of a body within the grid, at most a spacing [m] apart.
 
-    bounds: corners of the bounding box of the body [m]; side: area of its largest side [m²]; left_out: function that
-    returns a mask of the positions, shape (n, 3), that other bodies exclude from its shape.
+    found: edges and corners of the shape; bounds: corners of the bounding box of the body [m]; side: area of its largest side
+    [m²]; left_out: function that returns a mask of the positions, shape (n, 3), that other bodies exclude from its shape.
     """
     thin, periodic = np.array(grid.thin()), np.array(grid.is_periodic())
     low, high = np.array(grid.lower, float), np.array(grid.extent_upper(), float)
@@ -72,7 +72,7 @@ def edge_points(
         return out if left_out is None else out | left_out(places)
 
     def on_faces(places: np.ndarray) -> np.ndarray:
-        """Return a mask of the grid faces on which each position lies, shape (n, 2, 3)."""
+        """Return a mask of the faces of the grid on which each position [m], shape (n, 3), lies, shape (n, 2, 3): end, axis."""
         return (np.abs(places[:, None] - ends) < slack) & counts
 
     bears = ~is_out(found.corner) & ~on_faces(found.corner).any(axis=(1, 2)) & np.any(found.corner_normal, axis=1)

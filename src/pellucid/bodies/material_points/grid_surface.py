@@ -33,7 +33,7 @@ WIDTHS = 2.5  # range of the weights of a surface point, in distances between th
 
 
 class MovedSurface(NamedTuple):
-    """Data for kernels that move surface points: the points, and the nodal velocities that move them."""
+    """Data of surface points for the kernels that move them, and the nodal velocities with which they move."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
@@ -46,8 +46,9 @@ class MovedSurface(NamedTuple):
 
 @parallel_loop()
 def _follow(chunk, surface, step, dt):
-    """Update velocities and vector areas of surface points over a step dt [s], and their offsets from the host points over
-    `step` [s]; positions of the hosts are not changed."""
+    """Update velocities and vector areas of a chunk of surface points over a step dt [s], and over `step` [s] the vectors from
+    their host material points to them; positions of the hosts are not changed. surface: a `MovedSurface`.
+    """
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
@@ -66,10 +67,11 @@ def _follow(chunk, surface, step, dt):
 
 @kernel()
 def _put_on_hosts(surface, position, stored, stays, depth, place):
-    """Compute the positions of the surface points [m], shape (m, 3), from the stored positions of their hosts.
+    """Compute the positions `place` of the surface points [m], shape (m, 3), from the positions of their host material points.
 
-    stays: True if the ends of the offsets do not move with the hosts; depth: distance from these ends to the surface [m],
-    shape (m, 1).
+    surface: a `MovedSurface`; position: positions of all material points [m], shape (n, 3); stored: row of each host in it,
+    shape (m,); stays: True if the ends of the offsets do not move with the hosts; depth: distance from these ends to the
+    surface [m], shape (m, 1).
     """
     host, offset, area = surface.host, surface.offset, surface.area
     for p in range(len(place)):
@@ -109,7 +111,9 @@ def _turn(surface, depth, centre, rotation, new_centre, dt):
 
 @kernel()
 def _add_forces(surface, listed, force, target):
-    """Add forces on the surface points in `listed` [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3)."""
+    """Add forces on the surface points [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3). surface: a
+    `MovedSurface`; listed: numbers of the n points.
+    """
     for e in range(len(listed)):
         p = uintp(listed[e])
         about = stencil(surface.functions, surface.lattice, surface.host, p)
@@ -129,11 +133,12 @@ def _list_pushed(force, listed):
 
 
 class GridSurface(ContactSurface):
-    """Surface points of a body on the grid, with positions [m] and vector areas [m²], shape (m, 3).
+    """Contact surface of a body of material points: surface points that move with the nodes of the grid.
 
-    arrays, mapped: arrays and kernel data of the material points of the body; hosts: number (`id`) of the material point
-    of each surface point, shape (m,); spacing: distance of the surface points [m]; load: function that returns the nodal
-    forces, shape (nodes, 3), to which the surface forces are added; edges: points on the edges of a body that does not
+    arrays, mapped: arrays and kernel data of the material points of the body; hosts: number (`id`) of the material point of
+    each surface point, shape (m,); place, area, velocity: initial positions [m], outward vector areas [m²] and velocities
+    [m/s] of the surface points, shape (m, 3); spacing: distance of the surface points [m]; load: function that returns the
+    nodal forces, shape (nodes, 3), to which the surface forces are added; edges: points on the edges of a body that does not
     deform, stored last and without area.
     """
 
@@ -180,13 +185,16 @@ class GridSurface(ContactSurface):
         self._moved = Bundle(moved)
 
     def _above(self) -> np.ndarray:
-        """Return the vectors from the ends of the offsets to the surface, along its normals [m], shape (m, 3)."""
+        """Return the vectors from the ends of the offsets (which start at the host material points) to the surface, along its
+        normals [m], shape (m, 3).
+        """
         size = np.linalg.norm(self.area, axis=1, keepdims=True)
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
     def find_hosts(self) -> None:
-        """Update the row of the arrays in which each host material point is stored; surface points whose hosts left the grid
-        get zero area."""
+        """Find the row in which the arrays of the body store the host material point of each surface point; surface points
+        whose hosts left the grid get zero area.
+        """
         numbers = self._points["id"]
         stored = np.empty(len(numbers), np.int64)
         stored[numbers] = np.arange(len(numbers))
@@ -194,14 +202,16 @@ class GridSurface(ContactSurface):
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:
-        """Set the areas of surface points to zero if they lie on these faces and their area vectors are normal to the faces."""
+        """Set the areas of surface points to zero if they lie on these faces and their area vectors are normal to the faces.
+        faces: axis and coordinate [m] of each face.
+        """
         near = ON_A_FACE / self._moved.content.lattice.inverse_cell
         for axis, place in faces:
             on = np.abs(self.place[:, axis] - place) < near
             self.area[on & (np.abs(self.area[:, axis]) > 0.5 * self.sizes())] = 0.0
 
     def weights(self) -> np.ndarray:
-        """Return the areas of the surface points at the start [m²]."""
+        """Return the areas of the surface points at the start [m²], shape (m,), with which they share contact forces."""
         return self._weights
 
     def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
@@ -216,8 +226,9 @@ class GridSurface(ContactSurface):
         _put_on_hosts(self._moved, self._points["position"], self._stored, not self.is_hard, self._depth, self.place)
 
     def follow(self, dt: float) -> None:
-        """Move the surface with the nodes over a step dt [s]; if the motion of the body is prescribed, with its material
-        points."""
+        """Move the surface points over a step dt [s] with the velocities of the grid nodes; if the motion of the body is
+        prescribed, with its material points.
+        """
         self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
         if domain.is_cut:  # nodes are whole about points in the slabs of this process
@@ -233,8 +244,9 @@ class GridSurface(ContactSurface):
             self._rests = True
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
-        """Move the surface as a rigid body over dt [s]: its centre moves to a new position [m], (3,), and it turns by a
-        rotation matrix (3, 3)."""
+        """Move the surface as a rigid body over dt [s]: its centre moves to the position `new_centre` [m], shape (3,), and it
+        turns by a rotation matrix (3, 3).
+        """
         self._rests = False
         _turn(self._moved, self._depth, centre, rotation, new_centre, dt)
         self._edge_normal[...] = self._edge_normal @ rotation.T
@@ -264,10 +276,10 @@ class GridSurface(ContactSurface):
 
 
 def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:
-    """Return a mask of the surface points on a flat side.
+    """Return a mask, shape (m,), of the surface points on a flat side.
 
-    All neighbours of such a point have the same normal, except those beyond a sharp edge. place [m], normal: shape (m, 3),
-    zero normals count as flat; about: search distance for neighbours [m].
+    All neighbours of such a point have the same normal, except those beyond a sharp edge. place: positions [m], shape (m, 3);
+    normal: unit normals, shape (m, 3), where zero counts as flat; about: search distance for neighbours [m].
     """
     pairs = cKDTree(place).query_pairs(about, output_type="ndarray")
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])

@@ -43,10 +43,11 @@ def states_by_height(
     largest: Callable[[float], float] = float,
 ) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
     """Return the hydrostatic densities [kg/m³], shape (n,), and the state arrays of the material at positions [m], shape (n,
-    3), in a body with these bounds [m].
+    3).
 
-    gravity: non-zero [m/s²]; largest: function that returns the largest value over all processes with points of the body.
-    Raises NoRest if no state at rest exists.
+    rest: level at which the fluid has its reference density and pressure; material: the fluid; bounds: bounding box of the
+    body [m]; gravity: non-zero [m/s²]; largest: function that returns the largest value over all processes with points of the
+    body. Raises NoRest if no state at rest exists.
     """
     strength = float(np.linalg.norm(gravity))
     up = -np.array(gravity) / strength
@@ -65,10 +66,11 @@ def states_by_height(
 def far_level(
     level: float, material: PointMaterial, body: Bounds, grid: Bounds, gravity: Vector
 ) -> tuple[float, float, float] | None:
-    """Return the lowest and highest height of the grid [m], and the ratio of the density in the body to the density at a level
-    outside the grid, if this ratio indicates another fluid; None otherwise.
+    """Return the lowest and highest height of the grid [m], and the ratio of the hydrostatic density in the body to the
+    density at a level (height) [m] outside the grid, if this ratio indicates that another fluid lies there; None otherwise.
 
-    None also if there is no state at rest, which `states_by_height` reports.
+    material: the fluid; body, grid: bounding boxes [m]; gravity: [m/s²]. None also if there is no state at rest, which
+    `states_by_height` reports.
     """
     bottom, top = heights_of_ends(grid, gravity)
     if bottom <= level <= top:
@@ -84,7 +86,9 @@ def far_level(
 
 
 def heights_of_ends(bounds: Bounds, gravity: Vector) -> tuple[float, float]:
-    """Return the lowest and the highest height of a box, measured against gravity [m]."""
+    """Return the lowest and the highest height of a box [m], where height is the coordinate opposite to gravity. bounds: lower
+    and upper corner [m]; gravity: [m/s²].
+    """
     up = -np.array(gravity) / np.linalg.norm(gravity)
     lower, upper = bounds
     return float(np.where(up > 0.0, lower, upper) @ up), float(np.where(up > 0.0, upper, lower) @ up)

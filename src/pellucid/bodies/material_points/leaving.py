@@ -1,8 +1,8 @@
 """Material points that leave and enter through open faces of the grid.
 
-Points that left keep their rows, after the rows of the points present, so that all frames have the same number of points.
-They do not belong to any slab (layer of cells), so kernels do not process them. Their mass, volume and velocity are zero,
-and they stay at the face that they crossed until an entering point uses the row.
+Points that left keep their rows in the arrays, after the rows of the points present, so that all frames of the results have
+the same number of points. They do not belong to any slab (layer of grid cells), so kernels do not process them. Their mass,
+volume and velocity are zero, and they stay at the face that they crossed until an entering point uses the row.
 """
 
 from collections.abc import Iterable, Mapping
@@ -28,8 +28,9 @@ class OpenFaces:
             self._open[axis, end] = True
 
     def crossed(self, position: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
-        """Return two masks, shape (n,), for points at positions [m], shape (n, 3): beyond an open face, and beyond closed faces
-        only."""
+        """Return two masks, shape (n,), for points at positions [m], shape (n, 3): the points beyond an open face of the grid,
+        and the points beyond closed faces only.
+        """
         cells = (position - np.array(lattice.lower)) * lattice.inverse_cell  # as kernels judge it
         beyond = np.stack([cells < 0.0, cells > np.array(lattice.counts)], axis=-1)
         beyond[:, [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]] = False  # there it goes on
@@ -40,7 +41,8 @@ class OpenFaces:
 def taken_along(
     arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
 ) -> tuple[Passed, float]:
-    """Return the mass, momentum and energy of leaving points, and the energy of their affine velocity fields (APIC) [J].
+    """Return number, mass, momentum and energies of leaving points (`Passed`), and the energy of their affine velocity fields
+    (APIC) [J].
 
     arrays: arrays of the points present; stored: their internal or strain energies [J], shape (n,); which: selection of the
     leaving points, shape (n,); half_power: half the power of their internal forces [W].
@@ -54,7 +56,9 @@ def taken_along(
 
 
 def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice) -> None:
-    """Set mass, volume and velocity of the selected points to zero, and move them to the face of the grid that they crossed."""
+    """Set mass, volume, velocity and stress of the selected points to zero, in place, and move them to the face of the grid
+    that they crossed. arrays: arrays of the points; which: selection of points that left; lattice: cells of the grid.
+    """
     for name in ("mass", "volume", "velocity", "affine", "stress", VISCOUS_STRESS):
         if name in arrays:
             arrays[name][which] = 0.0
@@ -66,7 +70,8 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
 
 
 def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Passed, float]:
-    """Return the mass, momentum and energy of entering points, and their Σ m|v| [kg m/s]. stored: their internal or strain
-    energies [J], shape (n,)."""
+    """Return number, mass, momentum and energies of entering points (`Passed`), and their Σ m|v| [kg m/s]. arrays: their
+    arrays; stored: their internal or strain energies [J], shape (n,).
+    """
     entered, _ = taken_along(arrays, stored, slice(None), 0.0)
     return entered, float(np.sum(arrays["mass"] * np.linalg.norm(arrays["velocity"], axis=1)))

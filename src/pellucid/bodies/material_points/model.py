@@ -43,7 +43,7 @@ class MaterialPointsCase(SeededBody):
 
     @property
     def deforms_in_contact(self) -> bool:
-        """True for solids; a fluid has no surface of its own."""
+        """True for solids, which have contact by their surface; a fluid has no surface of its own."""
         return not self.material.flows
 
     @property
@@ -92,19 +92,24 @@ class MaterialPointsCase(SeededBody):
         return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
-        """Return None: walls are possible for solids, by their surface, and for fluids, by their points."""
+        """Return None: walls are possible for solids, whose surface has contact with them, and for fluids, whose points
+        have.
+        """
         return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the limit at which the fastest wave crosses one cell in a step; None for bodies that are rigid or have a
-        prescribed motion, in which there are no waves."""
+        """Return the largest step in which the fastest wave crosses one cell, of edge length `cell` [m]; None for bodies that
+        are rigid or have a prescribed motion (`is_driven`), since there are no waves in them.
+        """
         if cell is None or self.rigid or is_driven or any(self.material.problems()):
             return None
         return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Return the step limit for the initial motion of the body; for a fluid it includes the artificial viscosity, which
-        raises the signal speed under compression."""
+        raises the signal speed under compression. cell: edge length of the cells [m]; is_driven: motions prescribe the whole
+        body.
+        """
         if cell is None:
             return None
         if self.rigid or is_driven:
@@ -114,7 +119,10 @@ class MaterialPointsCase(SeededBody):
         return found._replace(reason=f"{found.reason} with artificial viscosity") if compressed > wave else found
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report settings that do not fit the grid, other bodies or supports."""
+        """Yield findings (errors of the case) for settings that do not fit the grid, other bodies or supports.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid

@@ -1,4 +1,6 @@
-"""The lattice of cells around a shape, each with a candidate point; processed some layers at a time."""
+"""The lattice of cells around a shape, each with a candidate for a material point at its centre; processed some layers at a
+time.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,14 +16,14 @@ FEWEST_LAYERS = 24  # least number of layers processed together, since neighbour
 
 
 class SeedLattice(NamedTuple):
-    """A lattice of cells, numbered so that z varies fastest; layers are normal to x."""
+    """A lattice of cells for seeding a shape, numbered so that z varies fastest; a layer of cells is normal to x."""
 
     axes: tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates of the cell centres along each axis [m]
     spacing: np.ndarray  # (3,) edges of a cell [m]
 
     @classmethod
     def of(cls, shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> "SeedLattice":
-        """Build the lattice of a shape in a grid with this number of points per cell along each axis."""
+        """Build the lattice of a shape in a grid. per_cell: number of points per grid cell along x, y and z."""
         thin = np.array(grid.thin())
         lower, upper = shape.bounds()
         lower = np.where(thin, grid.lower, lower)

@@ -90,7 +90,9 @@ class SeededBody(DampedModel):
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """Return a copy that stores the regions of the bodies named in `outside`. Raises KeyError for an unknown name."""
+        """Return a copy of these settings that stores the regions of the bodies named in `outside`. Raises KeyError for an
+        unknown name.
+        """
         if not self.outside:
             return self
         places = {body.name: body for body in bodies}
@@ -100,7 +102,7 @@ class SeededBody(DampedModel):
 
     @property
     def left_out(self) -> tuple[Geometry, ...]:
-        """Regions excluded from the shape. Only the model returned by `with_others` contains them."""
+        """Regions of other bodies that are excluded from the shape. Only the model returned by `with_others` contains them."""
         if len(self._excluded) < len(self.outside):
             raise RuntimeError(
                 f"body {self.name} excludes other bodies, which it has not received; call body.with_others(bodies)"
@@ -108,7 +110,7 @@ class SeededBody(DampedModel):
         return self._excluded
 
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
-        """Return the excluded regions, including their periodic images that intersect the shape."""
+        """Return the excluded regions of other bodies, including their periodic images that intersect the shape."""
         found: list[Geometry] = []
         for other in self.left_out:
             for way in images(grid.periods(), other.bounds(), self.bounds()):
@@ -126,9 +128,10 @@ class SeededBody(DampedModel):
         return self.shape.geometry().bounds()
 
     def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
-        """Return the initial points that `wanted` selects; the body must have at least one point.
+        """Return the initial points of the body that `wanted` selects.
 
-        Raises CaseError if no point lies in the shape, or if the remaining part of the shape is too thin.
+        wanted: function that returns the indices of the selected positions. Raises CaseError if no point of the body lies in
+        the shape, or if the remaining part of the shape is too thin.
         """
         remedy = "use a smaller grid.cell or more points_per_cell"
         per_cell = points_along_axes(self.points_per_cell, grid.thin())
@@ -149,7 +152,9 @@ class SeededBody(DampedModel):
         return self.boundary(grid, hard)[0]
 
     def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
-        """Return the spacing of the surface points of the body on this grid [m]."""
+        """Return the spacing of the contact points on the surface of the body on this grid [m]. hard: True if the body does
+        not deform.
+        """
         return grid.cell / max(HARD if hard else SOFT, self._points_per_edge(grid))
 
     def _points_per_edge(self, grid: GridCase) -> int:
@@ -158,9 +163,10 @@ class SeededBody(DampedModel):
         return min(n for n, thin in zip(per_cell, grid.thin(), strict=True) if not thin)
 
     def boundary(self, grid: GridCase, hard: bool, spacing: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return the initial surface points within the grid [m], and their outward vector areas [m²], shape (m, 3) each. A
-        cut at a face of the grid is not a surface. hard: True if the body does not deform; spacing: distance of the points
-        [m], by default `boundary_spacing`."""
+        """Return the initial contact points on the surface within the grid [m], and their outward vector areas [m²], shape (m,
+        3) each. A cut at a face of the grid is not a surface. hard: True if the body does not deform; spacing: distance of the
+        points [m], by default `boundary_spacing`.
+        """
         x, y, z = (not thin for thin in grid.thin())
 
         left_out = self._left_out_in(grid)
@@ -188,7 +194,7 @@ class SeededBody(DampedModel):
         return place[within], area[within]
 
     def edge_points(self, grid: GridCase, side: float) -> EdgePoints:
-        """Return points on the sharp edges of a body that does not deform. side: area of its largest side [m²]."""
+        """Return contact points on the sharp edges of a body that does not deform. side: area of its largest side [m²]."""
         x, y, z = (not thin for thin in grid.thin())
         others, spacing = self._left_out_in(grid), self.boundary_spacing(grid, hard=True)
 
@@ -199,8 +205,9 @@ class SeededBody(DampedModel):
         return edge_points(found, grid, self.bounds(), spacing, side, left_out if others else None)
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Return an estimate of the number of points from the volume of the shape, accurate to one layer of points. Excluded
-        regions are subtracted after `with_others`."""
+        """Return an estimate of the number of points from the volume of the shape, accurate to one layer of points. Regions of
+        other bodies are subtracted only in the model that `with_others` returns.
+        """
         if grid is None:
             raise RuntimeError(f"body {self.name} needs a grid for its points, but there is none")
         x, y, z = (not thin for thin in grid.thin())
@@ -223,12 +230,15 @@ class SeededBody(DampedModel):
 
     @property
     def has_users_fields(self) -> bool:
-        """True if an initial field is defined by the user: such fields are evaluated only at the points of the body, in
-        their order."""
+        """True if an initial field is defined by user code: such fields are evaluated only at the points of the body, in their
+        order.
+        """
         return not all(is_own(file_of(type(field))) for field in self.initial)
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add the initial fields of the material's state to the arrays of the points, in place."""
+        """Add the initial fields of the material's state to the arrays of the points, in place. arrays: by name, with one row
+        per point.
+        """
         add_initial_state(self.name, self.initial, arrays)
 
     def wave_speeds(self) -> tuple[float, float]:

@@ -18,7 +18,8 @@ def points_along_axes(
 ) -> tuple[int, int, int]:
     """Return the number of points per cell along x, y, z.
 
-    A single number is distributed equally over the axes that are not thin. Raises ValueError if that is impossible.
+    points_per_cell: number in a cell, or numbers along the axes; thin: True for axes along which the grid has one cell. A
+    single number is distributed equally over the other axes. Raises ValueError if that is impossible.
     """
     if isinstance(points_per_cell, tuple):
         return points_per_cell
@@ -49,7 +50,7 @@ class Seeds(NamedTuple):
 
 
 def everywhere(position: np.ndarray) -> np.ndarray:
-    """Return the indices of all positions."""
+    """Return the indices of all positions, shape (n,): a selection function that selects every point."""
     return np.arange(len(position))
 
 
@@ -60,14 +61,15 @@ def seed(
     left_out: Sequence[Geometry] = (),
     wanted: Wanted = everywhere,
 ) -> Seeds:
-    """Return those of the points that fill a shape, minus the excluded regions, that `wanted` selects.
+    """Fill a shape, minus the excluded regions, with material points, and return the points that `wanted` selects.
 
-    A box, and any other shape that provides its own lattice, is filled by that lattice with equal volumes. Other shapes are
-    filled by the points of the grid's lattice that lie inside: each has the volume of the part of its lattice cell inside the
-    shape, and lies at the centroid of this part. A box with excluded regions is filled in the same way, but its points stay on
-    the lattice (see `pellucid.bodies.material_points.cutting`). The sum of the volumes is exactly the volume of the shape.
-    Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining parts are too
-    thin for the spacing of the points.
+    per_cell: number of points per grid cell along x, y and z; left_out: excluded regions; wanted: function that returns the
+    indices of the selected positions. A box, and any other shape that provides its own lattice, is filled by that lattice with
+    equal volumes. Other shapes are filled by the points of the grid's lattice that lie inside: each has the volume of the part
+    of its lattice cell inside the shape, and lies at the centroid of this part. A box with excluded regions is filled in the
+    same way, but its points stay on the lattice (see `pellucid.bodies.material_points.cutting`). The sum of the volumes is
+    exactly the volume of the shape. Points that are not selected are dropped, some layers of the lattice at a time. Raises
+    ValueError if remaining parts are too thin for the spacing of the points.
     """
     if shape.n_own_points() is not None and not left_out:
         position, volume = shape.own_points()

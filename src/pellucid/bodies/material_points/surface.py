@@ -1,4 +1,4 @@
-"""The surface of a solid of material points: sampled from its shape when a run is set up."""
+"""Builds the contact surface of a solid of material points: contact points sampled from its shape when a run is set up."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol, runtime_checkable
@@ -30,10 +30,12 @@ class RigidState(Protocol):
     def per_inertia(self) -> np.ndarray: ...
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Return the mobility; see `ContactSurface.mobility_along`."""
+        """Return Σ f·a for the accelerations a that forces f [N] at positions `place` [m], shape (m, 3) each, cause there
+        [N²/kg]; see `ContactSurface.mobility_along`.
+        """
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities due to the rotation; see `ContactSurface.turning`."""
+        """Return the velocities due to the rotation of the body; arguments and unit as for `ContactSurface.turning`."""
 
 
 @runtime_checkable
@@ -44,14 +46,16 @@ class TakesForces(Protocol):
     """True if the body has at least one free degree of freedom."""
 
     def state(self) -> RigidState:
-        """Return the centre and the mobility of the rigid body at the start of a step."""
+        """Return centre of mass and mobility of the rigid body at the start of a step."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
-        """Add forces [N] at positions [m], shape (m, 3) each, for the coming step."""
+        """Add forces [N] that act on the rigid body at positions `place` [m], shape (m, 3) each, in the coming step."""
 
 
 class RigidSurface(GridSurface):
-    """The surface of a rigid body, which rotates with the body; forces act on the body at their positions."""
+    """The contact surface of a rigid body, which rotates with the body; forces on the contact points act on the body as a
+    whole.
+    """
 
     takes: TakesForces
     _found: RigidState | None = None
@@ -64,7 +68,7 @@ class RigidSurface(GridSurface):
         return self._found
 
     def follow(self, dt: float) -> None:
-        """Do nothing: the constraint of the body moves its surface."""
+        """Do nothing: the constraint that moves the body also moves its surface."""
 
     def begin(self) -> None:
         super().begin()
@@ -100,9 +104,9 @@ def surface_of(
 ) -> GridSurface | None:
     """Build the contact surface of a body from its shape within the grid; None if the shape has no surface there.
 
-    arrays: arrays of its material points; load: function that returns the nodal forces, shape (nodes, 3), to which surface
-    forces are added; rigid: True if forces act on the body as a whole; hard: True if the body does not deform; first: initial
-    positions of the points in an earlier run, by number [m], shape (n, 3).
+    arrays, mapped: arrays of its material points and their data for kernels; load: function that returns the nodal forces,
+    shape (nodes, 3), to which surface forces are added; rigid: True if forces act on the body as a whole; hard: True if the
+    body does not deform; first: initial positions of the points in an earlier run, by number [m], shape (n, 3).
     """
     place, area = model.boundary(grid_case, hard)
     if not len(place):
@@ -141,8 +145,9 @@ def carried(
     """Return the positions [m] and vector areas [m²], shape (m, 3) each, to which the material has carried points of a
     surface.
 
-    Each point follows the material point `nearest` to it, shape (m,), with the deformation gradient fitted to that point's
-    neighbours. tree: initial positions of the material points; position: present positions [m], shape (n, 3).
+    place, area: initial positions [m] and vector areas [m²], shape (m, 3). Each point follows the material point `nearest` to
+    it, shape (m,), with the deformation gradient fitted to that point's neighbours. tree: initial positions of the material
+    points; position: present positions [m], shape (n, 3).
     """
     begun = tree.data
     _, about = tree.query(begun[nearest], k=min(ABOUT, len(begun)))

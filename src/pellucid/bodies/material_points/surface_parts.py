@@ -27,7 +27,8 @@ SHEARED = 0.5  # largest deviation of points from the rigid motion of their host
 
 
 class SurfaceParts:
-    """Points on the surface of a body, about one per grid cell, that move with its material points.
+    """Points on the surface of a body, about one per grid cell, that move with its material points; used to detect closing
+    gaps.
 
     begun: initial positions of all material points by number [m], shape (n, 3).
     """
@@ -44,8 +45,9 @@ class SurfaceParts:
         self._searched = self._host.copy()
 
     def has_deformed(self, host: np.ndarray) -> bool:
-        """Return True if the surface has deformed since the last search for gaps. host: present positions of its `hosts` [m],
-        shape (m, 3)."""
+        """Return True if the surface has deformed since the last search for gaps. host: present positions of the material
+        points `hosts`, which move the surface points [m], shape (m, 3).
+        """
         self._host = self._host + _shortest(host - self._host, self._periods)
         if not len(host):
             return False
@@ -53,11 +55,9 @@ class SurfaceParts:
         return float(np.einsum("ij,ij->i", away, away).max()) > (DEFORMED * self._cell) ** 2
 
     def find_closing_gap(self, position: np.ndarray, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> Gap | None:
-        """Return the narrowest gap between parts that have approached each other; None if there is none.
+        """Return the narrowest gap between parts of the surface that have approached each other; None if there is none.
 
-        Parameters
-        ----------
-        position
+        Parameters ---------- position
             Positions of all material points [m], shape (n, 3), by number.
         is_filled
             Function that returns a mask of the positions [m], shape (k, 3), that lie within a distance [m] of other bodies.
@@ -98,7 +98,7 @@ class SurfaceParts:
 
 
 def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Return displacements [m], shape (n, 3), reduced by whole periods to the shortest ones."""
+    """Return displacements [m], shape (n, 3), reduced by whole periods of the grid [m], shape (3,), to the shortest ones."""
     folds = periods > 0.0
     shortest = way.copy()
     shortest[:, folds] -= periods[folds] * np.round(way[:, folds] / periods[folds])

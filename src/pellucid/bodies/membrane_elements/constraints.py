@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 
 class Kept(NamedTuple):
-    """A quantity Q of the whole membrane, area or volume, with a penalty on its change. A volume is negative if the normals
-    point inwards."""
+    """Penalty on the change of a quantity Q of the whole membrane, its area or enclosed volume. A volume is negative if the
+    normals point inwards.
+    """
 
     stiffness: float  # k [N/m] for the area, [Pa] for the volume
     initial: float  # Q₀ [m²] or [m³]
@@ -36,8 +37,11 @@ class Kept(NamedTuple):
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
-        """Return the squared eigenfrequency ω² [1/s²] of the spring for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their
-        masses [kg], shape (n,)."""
+        """Return the squared eigenfrequency ω² [1/s²] of the penalty spring.
+
+        slope: derivatives ∂Q/∂x with respect to the nodal positions, shape (n, 3) [m] for the area, [m²] for the volume; mass:
+        nodal masses [kg], shape (n,).
+        """
         return self.stiffness / abs(self.initial) * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
 
 
@@ -54,7 +58,7 @@ class Swings(NamedTuple):
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
-        """Return the time step limit by the faster of the two oscillations."""
+        """Return the largest stable time step for the faster of the two oscillations, and its cause."""
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
@@ -66,20 +70,24 @@ class Swings(NamedTuple):
 
 
 class Constraints(NamedTuple):
-    """Penalties on area and volume of a membrane of triangles; a stiffness of 0 switches one off."""
+    """Penalty springs on area and enclosed volume of a membrane of triangles; a stiffness of 0 switches one off."""
 
     area: Kept
     volume: Kept
 
     @classmethod
     def of(cls, area_stiffness: float, volume_stiffness: float, mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":
-        """Build the penalties from stiffnesses [N/m], [Pa] and the initial mesh."""
+        """Build the penalties from their stiffnesses, k_A [N/m] and k_V [Pa], and the initial mesh. vertices: initial nodal
+        positions [m], shape (n, 3).
+        """
         volume = signed_volume(vertices, mesh.corners[:, :3]) if volume_stiffness else 1.0
         return cls(Kept(area_stiffness, float(mesh.areas(vertices).sum())), Kept(volume_stiffness, volume))
 
     def add_forces(self, surface: "ElementSurface", position: np.ndarray, target: np.ndarray) -> None:
-        """Add the nodal forces of both penalties [N] to `target`, shape (n, 3). position: nodal positions in storage order [m],
-        shape (n, 3)."""
+        """Add the nodal forces of both penalties [N] to `target`, shape (n, 3).
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
         area, volume, growth, outwards = self._measured(surface, position)
         if self.area.stiffness > 0.0:
             target -= self.area.force(area) * growth
@@ -87,24 +95,37 @@ class Constraints(NamedTuple):
             target -= self.volume.force(volume) * outwards
 
     def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
-        """Return the stored energy of both penalties [J] and half the eigenfrequencies of the nodes on their springs."""
+        """Return the stored energy of both penalties [J] and half the eigenfrequencies of the nodes on their springs [1/s].
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
         area, volume, growth, outwards = self._measured(surface, position)
         swings = self.swings(growth, outwards, surface.node_mass[surface.number])
         return self.area.energy(area) + self.volume.energy(volume), swings
 
     def swings(self, growth: np.ndarray, outwards: np.ndarray, mass: np.ndarray) -> Swings:
-        """Return half the eigenfrequencies of nodes with masses [kg], shape (n,), on both springs, for the slopes of area and
-        volume with respect to the nodal positions, shape (n, 3) each."""
+        """Return half the eigenfrequencies of the nodes on both penalty springs [1/s].
+
+        growth, outwards: derivatives of area [m] and enclosed volume [m²] with respect to the nodal positions, shape (n, 3);
+        mass: nodal masses [kg], shape (n,).
+        """
         return Swings(0.5 * sqrt(self.area.eigenvalue(growth, mass)), 0.5 * sqrt(self.volume.eigenvalue(outwards, mass)))
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
-        """Return the relative changes of area and volume since the start, by name, for those that are penalised."""
+        """Return the relative changes of area and enclosed volume since the start, by name, for the quantities with a penalty.
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
         area, volume, _, _ = self._measured(surface, position)
         drifts = {"area_drift": (self.area, area), "volume_drift": (self.volume, volume)}
         return {name: value / kept.initial - 1.0 for name, (kept, value) in drifts.items() if kept.stiffness > 0.0}
 
     def _measured(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
-        """Return the area [m²], the volume [m³], and their slopes with respect to the nodal positions, shape (n, 3)."""
+        """Return the area [m²], the enclosed volume [m³], and their derivatives with respect to the nodal positions [m], [m²],
+        shape (n, 3).
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
         growth, outwards = surface.slopes(position)
         # both are homogeneous functions of the positions, of the second and the third degree
         about = position - position.mean(axis=0)
@@ -113,9 +134,10 @@ class Constraints(NamedTuple):
 
 
 def slopes_of(mesh: ElementMesh, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the slopes of area and volume with respect to the nodal positions, shape (n, 3) each, for a mesh of triangles
-    with nodes at these positions [m], shape (n, 3). Computes the same values as the kernels of a run, but without
-    compilation."""
+    """Return the derivatives of area [m] and enclosed volume [m²] with respect to the nodal positions, shape (n, 3) each, for
+    a mesh of triangles with nodes at these positions [m], shape (n, 3). Computes the same values as the kernels of a run, but
+    without compilation.
+    """
     corners = position[mesh.corners[:, :3]]
     chi, psi = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(chi, psi)

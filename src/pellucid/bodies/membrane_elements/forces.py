@@ -26,7 +26,8 @@ from pellucid.jit.loops import parallel_loop
 @parallel_loop()
 def internal_forces(chunk, surface, x, forces):
     """Compute the forces of stress and hourglass control on the corners of each element of a chunk [N]; they are written to
-    `forces`, shape (m, 4, 3)."""
+    `forces`, shape (m, 4, 3). surface: data of `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     c = numbers(WIDTH * (GIVEN + 3))
     for start in range(first, middle, BLOCK):
@@ -37,8 +38,10 @@ def internal_forces(chunk, surface, x, forces):
 
 @parallel_loop()
 def pressure_forces(chunk, surface, x, forces, pressure):
-    """Compute the forces ∫ p N_K n dA of a pressure p, with the normal n, on the corners K of each element of a chunk [N],
-    exact for bilinear and linear surfaces; they are written to `forces`, shape (m, 4, 3)."""
+    """Compute the forces ∫ p N_K n dA of a pressure p [Pa], with the normal n, on the corners K of each element of a chunk
+    [N], exact for bilinear and linear surfaces; they are written to `forces`, shape (m, 4, 3). surface: data of
+    `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
@@ -47,7 +50,7 @@ def pressure_forces(chunk, surface, x, forces, pressure):
 
 
 class CornersAbout(NamedTuple):
-    """The corners of elements around each node."""
+    """The corners of elements around each node, for sums over elements at the nodes."""
 
     first: np.ndarray  # (ranges + 1,) nodes first[r]:first[r+1] are processed together
     number: np.ndarray  # (n,) number in the mesh of the node in each row
@@ -56,10 +59,8 @@ class CornersAbout(NamedTuple):
 
 @parallel_loop()
 def add_corners(r, about, corner_values, target):
-    """Add the values at the corners around each node, shape (4 m, 3), to `target`, shape (nodes, 3), for the nodes of range
-    r.
-
-    about: data of `CornersAbout`.
+    """Add the values at the element corners around each node, shape (4 m, 3), to `target`, shape (nodes, 3), for the nodes of
+    range r (a group that one thread processes). about: data of `CornersAbout`.
     """
     first, number, fan = about.first, about.number, about.fan
     for p in range(first[r], first[r + 1]):
@@ -73,7 +74,8 @@ def add_corners(r, about, corner_values, target):
 @parallel_loop()
 def cauchy_stresses(chunk, surface, x, stress):
     """Compute the Cauchy stresses of the elements of a chunk, components xx, yy, zz, yz, xz, xy [Pa]; they are written to
-    `stress`, shape (m, 6)."""
+    `stress`, shape (m, 6). surface: data of `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         quadrilateral_stress(surface, x, stress, e)
@@ -83,8 +85,9 @@ def cauchy_stresses(chunk, surface, x, stress):
 
 @parallel_loop()
 def area_slopes(chunk, surface, x, slopes):
-    """Compute the derivatives ∂A/∂x of the triangle areas of a chunk with respect to the corners of each triangle [m]; they are
-    written to `slopes`, shape (m, 4, 3)."""
+    """Compute the derivatives ∂A/∂x of the triangle areas of a chunk with respect to the corners of each triangle [m]; they
+    are written to `slopes`, shape (m, 4, 3). surface: data of `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(middle, end):
         chi, psi = geometry.edges(x, surface.corners, e)

@@ -35,8 +35,9 @@ def cross(a, b):
 
 @pointwise
 def edges(x, corners, e):
-    """Return the edge vectors χ = x₂ - x₁ and ψ = x₃ - x₁ of triangle e for a nodal field x, shape (n, 3). corners: node
-    numbers, shape (m, 4); the last column is not used."""
+    """Return the edge vectors χ = x₂ - x₁ and ψ = x₃ - x₁ of triangle e for nodal positions, or any nodal field, x, shape (n,
+    3). corners: node numbers, shape (m, 4); the last column is not used.
+    """
     a, b, c = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2])
     return (
         (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]),
@@ -56,8 +57,9 @@ def area_slopes(chi, psi):
 
 @pointwise
 def spans(x, corners, e):
-    """Return the tangents χ, ψ and the hourglass vector η of quadrilateral e (see the module), or the same differences of a
-    nodal field x, shape (n, 3); `corners` has the shape (m, 4)."""
+    """Return the tangents χ, ψ and the hourglass vector η of quadrilateral e (see the module) for nodal positions, or any
+    nodal field, x, shape (n, 3). corners: node numbers, shape (m, 4).
+    """
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
     # the diagonals
     ux, uy, uz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
@@ -72,8 +74,9 @@ def spans(x, corners, e):
 
 @pointwise
 def middle(now, rate, half):
-    """Return three vectors at the middle of a step from `now`, their values at its end, and their rates of change; half: half
-    the step [s]."""
+    """Return χ, ψ and η (or any three vectors) at the middle of a time step from `now`, their values at its end, and `rate`,
+    their rates of change; half: half the step [s].
+    """
     return (
         (now[0][0] - half * rate[0][0], now[0][1] - half * rate[0][1], now[0][2] - half * rate[0][2]),
         (now[1][0] - half * rate[1][0], now[1][1] - half * rate[1][1], now[1][2] - half * rate[1][2]),
@@ -102,7 +105,7 @@ def frame_of(chi, psi):
 
 @pointwise
 def within(frame, vectors):
-    """Return the components of three vectors in an orthonormal frame (e₁, e₂, e₃)."""
+    """Return the components of three vectors along an orthonormal frame (e₁, e₂, e₃)."""
     a, b, c = vectors
     e, f, g = frame
     return (
@@ -114,8 +117,9 @@ def within(frame, vectors):
 
 @pointwise
 def gradient(local, rate):
-    """Return the in-plane derivatives ∂v_i/∂x_j of the velocity in a quadrilateral, i = 1, 2, 3 and j = 1, 2, row by row.
-    local, rate: (χ, ψ, η) and their rates in the frame of the element."""
+    """Return the in-plane derivatives ∂v_i/∂x_j of the velocity at the centre of a quadrilateral [1/s], i = 1, 2, 3 and j = 1,
+    2, row by row. local, rate: (χ, ψ, η) [m] and their rates [m/s] in the frame of the element.
+    """
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
     inverse = 1.0 / (c[0] * p[1] - c[1] * p[0])
@@ -145,8 +149,8 @@ def steepness(local):
 
 @pointwise
 def size_of(now):
-    """Return the area of a quadrilateral with χ, ψ, η = `now` [m²], and (ω/2c)² [1/m²] for its largest eigenfrequency ω and the
-    speed c of plane waves.
+    """Return the area of a quadrilateral [m²], and (ω/2c)² [1/m²] for its largest eigenfrequency ω and the speed c of plane
+    waves. now: tangents χ, ψ and hourglass vector η [m].
 
     Each node has a quarter of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², with k = 4
     nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
@@ -159,7 +163,7 @@ def size_of(now):
 
 @pointwise
 def bisector(chi_1, chi_2, psi_1, psi_2):
-    """Return the unit vector along the bisector of two tangents in a plane."""
+    """Return the unit vector along the bisector of two tangents χ and ψ in a plane, given by their components 1 and 2."""
     a, b = 1.0 / sqrt(chi_1 * chi_1 + chi_2 * chi_2), 1.0 / sqrt(psi_1 * psi_1 + psi_2 * psi_2)
     x, y = a * chi_1 + b * psi_1, a * chi_2 + b * psi_2
     s = 1.0 / sqrt(x * x + y * y)
@@ -174,12 +178,12 @@ def advanced(z, cosine, sine):
 
 @pointwise
 def turned(turn, local, rate, spin, half):
-    """Return the rotation of the material relative to the bisector of the tangents, as (cosine, sine), at the middle and at the
-    end of a step.
+    """Return the rotation of the material relative to the bisector of the tangents χ and ψ, as (cosine, sine), at the middle
+    and at the end of a step.
 
     The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. turn:
-    this rotation at the start of the step; local, rate: (χ, ψ, η) and their rates at the middle of the step, in the frame of
-    the element; spin: spin of the material [1/s]; half: half the step [s].
+    the rotation (cosine, sine) at the start of the step; local, rate: (χ, ψ, η) and their rates at the middle of the step, in
+    the frame of the element; spin: spin of the material [1/s]; half: half the step [s].
     """
     c, p, cr, pr = local[0], local[1], rate[0], rate[1]
     x0, y0 = bisector(c[0] - half * cr[0], c[1] - half * cr[1], p[0] - half * pr[0], p[1] - half * pr[1])

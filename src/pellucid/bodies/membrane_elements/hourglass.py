@@ -40,14 +40,17 @@ class HourglassCase(Model):
     coefficient: float = parameter("", "hourglass coefficient κ; 0 switches the control off", 0.05, ge=0, le=0.5)
 
     def control(self) -> StiffnessControl | ViscousControl:
-        """Return the hourglass control in the form for kernels."""
+        """Return the hourglass control in the form that the kernels use."""
         return (StiffnessControl if self.kind == "stiffness" else ViscousControl)(self.coefficient)
 
 
 @generic
 def resisted(control: Any, force: float, rate: float, dt: float, stiffness: float, impedance: float) -> float:
-    """Return the hourglass force Q after a step [N], from Q before, the hourglass rate q̇ [m/s], and the coefficients m c² B²
-    [N/m] and m c B [kg/s] (see the module)."""
+    """Return the hourglass force Q after a step dt [s] [N].
+
+    control: kind and coefficient κ; force: Q before [N]; rate: hourglass rate q̇ [m/s]; stiffness, impedance: the coefficients
+    m c² B² [N/m] and m c B [kg/s] (see the module).
+    """
 
 
 @point_function(resisted, StiffnessControl)

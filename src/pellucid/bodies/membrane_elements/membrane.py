@@ -9,7 +9,9 @@ from pellucid.parts.capabilities import Membrane
 
 
 class ElementMembrane(Body, Membrane):
-    """A body whose nodes are the nodes of an `ElementSurface`; provides its fields, areas and contact data."""
+    """Base class of membranes whose nodes are the nodes of an `ElementSurface`; provides their fields, areas and contact
+    data.
+    """
 
     energy_kind = "strain"
     surface: ElementSurface
@@ -18,8 +20,9 @@ class ElementMembrane(Body, Membrane):
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the distance from the mid-surface at which contact begins [m], as the first of the three half-widths of a
-        contact body."""
+        """Return the distance from the mid-surface at which contact begins [m], and two numbers that are not used (see
+        `ContactBody.half_width`).
+        """
         return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:
@@ -29,8 +32,9 @@ class ElementMembrane(Body, Membrane):
             self.stop(*fault, n_steps, time)
 
     def vector_areas(self) -> np.ndarray:
-        """Return ∫ N_K n dA around each node K [m²], shape (n, 3), in storage order; N_K is its shape function, n the
-        normal."""
+        """Return ∫ N_K n dA around each node K [m²], shape (n, 3), in storage order; N_K is its shape function, n the normal
+        of the membrane.
+        """
         return self.surface.vector_areas(self.arrays["position"])
 
     def pressed_areas(self) -> np.ndarray:

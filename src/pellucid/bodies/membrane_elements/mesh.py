@@ -11,16 +11,18 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pair_edges
 
 
 class Fan(NamedTuple):
-    """The element corners around each node: places[start[K]:start[K+1]] for node K, as k e + corner for element e with k
-    corners."""
+    """List of the element corners around each node: places[start[K]:start[K+1]] for node K, as k e + corner for element e with
+    k corners.
+    """
 
     start: np.ndarray  # (n+1,) index in `places` of the first corner of each node
     places: np.ndarray  # corners around the nodes, node by node
 
 
 def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
-    """Return the element corners around each of n nodes. corners: nodes of the elements, shape (m, k); owned: mask of the
-    corners to include, shape (m, k)."""
+    """Return the list of element corners around each of n nodes. corners: nodes of the elements, shape (m, k); owned: mask of
+    the corners to include, shape (m, k); None for all.
+    """
     places = np.arange(corners.size) if owned is None else np.flatnonzero(owned)
     nodes = corners.ravel()[places]
     order = np.argsort(nodes, kind="stable")
@@ -28,8 +30,8 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
 
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
-    """Return for each edge shared by two triangles its two nodes, and the third nodes of the triangles on its left and right,
-    shape (h, 4).
+    """Return for each hinge (edge shared by two triangles) its two nodes, and the third nodes of the triangles on its left and
+    right, shape (h, 4).
 
     triangles: shape (t, 3), with consistent orientation.
     """

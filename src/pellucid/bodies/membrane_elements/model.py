@@ -75,7 +75,7 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def is_kept(self) -> bool:
-        """True if a penalty acts on the area or on the volume."""
+        """True if the area or the enclosed volume of the membrane has a penalty on its change."""
         return self.area_stiffness + self.volume_stiffness > 0.0
 
     def why_no_wall(self) -> Reason | None:
@@ -106,8 +106,9 @@ class MembraneElementsCase(MembraneCase):
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason why a relaxation is impossible: other bodies share the velocity field, so nodes of the grid move
-        the membrane."""
+        """Return a finding (an error of the case) if a relaxation is impossible, since other bodies share the velocity field
+        and the nodes of the grid move the membrane; None otherwise. alone: True if no other body shares the velocity field.
+        """
         text = f"steady states require a separate velocity field, but other bodies share the field of body {self.name}"
         return None if alone else Finding(("field",), text, "set a separate `field` for it")
 
@@ -117,7 +118,7 @@ class MembraneElementsCase(MembraneCase):
         return aware
 
     def needs_grid(self, parts: Parts) -> bool:
-        """True if there are other bodies: contact with them uses the grid."""
+        """True if there are other bodies in the case (`parts`): contact with them uses the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def build(self, placement: Placement) -> Body:
@@ -129,13 +130,15 @@ class MembraneElementsCase(MembraneCase):
         return MembraneElements(self, placement)
 
     def start_warnings(self) -> Iterator[str]:
-        """Yield a warning if few elements determine the time step."""
+        """Yield a warning if only a few elements, which are much smaller than the others, determine the time step."""
         mesh = self.mesh()
         if found := slowest_of_surface(mesh):
             yield step_warning(self.name, found, mesh.centres())
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step limit by waves across an element, nodes that cross a cell, penalty springs, and bending."""
+        """Return the largest stable time step, limited by waves across an element, nodes that cross a grid cell, penalty
+        springs, and bending. cell: edge length of the grid cells [m], or None; is_driven: a motion prescribes the whole body.
+        """
         wave, diffusivity = self.signals_at_start()
         mesh = self.mesh()
         fastest = float(rates_of_surface(mesh).max())
@@ -156,7 +159,9 @@ class MembraneElementsCase(MembraneCase):
         return tightest([told(hypot(*(1.0 / limit.step for limit in together)), together), *apart])
 
     def _node_masses(self, elements: ElementMesh, mesh: Mesh) -> np.ndarray:
-        """Return the nodal masses at the start [kg], shape (n,)."""
+        """Return the nodal masses at the start [kg], shape (n,). elements, mesh: the initial mesh in the form of the kernels
+        and of the case.
+        """
         return elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
 
     def mesh(self) -> Mesh:
@@ -173,7 +178,10 @@ class MembraneElementsCase(MembraneCase):
         return len(self.mesh().vertices)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faults of the mesh and settings that do not fit the grid."""
+        """Yield findings (errors of the case) for faults of the mesh and settings that do not fit the grid.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         if self.material.damage:
             text = "elements have no law of damage: a failed element would leave a hole"
@@ -196,7 +204,10 @@ class MembraneElementsCase(MembraneCase):
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
 
     def _constraint_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report penalties for a membrane with quadrilaterals or on a thin grid, and a volume penalty for an open surface."""
+        """Yield findings (errors of the case) for penalties on area or volume of a membrane with quadrilaterals or on a grid
+        one cell thick, and a volume penalty for an open surface. path: path of the body in the data of the case; parts: all
+        parts of the case.
+        """
         key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
         if len(self.mesh().quads):
             yield Finding(
@@ -218,7 +229,9 @@ class MembraneElementsCase(MembraneCase):
             )
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Report elements so large that some cells between their nodes would contain no node of the membrane."""
+        """Yield a finding (an error of the case) for elements so large that some grid cells between their nodes would contain
+        no node of the membrane. place: path of the surface in the data of the case.
+        """
         mesh, thin, reach = self.mesh(), grid.thin(), sqrt(0.5) * grid.cell
         places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
         longest, remote = longest_edge(places[mesh.quads]), 0.0
@@ -245,8 +258,8 @@ def _finer(times: float) -> str:
 
 
 def _remoteness(places: np.ndarray) -> np.ndarray:
-    """Return for each triangle the largest distance of its points from the nearest corner [m]. places: corners, shape (m, 3,
-    3).
+    """Return for each triangle the largest distance of its points from the nearest corner [m], shape (m,). places: positions
+    of the corners [m], shape (m, 3, 3).
 
     The most remote point is the circumcentre if no angle is obtuse, else a point of the longest edge. For a square cut in two
     it is the centre of the square.

@@ -90,7 +90,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return {**super().state_arrays(), **surface, "node_velocity": self.node_velocity}
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Return a warning if elements in contact at these grid nodes are larger than the grid cells; None if not."""
+        """Return a warning if elements in contact at the grid nodes `nodes` are larger than the grid cells; None otherwise."""
         return self.surface.overlong(self.name, self.places(), self.grid, nodes)
 
     # contact
@@ -144,18 +144,20 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return forces
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: the strains of elements follow from the motion of their nodes."""
+        """Do nothing: elements are strained by the motion of their nodes, in `end_stress`."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the nodes over dt [s] if `move` is True, and update strains and stresses; with dt = 0, only compute stresses,
-        energies and the step limit."""
+        """Move the nodes over dt [s] if `move` is True, and update strains, stresses, energies and step limit; with dt = 0,
+        only compute stresses, energies and the step limit.
+        """
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid with which points are strained [m/s]; the nodes of the membrane move with
-        them, so that no energy is lost between their motion and the work of their forces."""
+        """Return the nodal velocities of the grid with which bodies are strained [m/s], shape (nodes, 3); the membrane moves
+        with them, so that no energy is lost between its motion and the work of its forces.
+        """
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:

@@ -42,7 +42,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # conditions
 
     def complete(self) -> None:
-        """Apply clamps to the bending at constrained nodes."""
+        """Apply the clamps of supports to the bending of the membrane at constrained nodes, after all conditions are known."""
         if self._support_bending():
             self.renew_totals()
         super().complete()
@@ -86,7 +86,9 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | PointsOfNodes | None:
-        """Return the nodes as contact points; if prescribed motions apply to all nodes, points within the elements."""
+        """Return the contact surface of the membrane: its nodes as contact points or, if prescribed motions apply to all
+        nodes, points within the elements. column: index of the contact work in the works of a step.
+        """
         if self.grid is None:
             return None
         self._contact_row = column - FIRST_LOAD
@@ -111,7 +113,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         return surface
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Return a warning if elements in contact at these grid nodes are larger than the grid cells; None if not."""
+        """Return a warning if elements in contact at the grid nodes `nodes` are larger than the grid cells; None otherwise."""
         return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
 
     # results

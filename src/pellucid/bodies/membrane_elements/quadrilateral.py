@@ -57,8 +57,11 @@ GIVEN = 14  # in the columns for forces: first column of volume and hourglass fo
 
 @pointwise
 def strain_quadrilaterals(surface, x, v, first, n, dt, c):
-    """Compute the new geometry, stresses and energies of n quadrilaterals, starting with element `first`, in the columns of the
-    work array `c`. Its columns from BAD on are summed over the elements by the caller."""
+    """Compute the new geometry, stresses and energies of n quadrilaterals, starting with element `first`, in the columns of
+    the work array `c`. The caller sums its columns from BAD (number of faults) on over the elements.
+
+    surface: data of `StrainedElements`; x, v: nodal positions [m] and velocities [m/s], shape (n, 3); dt: time step [s].
+    """
     _fetch(surface, x, v, first, n, c)
     _find_rates(n, dt, c)
     _respond(surface.law, surface.control, surface.thickness, n, dt, c)
@@ -79,7 +82,9 @@ def _fetch(surface, x, v, first, n, c):
 
 @pointwise
 def _find_rates(n, dt, c):
-    """Compute χ, ψ, η in the frame at the middle of the step, velocity gradients, rates of deformation, and rotations."""
+    """Compute χ, ψ, η in the frame at the middle of the step dt [s], velocity gradients, rates of deformation, and rotations
+    of the n elements in the columns of the work array c.
+    """
     half = 0.5 * dt
     for q in range(n):
         now, moving = take((SPANS, SPANS), c, q + NOW * WIDTH)
@@ -102,7 +107,9 @@ def _find_rates(n, dt, c):
 
 @pointwise
 def _turn_of(here, change, dt):
-    """Return the component of χ × ψ along the normal of the middle of the step, with χ and ψ advanced by `dt`."""
+    """Return the component of χ × ψ along the normal of the middle of the step, with χ and ψ advanced by `dt` [s]; it is
+    negative if the element turned over. here, change: (χ, ψ, η) and their rates in the frame of the element.
+    """
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])
 
@@ -110,7 +117,10 @@ def _turn_of(here, change, dt):
 @pointwise
 def _respond(law, control, thickness, n, dt, c):
     """Compute in-plane deformations, stresses, hourglass forces, energies and the terms of the step limit of the n elements in
-    the columns of c."""
+    the columns of the work array c.
+
+    law: material law; control: hourglass control; thickness: at rest [m]; dt: time step [s].
+    """
     half = 0.5 * dt
     for q in range(n):
         E, area = take((ZERO_VECTOR, 0.0), c, q + RATE * WIDTH)
@@ -163,7 +173,9 @@ def _keep(law, state, thickness, first, n, dt, c):
 
 @pointwise
 def fault_of(c, q):
-    """Return the fault code of quadrilateral q of a block, from the columns of c."""
+    """Return the fault code (see `pellucid.grid.points`) of quadrilateral q of a block, from the columns of the work array
+    c.
+    """
     if c[uintp(q + TURNED_OVER * WIDTH)] > 0.0:
         return COLLAPSED
     return OK if c[uintp(q + MAGNITUDE * WIDTH)] < inf else NOT_FINITE
@@ -171,8 +183,11 @@ def fault_of(c, q):
 
 @pointwise
 def quadrilateral_forces(surface, x, forces, first, n, c):
-    """Write the forces of stress and hourglass control on the corners of n quadrilaterals, starting at `first`, to `forces`
-    [N]."""
+    """Write the forces of stress and hourglass control on the corners of n quadrilaterals, starting at element `first`, to
+    `forces` [N], shape (m, 4, 3).
+
+    surface: data of `StrainedElements`; x: nodal positions [m], shape (n, 3); c: work array.
+    """
     corners, state = surface.corners, surface.state
     turn, stress, Q = state.turn, state.plane_stress, state.hourglass
     for q in range(n):
@@ -194,8 +209,11 @@ def quadrilateral_forces(surface, x, forces, first, n, c):
 
 @pointwise
 def _span_forces(now, s, V, Q1, Q2):
-    """Return the forces conjugate to χ, ψ and η in space [N], i.e. those that do work on their rates. now: χ, ψ, η; s: stress
-    [Pa]; V: volume [m³]; Q1, Q2: hourglass forces [N]."""
+    """Return the forces conjugate to χ, ψ and η in space [N], i.e. the three vectors whose work is that of stress and
+    hourglass control.
+
+    now: χ, ψ, η [m]; s: stress 11, 22, 12 in the frame of the element [Pa]; V: volume [m³]; Q1, Q2: hourglass forces [N].
+    """
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
     bend = here[2]
@@ -227,7 +245,7 @@ def _span_forces(now, s, V, Q1, Q2):
 
 @pointwise
 def _along(frame, a):
-    """Return a vector in space from its components in a frame."""
+    """Return a vector in space, components x, y, z, from its components a in an orthonormal frame."""
     t, u, n = frame
     return (
         t[0] * a[0] + u[0] * a[1] + n[0] * a[2],
@@ -238,8 +256,9 @@ def _along(frame, a):
 
 @kernel(inline=True)
 def press_quadrilateral(surface, x, forces, e, pressure):
-    """Write the forces ∫ p N_K n dA of a pressure p at the corners K of quadrilateral e [N] to forces[e], exact for the
-    bilinear surface."""
+    """Write the forces ∫ p N_K n dA of a pressure p [Pa] at the corners K of quadrilateral e [N] to forces[e], exact for the
+    bilinear surface. surface: data of `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     corners = surface.corners
     chi, psi, eta = spans(x, corners, e)
     whole = cross(chi, psi)
@@ -255,7 +274,9 @@ def press_quadrilateral(surface, x, forces, e, pressure):
 
 @kernel(inline=True)
 def quadrilateral_stress(surface, x, stress, e):
-    """Write the Cauchy stress of the element, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]."""
+    """Write the Cauchy stress of quadrilateral e, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]. surface: data of
+    `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     corners, state = surface.corners, surface.state
     old = state.plane_stress
     chi, psi, _ = spans(x, corners, e)

@@ -51,15 +51,20 @@ class StrainedElements(NamedTuple):
 
 @pointwise
 def elements_of(chunk, n_quads, n):
-    """Return the range of elements of a chunk: its first element, its first triangle, and its end."""
+    """Return the range of the n elements that belong to a chunk: its first element, its first triangle, and the element after
+    its last. n_quads: number of quadrilaterals, which are stored first.
+    """
     first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), n)
     return first, min(max(first, n_quads), end), end
 
 
 @parallel_loop()
 def strain(chunk, surface, x, v, sums, fault, dt):
-    """Update deformations, stresses and energies of the elements of a chunk, after their nodes moved to x with velocities v in
-    a step dt. Sums and the first fault of the chunk are written to `sums` and `fault`."""
+    """Update deformations, stresses and energies of the elements of a chunk, after their nodes moved to x [m] with velocities
+    v [m/s] in a step dt [s]. surface: data of `StrainedElements`.
+
+    Energies and the largest frequency of the chunk are written to `sums`, the code and element of its first fault to `fault`.
+    """
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     first_fault = at_fault = 0
     c, block_sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)

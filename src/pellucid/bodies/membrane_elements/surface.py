@@ -104,8 +104,11 @@ class ElementSurface:
         self._corner_forces = np.zeros((m, 4, 3))
 
     def bind(self, number: np.ndarray, first: np.ndarray) -> None:
-        """Set the order in which the body stores the nodes. number: number in the mesh of the node in each row, shape (n,);
-        nodes first[r]:first[r+1] are processed together."""
+        """Set the order in which the body stores the nodes.
+
+        number: number in the mesh of the node in each row, shape (n,); first: nodes first[r]:first[r+1] are processed by one
+        thread.
+        """
         self.number, self._ranges, self._slopes = number, len(first) - 1, None
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays.get(name, np.zeros(0)) for name in ElementArrays._fields))
@@ -116,7 +119,9 @@ class ElementSurface:
             self.bending.bind(where)
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces of stress, hourglass control, bending and penalties on the nodes [N] to `target`, shape (n, 3)."""
+        """Add the nodal forces of stress, hourglass control, bending and penalties [N] to `target`, shape (n, 3). position:
+        nodal positions [m], shape (n, 3).
+        """
         forces.internal_forces(self._chunks, self._bundle, position, self._corner_forces)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
         if self.bending is not None:
@@ -125,19 +130,24 @@ class ElementSurface:
             self.constraints.add_forces(self, position, target)
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
-        """Add the nodal forces of a pressure [Pa] along the normals [N] to `target`, shape (n, 3)."""
+        """Add the nodal forces of a pressure [Pa] along the normals [N] to `target`, shape (n, 3). position: nodal positions
+        [m], shape (n, 3).
+        """
         forces.pressure_forces(self._chunks, self._bundle, position, self._corner_forces, pressure * self._slice)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
 
     def vector_areas(self, position: np.ndarray) -> np.ndarray:
-        """Return ∫ N_K n dA around each node K [m²], shape (n, 3); in plane problems, for the computed slice."""
+        """Return ∫ N_K n dA around each node K [m²], shape (n, 3), with its shape function N_K and the normal n; in plane
+        problems, for the computed slice. position: nodal positions [m], shape (n, 3).
+        """
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
     def slopes(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives of area A and enclosed volume V with respect to the position of each node, for a membrane of
-        triangles, shape (n, 3) each. The arrays must not be modified."""
+        """Return the derivatives of area [m] and enclosed volume [m²] with respect to the position of each node, for a
+        membrane of triangles, shape (n, 3) each. The arrays must not be modified. position: nodal positions [m], shape (n, 3).
+        """
         if self._slopes is None or not np.array_equal(self._slopes[0], position):
             growth = np.zeros((len(position), 3))
             forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
@@ -151,8 +161,9 @@ class ElementSurface:
         return self._slice * self.mesh.at_nodes(self.mesh.areas(place))
 
     def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
-        """Describe elements of body `name` in contact at these grid nodes that have become larger than the cells; None if there
-        are none. place: nodal positions [m], shape (n, 3)."""
+        """Return a warning about elements of body `name` in contact at the grid nodes `nodes` that have become larger than the
+        cells; None if there are none. place: nodal positions in mesh order [m], shape (n, 3).
+        """
         what = f"body {name} touches another, its element"
         return find_overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
@@ -179,16 +190,18 @@ class ElementSurface:
         return hypot(rate, self._swings.rate)
 
     def go_on(self, position: np.ndarray) -> None:
-        """Recompute values that a checkpoint does not contain: bending energies, and the step limits of elements and
-        springs."""
+        """Recompute the values that a checkpoint does not contain, such as bending energies and the step limits of elements
+        and penalty springs, for nodes at `position` [m], shape (n, 3).
+        """
         kept = {name: array.copy() for name, array in self.arrays.items()}
         self.strain(position, np.zeros_like(position), 0.0, Totals())
         for name, array in kept.items():
             self.arrays[name][...] = array  # no strain leaves no viscous stress
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
-        """Return the step limit by waves in the elements at their last strain, by the area and volume penalties, and by nodes
-        that move at a speed [m/s] through the cells of a grid."""
+        """Return the largest stable time step by waves in the elements at their last strain, by the area and volume penalties,
+        and by nodes that move at a speed [m/s] through the cells of a grid.
+        """
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
         waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
         return tightest([waves, self._swings.limit(), *in_cells])
@@ -204,15 +217,16 @@ class ElementSurface:
 
     @property
     def field_names(self) -> list[str]:
-        """Return the names of the fields in results."""
+        """Return the names of the fields of the elements in the results."""
         lost = ("dissipated_energy",) if "dissipated_energy" in self.arrays else ()
         return [*FIELDS, *lost, *(("curvature", "bending_energy") if self.bending is not None else ())]
 
     def field(self, name: str, position: np.ndarray, mass: np.ndarray) -> np.ndarray:
-        """Return a field at the nodes; units in `pellucid.state.FIELDS`.
+        """Return a field of the elements at the nodes, by name; units in `pellucid.state.FIELDS`.
 
-        Stress, thickness and density are volume-weighted averages over the elements around a node; energies are distributed
-        equally among the nodes of an element.
+        position: nodal positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,). Stress, thickness and density are
+        volume-weighted averages over the elements around a node; energies are distributed equally among the nodes of an
+        element.
         """
         at_nodes, elements = self.mesh.at_nodes, self.arrays
         if name == "density":
@@ -240,7 +254,7 @@ class ElementSurface:
         raise KeyError(name)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
-        """Return the volume-weighted averages of element values at the nodes, in mesh order."""
+        """Return the volume-weighted averages of element values, shape (m, ...), at the nodes, in mesh order."""
         volume = self.arrays["volume"]
         weighted = volume.reshape(-1, *[1] * (values.ndim - 1)) * values
         whole = self.mesh.at_nodes(volume)

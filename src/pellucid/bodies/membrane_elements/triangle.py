@@ -43,7 +43,7 @@ def gradients(rest, chi, psi):
 
 @pointwise
 def between(w, E):
-    """Return the matrix product w E w of two symmetric tensors, given and returned as components (11, 22, 12)."""
+    """Return the product w E w of two symmetric 2 × 2 tensors, given and returned as components (11, 22, 12)."""
     a11, a12 = w[0] * E[0] + w[2] * E[2], w[0] * E[2] + w[2] * E[1]
     a21, a22 = w[2] * E[0] + w[1] * E[2], w[2] * E[2] + w[1] * E[1]
     return a11 * w[0] + a12 * w[2], a21 * w[2] + a22 * w[1], a11 * w[2] + a12 * w[1]
@@ -51,8 +51,11 @@ def between(w, E):
 
 @kernel(inline=True)
 def strain_triangle(surface, x, v, e, dt):
-    """Update stress and energy of triangle e. Returns its strain energy [J], half its largest eigenfrequency [1/s], and a
-    fault code."""
+    """Update stress and energy of triangle e after a step dt [s]. Returns its strain energy [J], half its largest
+    eigenfrequency [1/s], and a fault code.
+
+    surface: data of `StrainedElements`; x, v: nodal positions [m] and velocities [m/s], shape (n, 3).
+    """
     corners, n_quads, law = surface.corners, surface.n_quads, surface.law
     initial, rests, state = surface.thickness, surface.rest, surface.state
     half = 0.5 * dt
@@ -116,7 +119,9 @@ def strain_triangle(surface, x, v, e, dt):
 
 @kernel(inline=True)
 def triangle_forces(surface, x, forces, e):
-    """Write the forces of stress on the corners of triangle e [N] to forces[e]."""
+    """Write the forces of stress on the corners of triangle e [N] to forces[e]. surface: data of `StrainedElements`; x: nodal
+    positions [m], shape (n, 3).
+    """
     corners, n_quads = surface.corners, surface.n_quads
     initial, rests, state = surface.thickness, surface.rest, surface.state
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
@@ -135,7 +140,9 @@ def triangle_forces(surface, x, forces, e):
 
 @kernel(inline=True)
 def press_triangle(surface, x, forces, e, pressure):
-    """Write the forces ∫ p N_K n dA of a pressure p at the corners K of triangle e [N] to forces[e]."""
+    """Write the forces ∫ p N_K n dA of a pressure p [Pa] at the corners K of triangle e [N] to forces[e]. surface: data of
+    `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     chi, psi = edges(x, surface.corners, e)
     whole = cross(chi, psi)
     for d in range(3):
@@ -145,7 +152,9 @@ def press_triangle(surface, x, forces, e, pressure):
 
 @kernel(inline=True)
 def triangle_stress(surface, x, stress, e):
-    """Write the Cauchy stress of the element, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]."""
+    """Write the Cauchy stress of triangle e, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]. surface: data of
+    `StrainedElements`; x: nodal positions [m], shape (n, 3).
+    """
     corners, n_quads = surface.corners, surface.n_quads
     initial, rests, state = surface.thickness, surface.rest, surface.state
     rest = _rest_of(rests, e - n_quads)
@@ -165,5 +174,7 @@ def _rest_of(rests, t):
 
 @pointwise
 def _volume_of(rest, thickness):
-    """Return the volume of a triangle at rest [m³]. rest: gradients of its shape functions at rest; thickness: at rest [m]."""
+    """Return the volume of a triangle at rest [m³]. rest: gradients of its second and third shape function at rest [1/m];
+    thickness: at rest [m].
+    """
     return 0.5 * thickness / abs(rest[0] * rest[3] - rest[1] * rest[2])

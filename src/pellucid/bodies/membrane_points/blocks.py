@@ -1,7 +1,8 @@
-"""Update of membrane points in blocks: the inputs are copied to the columns of a work array, and the results copied back.
+"""Update of membrane points in blocks (groups of successive points): inputs are copied to the columns of a work array, results
+back.
 
-Loops that write only to columns are vectorized. Failed points are processed like the others, but their results are not
-copied back. The records of damage are updated point by point.
+Loops that write only to columns are vectorized. Failed points are processed like the others, but their results are not copied
+back. The records of damage are updated point by point.
 """
 
 from math import inf, sqrt
@@ -41,8 +42,9 @@ SUMS = 3  # number of summed columns, from BAD on
 
 @pointwise
 def fetch_shapes(surface, start, n, c):
-    """Copy frames, in-plane deformations and velocity gradients of n points to the columns of c; `start` is the first of them
-    in the order of slabs (layers of grid cells)."""
+    """Copy frames, in-plane deformations and velocity gradients of n points to the columns of the work array c; `start` is the
+    first of them in the order of slabs (layers of grid cells). surface: a `StrainedMembrane`.
+    """
     index, damage, record, state = surface.index, surface.damage, surface.record, surface.state
     fetch(index, (IDENTITY, IDENTITY), (surface.gradient, state.frame), start, n, c, GRADIENT * WIDTH)
     fetch(index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -52,7 +54,7 @@ def fetch_shapes(surface, start, n, c):
 
 @pointwise
 def all_bear(c, n):
-    """Return True if no point of a block has failed, so that all points carry stress."""
+    """Return True if none of the n points of a block has failed, so that all carry stress. c: work array."""
     q = 0
     while q < n and c[uintp(q + BEARS * WIDTH)] > 0.0:
         q += 1
@@ -61,10 +63,11 @@ def all_bear(c, n):
 
 @pointwise
 def turn_and_stretch(surface, dt, start, n, c, stress_too):
-    """Compute the new frames and in-plane deformations of n points from the moved triangles and the velocity gradients, and the
-    strains that drive damage.
+    """Compute the new frames and in-plane deformations of n points from the moved triangles and the velocity gradients, and
+    the strains that drive damage.
 
-    stress_too: True if stresses are computed in the same loop; inputs of the stress update are then prefetched.
+    surface: a `StrainedMembrane`; dt: time step [s]; start: first point, in the order of slabs; c: work array; stress_too:
+    True if stresses are computed in the same loop; inputs of the stress update are then prefetched.
     """
     index, law, damage = surface.index, surface.law, surface.damage
     first, triangle, normals = surface.fans.start, surface.fans.triangle, surface.fans.normals
@@ -113,7 +116,9 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
 
 @pointwise
 def keep_shapes(surface, start, n, c):
-    """Copy the new frames and in-plane deformations of a block from columns back to the points."""
+    """Copy the new frames and in-plane deformations of n points from the columns of the work array c back to the arrays of the
+    points. Arguments as for `turn_and_stretch`.
+    """
     index, state, whole = surface.index, surface.state, all_bear(c, n)
     keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
     keep_where(BEARS, whole, index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -121,7 +126,9 @@ def keep_shapes(surface, start, n, c):
 
 @pointwise
 def fetch_stresses(surface, start, n, c):
-    """Copy the input of the stress update of a block's points to columns."""
+    """Copy the input of the stress update of n points (masses, energies, volumes, stresses, speeds) to the columns of the work
+    array c. Arguments as for `turn_and_stretch`.
+    """
     index, points, state = surface.index, surface.points, surface.state
     fetch(index, (0.0, 0.0), (points.mass, state.strain_energy), start, n, c, MASS * WIDTH)
     fetch(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)
@@ -133,9 +140,9 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Update the damage of n points from the strains that drive it.
+    """Update the damage of n points from the strains that drive it. Arguments as for `turn_and_stretch`.
 
-    Writes to the columns the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for
+    Writes to the columns of c the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for
     failed points.
     """
     index, damage, record = surface.index, surface.damage, surface.record
@@ -148,7 +155,11 @@ def weaken_points(surface, start, n, c):
 
 @pointwise
 def respond_to_shapes(law, lattice, thickness, dt, n, c):
-    """Compute volumes, stresses, strain energies and the terms of the step limit of the n points in the columns of c."""
+    """Compute volumes, stresses, strain energies and the terms of the step limit of the n points in the columns of the work
+    array c.
+
+    law: material law; lattice: cells of the grid; thickness: at rest [m]; dt: time step [s].
+    """
     h = lattice.inverse_cell
     for q in range(n):
         share, shape, bears = take((0.0, NO_SHAPE, 0.0), c, q + SHARE * WIDTH)
@@ -190,7 +201,7 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
 
 @pointwise
 def fault_in(c, q):
-    """Return the fault code of point q of a block, from the columns of c."""
+    """Return the fault code (see `pellucid.grid.points`) of point q of a block, from the columns of the work array c."""
     if c[uintp(q + BEARS * WIDTH)] > 0.0:
         if c[uintp(q + COSINE * WIDTH)] < -0.999:
             return FOLDED
@@ -201,7 +212,9 @@ def fault_in(c, q):
 
 @pointwise
 def keep_stresses(surface, dt, start, n, c):
-    """Copy the new volumes, stresses and energies of a block from columns back to the points."""
+    """Copy the new volumes, stresses and energies of n points from the columns of the work array c back to the arrays of the
+    points, and add the dissipated energy. Arguments as for `turn_and_stretch`.
+    """
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
     law = surface.law
     of_plane, whole = (points.volume, state.plane_stress), all_bear(c, n)

@@ -127,8 +127,9 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Nodal velocity that moves the points [m/s]; with bending it is the straining velocity, so that bending forces do the
-        same work on points and on the grid."""
+        """Nodal velocity that moves the points [m/s], shape (nodes, 3); with bending it is the velocity that strains bodies,
+        so that bending forces do the same work on points and on the grid.
+        """
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
     @property
@@ -157,31 +158,39 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return Cells(triangles=self._triangles)
 
     def state_warning(self) -> str | None:
-        """Return a warning if the membrane was torn without damage because its points are too far apart for the grid; None if
-        not."""
+        """Return a warning if the membrane was torn without damage because its points are too far apart for the grid; None
+        otherwise.
+        """
         failed = np.zeros(self.n_points, bool)
         if len(self._record.failed):
             failed[self.arrays["id"]] = self._record.failed > 0.0
         return torn(self.name, self.places(), self._triangles, failed, self.grid)
 
     def fault(self, code: int, p: int) -> Fault:
-        """Describe a fault and its remedy; for a lost point also report that it had failed."""
+        """Return the description of a fault with this code at point p, and its remedy; for a lost point also report that it
+        had failed.
+        """
         if code == LOST and len(self._record.failed) and self._record.failed[p] > 0.0:
             return Fault("it had failed, and left the grid", "enlarge the grid, or end the run before")
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the distance from the mid-surface at which contact begins [m], as the first of the three half-widths of a
-        contact body."""
+        """Return the distance from the mid-surface at which contact begins [m], and two numbers that are not used (see
+        `ContactBody.half_width`).
+        """
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """Return the vector areas of the points [m²], shape (n, 3), in storage order; in plane problems, of the slice."""
+        """Return the vector areas of the points (area times normal) [m²], shape (n, 3), in storage order; in plane problems,
+        of the computed slice.
+        """
         thickness = self.thickness  # the thickness of failed points is meaningless, and others thin by a few per cent
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
     def pressed_areas(self) -> np.ndarray:
-        """Return a third of the vector areas of the triangles around each point [m²], shape (n, 3)."""
+        """Return the vector areas on which pressure acts: a third of the vector areas of the triangles around each point [m²],
+        shape (n, 3).
+        """
         thirds = np.repeat(self._slice / 3.0 * vector_areas(self.places(), self._triangles), 3, axis=0)
         corners = self._triangles.ravel()
         return np.stack([np.bincount(corners, part, self.n_points) for part in thirds.T], axis=1)
@@ -215,8 +224,9 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return forces
 
     def _count_bending(self, dt: float) -> None:
-        """Add the bending energy of the present positions to the totals, and half the power of the bending forces over the step
-        dt [s]."""
+        """Add the bending energy of the present positions to the totals of the body, and half the power of the bending forces
+        over the step dt [s].
+        """
         if self.bending is None:
             return
         self.totals.stored -= self.totals.parts.get("bending", 0.0)
@@ -270,7 +280,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
             self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
 
     def update_positions(self, dt: float) -> None:
-        """Move the points, and compute the bending energy of the new positions."""
+        """Move the points over a step dt [s], and compute the bending energy of the new positions."""
         if self.bending is not None:
             self._bent_before = self.points.position.copy()
         super().update_positions(dt)

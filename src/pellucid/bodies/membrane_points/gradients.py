@@ -14,20 +14,20 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
 
 class Read(NamedTuple):
-    """Input of a point for its velocity gradient, or the arrays of all points."""
+    """Data that the loop over points reads for one point, or its arrays for all points."""
 
     position: Any  # [m]
 
 
 class Kept(NamedTuple):
-    """Output of a point (velocity gradient, new position), or the arrays of all points."""
+    """Data that the loop over points writes for one point (velocity gradient, new position), or its arrays for all points."""
 
     position: Any
     gradient: Any  # [1/s]
 
 
 class GatherGradient(NamedTuple):
-    """Task of the loop: gather velocity gradients, and compute new positions if points move."""
+    """Rule of a loop over points: gather velocity gradients, and compute new positions if points move."""
 
     moving: float  # 1 if they move, else 0
 

@@ -46,7 +46,9 @@ CHUNK = 1024  # triangles that a thread processes at a time
 
 @parallel_loop()
 def find_normals(chunk, position, fans):
-    """Compute the normals and areas of the triangles of a surface; a chunk has CHUNK triangles."""
+    """Compute the normals and areas of the triangles of a surface; a chunk has CHUNK triangles. position: positions of the
+    points [m], shape (n, 3); fans: the triangles, which store the results (`Fans`).
+    """
     triangles, normals = fans.triangles, fans.normals
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
         x = vector_at_point(position, uintp(triangles[k, 0]))
@@ -59,7 +61,11 @@ def find_normals(chunk, position, fans):
 
 @pointwise
 def _sum_up(c, start, n, surface, s, sums):
-    """Add the sums over a block of points to `sums`, the sums of slab s, and record the first fault in the slab."""
+    """Add the sums over a block of n points to `sums`, the sums (energy, power) of slab s (a layer of grid cells), and record
+    the first fault in the slab.
+
+    c: work array with the values of the points; start: first point of the block; surface: a `StrainedMembrane`.
+    """
     slabs = surface.slabs
     add_columns(c, BAD, n, sums, 0, SUMS)
     largest_of_column(c, FASTEST, n, sums, SUMS)
@@ -85,7 +91,8 @@ def _keep_sums(slabs, s, sums):
 @parallel_loop()
 def strain(s, surface, dt):
     """Update frames, in-plane deformations, volumes and stresses of the points of slab s (a layer of grid cells) from the new
-    velocity gradients and positions."""
+    velocity gradients and positions, over a step dt [s]. surface: a `StrainedMembrane`.
+    """
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -105,14 +112,14 @@ def strain(s, surface, dt):
 
 @parallel_loop()
 def stretch(s, surface, number, torn, local, kinematics, dt):
-    """Update frames and deformations of the points of slab s, and write the strains that drive damage to `local`, shape
-    (points,), in the order of point numbers.
+    """Update frames and deformations of the points of slab s (a layer of grid cells) over a step dt [s], and write the strains
+    that drive damage to `local`, shape (points,), in the order of point numbers.
 
-    The strain of a point that failed by its own strain also includes its opening since then, which `torn`, shape (points,
-    3), accumulates in the frame of the point: the opening of a crack does not depend on the grid, but its strain does. For
-    a point that failed only because of the strain of its neighbours, the strain at failure is used; otherwise failure would
-    spread without limit. `kinematics`, shape (points, 5), contains data for `respond`: rate of deformation, cosine of
-    the rotation of the normal, share of area.
+    surface: a `StrainedMembrane`; number: numbers of the points in storage order. The strain of a point that failed by its own
+    strain also includes its opening since then, which `torn`, shape (points, 3), accumulates in the frame of the point: the
+    opening of a crack does not depend on the grid, but its strain does. For a point that failed only because of the strain of
+    its neighbours, the strain at failure is used; otherwise failure would spread without limit. `kinematics`, shape (points,
+    5), contains data for `respond`: rate of deformation, cosine of the rotation of the normal, share of area.
     """
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
     if slabs.first[s] == slabs.first[s + 1]:
@@ -142,8 +149,9 @@ def stretch(s, surface, number, torn, local, kinematics, dt):
 
 @parallel_loop()
 def respond(s, surface, number, mean, kinematics, dt):
-    """Update volumes and stresses of the points of slab s after `stretch`, with damage from the strains `mean`, shape
-    (points,), by point number."""
+    """Update volumes and stresses of the points of slab s (a layer of grid cells) after `stretch`, with damage from the
+    nonlocal strains `mean`, shape (points,), by point number. Other arguments as for `stretch`.
+    """
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return

@@ -67,7 +67,9 @@ class MembranePointsCase(MembraneCase):
         return len(self.surface.triangulate().vertices)
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step limit by in-plane waves, viscosity and bending across one cell."""
+        """Return the largest stable time step by in-plane waves, viscosity and bending across one grid cell, of edge length
+        `cell` [m]. is_driven: a motion prescribes the whole body.
+        """
         if cell is None:
             return None
         fastest = self.fastest_at_start(self.surface.triangulate().vertices)
@@ -76,7 +78,11 @@ class MembranePointsCase(MembraneCase):
         return tightest([signals, bending_in_cells(cell, rigidity / (self.material.density * self.thickness))])
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report settings that do not fit the grid, damage with bending, and points that are too far apart."""
+        """Yield findings (errors of the case) for settings that do not fit the grid, damage with bending, and points that are
+        too far apart.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         grid, place = parts.grid, (*path, self.place)
         if grid is None:
@@ -112,7 +118,9 @@ class MembranePointsCase(MembraneCase):
             yield Finding((*path, "material"), text, remedy)
 
     def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Report points that are so far apart that the grid does not transfer forces between them."""
+        """Yield a finding (an error of the case) if points are so far apart that the grid does not transfer forces between
+        them. place: path of the surface in the data of the case.
+        """
         vertices, triangles = self.surface.triangulate()
         across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
         samples = np.concatenate([across, across[triangles].mean(axis=1)])

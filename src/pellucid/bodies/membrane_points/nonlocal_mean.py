@@ -19,7 +19,7 @@ CHUNK = 256  # points that a thread processes at a time
 
 
 class Neighbours(NamedTuple):
-    """The neighbours of n points in one array, with weights, and the field to be averaged."""
+    """The neighbours of n points within the radius of a nonlocal mean, with weights, and the field to be averaged."""
 
     start: np.ndarray  # (n + 1,) index in `neighbour` of the first neighbour of each point
     neighbour: np.ndarray  # numbers of the neighbours, point by point
@@ -39,8 +39,8 @@ def _mean(chunk, about):
 
 
 class NonlocalMean:
-    """Computes weighted means of a field over a radius R [m] around n points with initial positions [m], shape (n, 3), and
-    areas [m²], shape (n,).
+    """Computes weighted means of a field over a radius [m] around n points with initial positions [m], shape (n, 3), and areas
+    [m²], shape (n,).
 
     Callers write the field to `local`; `update` computes `mean`. Both have the shape (n,), in the order of point numbers.
     """
@@ -61,5 +61,5 @@ class NonlocalMean:
         self._neighbours = Bundle(Neighbours(start, neighbour, weight, self.local, self.mean))
 
     def update(self) -> None:
-        """Compute the weighted means of the present field `local` into `mean`."""
+        """Compute the weighted means `mean` of the present values of the field `local`."""
         _mean((len(self.mean) + CHUNK - 1) // CHUNK, self._neighbours)

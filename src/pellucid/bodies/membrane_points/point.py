@@ -41,8 +41,9 @@ class StrainedMembrane(NamedTuple):
 
 @pointwise
 def in_frame(L, frame):
-    """Return the rate of deformation in the plane of a fixed frame [1/s], components 11, 22, 12, for the velocity gradient
-    L."""
+    """Return the rate of deformation in the plane of a fixed frame [1/s], components 11, 22, 12, for the velocity gradient L
+    [1/s]. frame: tangents t₁, t₂ and normal, nine numbers.
+    """
     tx, ty, tz, sx, sy, sz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
     ax, ay, az = L[0] * tx + L[1] * ty + L[2] * tz, L[3] * tx + L[4] * ty + L[5] * tz, L[6] * tx + L[7] * ty + L[8] * tz
     bx, by, bz = L[0] * sx + L[1] * sy + L[2] * sz, L[3] * sx + L[4] * sy + L[5] * sz, L[6] * sx + L[7] * sy + L[8] * sz
@@ -53,7 +54,9 @@ def in_frame(L, frame):
 @pointwise
 def turned(damage, total, frame):
     """Return the new first tangent and normal of a point, and the cosine of the angle between the old and the new normal.
-    total: sum of the normals of the triangles around the point; frame: the old frame."""
+
+    damage: damage law; total: sum of the normals of the triangles around the point; frame: the old tangents and normal.
+    """
     ux, uy, uz, _, _, _, mx, my, mz = frame
     nx, ny, nz = total
     length = sqrt(nx * nx + ny * ny + nz * nz)
@@ -74,10 +77,10 @@ def turned(damage, total, frame):
 
 @pointwise
 def spun(L, before, tangent, normal, dt):
-    """Return the frame with a new normal and first tangent, rotated by the spin about the normal, and the rate of deformation
-    in it.
+    """Return the frame with a new normal and first tangent, rotated by the spin about the normal over a step dt [s], and the
+    rate of deformation in it [1/s], components 11, 22, 12.
 
-    L: velocity gradient; before: rate of deformation in the old frame.
+    L: velocity gradient [1/s]; before: rate of deformation in the old frame [1/s]; tangent, normal: from `turned`.
     """
     tx, ty, tz = tangent
     nx, ny, nz = normal
@@ -119,7 +122,9 @@ def spun(L, before, tangent, normal, dt):
 
 @pointwise
 def in_space(s, frame):
-    """Return the stress in space from its components 11, 22, 12 in the frame."""
+    """Return the stress in space, components xx, yy, zz, yz, xz, xy, from its components 11, 22, 12 in the frame (t₁, t₂,
+    normal).
+    """
     s11, s22, s12 = s
     tx, ty, tz, sx, sy, sz, _, _, _ = frame
     return (

@@ -8,9 +8,11 @@ from pellucid.materials.damage import has_failed
 
 @parallel_loop_by_colour(gives="load")
 def press(s, mapped, surface, load, pressure):
-    """Add the forces of a pressure [Pa] along the normals of a membrane's points to the nodes' `load` [N].
+    """Add the forces of a pressure [Pa] along the normals of a membrane's points in slab s (a layer of grid cells) to the
+    nodal forces `load` [N].
 
-    Points that have failed leave a hole, on which no pressure acts. surface: a `StrainedMembrane`.
+    mapped: data of the points for transfers to the grid; surface: a `StrainedMembrane`. Points that have failed leave a hole,
+    on which no pressure acts.
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs

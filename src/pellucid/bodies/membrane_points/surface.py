@@ -36,17 +36,20 @@ def fans_of(triangles: np.ndarray, n: int) -> Fans:
 
 
 def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return a third of the area of all triangles around each point [m²], shape (n,)."""
+    """Return a third of the area of all triangles around each point [m²], shape (n,). position: [m], shape (n, 3); triangles:
+    shape (m, 3).
+    """
     a, b, c = position[triangles.T]
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return np.bincount(triangles.ravel(), np.repeat(area / 3.0, 3), minlength=len(position))
 
 
 def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
-    """Return the initial frames of the points (rows t₁, t₂, n), shape (n, 9); n is the normalised mean of the unit normals of
-    the triangles around a point (Gan 2011, eq. 8).
+    """Return the initial frames of the points (rows t₁, t₂, n), shape (n, 9); the normal n is the normalised mean of the unit
+    normals of the triangles around a point (Gan 2011, eq. 8).
 
-    direction: t₁ is along its projection onto the surface, shape (3,); None: any tangent.
+    position: [m], shape (n, 3); triangles: shape (m, 3); direction: t₁ is along its projection onto the surface, shape (3,);
+    None: any tangent.
     """
     a, b, c = position[triangles.T]
     normal = np.cross(b - a, c - a)

@@ -11,7 +11,7 @@ their tension."""
 
 
 def torn(name: str, place: np.ndarray, triangles: np.ndarray, failed: np.ndarray, grid: Grid) -> str | None:
-    """Return a warning about the longest edge of membrane `name`; None up to `LONGEST` cells.
+    """Return a warning about the longest edge of membrane `name`; None if no edge is longer than `LONGEST` grid cells.
 
     place: positions of its points [m], shape (n, 3); triangles: shape (m, 3); failed: mask of the points that failed by
     damage, shape (n,), whose edges are not checked. Lengths along an axis that is one cell thick are ignored.

@@ -19,10 +19,11 @@ ON_FACE = 1e-6  # tolerance of the distance of a point from a face of the grid, 
 
 
 class Resistance(Protocol):
-    """Interface of the bending resistance of a closed or an open membrane.
+    """Interface of the bending resistance of a closed or an open membrane of triangles.
 
-    energies: bending energies of the nodes in mesh order [J]; rate: upper bound of half the largest eigenfrequency of the nodes
-    [1/s]; rigidity: bending rigidity κ [J]. Positions [m] have the shape (n, 3), in the storage order of the nodes.
+    Attributes: energies: bending energies of the nodes in mesh order [J]; rate: upper bound of half the largest eigenfrequency
+    of the nodes [1/s]; rigidity: bending rigidity κ [J]. Positions [m] have the shape (n, 3), in the storage order of the
+    nodes.
     """
 
     energies: np.ndarray
@@ -41,7 +42,8 @@ def make_bending(
     """Build the bending resistance of a surface: on a closed surface the energy depends on the mean curvature, an open surface
     bends like a plate.
 
-    triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,).
+    case: settings of the bending; material: material of the membrane; triangles: shape (t, 3); vertices: initial positions
+    [m], shape (n, 3); mass: nodal masses [kg], shape (n,).
     """
     shape = None if case.shape is None else case.shape.mesh("triangles").vertices
     if len(rims_of(triangles).edges):
@@ -65,8 +67,8 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
     """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if the clamps differ from those
     before.
 
-    rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is free; on_plane: (n, 3) True if it lies
-    in a plane of symmetry normal to each axis; both in the order of the mesh.
+    rows: number of the constraint of each node along each axis, 0 if it is free, shape (n, 3); on_plane: True if the node lies
+    in a plane of symmetry normal to the axis, shape (n, 3); both in the order of the mesh.
     """
     if not isinstance(bending, PlateBending):
         return False
@@ -85,9 +87,9 @@ def find_rows_on_grid(
     """Return, for points on a grid, the number of the constraint along each axis (0 if free), and True if the point lies in a
     plane of symmetry normal to the axis; both of shape (n, 3), in the order of the point numbers.
 
-    A support constrains a point if it constrains all of the point's nodes; a plane of symmetry is a face of the grid that
-    is constrained along its normal only. position: initial positions of the points [m], shape (n, 3), by number; number:
-    numbers of the points in storage order, shape (n,).
+    A support constrains a point if it constrains all of the point's nodes; a plane of symmetry is a face of the grid that is
+    constrained along its normal only. position: initial positions of the points [m], shape (n, 3), by number; number: numbers
+    of the points in storage order, shape (n,); constraint: constraint of the points of the body, or None.
     """
     lattice, constrained = grid.lattice, grid.nodes.constrained
     counts, strides = np.array(lattice.counts), np.array(lattice.strides)

@@ -48,9 +48,11 @@ class BendingCase(Model):
     def problems(
         self, path: Path, mesh: Mesh, material: MembraneMaterial, flat: bool, functions: str | None = None
     ) -> Iterator[Finding]:
-        """Report element types and shape functions without bending, a mismatched shape, or a missing Poisson's ratio.
+        """Yield findings (errors of the case) for element types and shape functions without bending, an unbent shape that does
+        not match the mesh, or a missing Poisson's ratio.
 
-        flat: True if the grid is thin along an axis; functions: shape functions of the grid if its nodes move the membrane.
+        path: path of the settings in the data of the case; mesh, material: of the membrane; flat: True if the grid is thin
+        along an axis; functions: shape functions of the grid if its nodes move the membrane.
         """
         if flat:
             text = "bending applies to surfaces in space, but the grid is one cell thick along an axis"

@@ -59,7 +59,9 @@ class Bending:
     """Bending energy and forces of a closed membrane of triangles (see the module)."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
-        """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,)."""
+        """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
+        rigidity: bending rigidity κ [J].
+        """
         n, corners = len(vertices), hinges_of(triangles)
         self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
         self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
@@ -83,7 +85,9 @@ class Bending:
         self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._mass, *room))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
-        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order."""
+        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order. position: nodal positions
+        in storage order [m], shape (n, 3).
+        """
         self._bend(position)
         return self._slope[:, 0] / self.rigidity + self.reference
 
@@ -93,7 +97,9 @@ class Bending:
         return float(ordered_sum(self._sums)[ENERGY])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the nodal forces [N] at these positions to `target`, shape (n, 3), in storage order, and update `rate`."""
+        """Add the nodal forces of bending [N] at these positions [m] to `target`, shape (n, 3) both, in storage order, and
+        update `rate`, the bound of the frequency.
+        """
         self._bend(position)
         _push_hinges(self._chunks[0], self._bundle, position)
         _push_triangles(self._chunks[1], self._bundle, position)
@@ -111,8 +117,10 @@ class Bending:
 
 @pointwise
 def _unfolded(x, places, e):
-    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals of both
-    triangles."""
+    """Return the vectors of hinge e (an edge and its two triangles): the edge, the vectors from its start to the left and
+    right corners, and the normals of both triangles. x: nodal positions [m]; places: storage rows of the four nodes of each
+    hinge.
+    """
     a, b, c, d = places[e, 0], places[e, 1], places[e, 2], places[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
     left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
@@ -122,8 +130,9 @@ def _unfolded(x, places, e):
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
-    """Compute l φ of each hinge, with the length l and the angle φ of the module, and ½ l times the sum of |∂φ/∂x| over the
-    hinge's corners."""
+    """Compute for each hinge of a chunk l φ, with the length l and the angle φ of the module, and ½ l times the sum of |∂φ/∂x|
+    over its four corners. of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     places, bent = of.places, of.bent
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         along, left, right, n1, n2 = _unfolded(x, places, e)
@@ -138,7 +147,9 @@ def _bend_hinges(chunk, of, x):
 
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
-    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to curvature and area."""
+    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to M_i and A_i (see the module).
+    of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     bent, slope, triangles = of.bent, of.slope, of.triangle_places
     about, whole, total = of.about, of.round, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(slope))):
@@ -164,7 +175,9 @@ def _bend_nodes(chunk, of, x):
 
 @parallel_loop()
 def _push_hinges(chunk, of, x):
-    """Compute the bending forces on the nodes of the hinges of a chunk, and the terms that limit the time step."""
+    """Compute the bending forces of the hinges of a chunk on their four nodes, and the terms that limit the time step. of:
+    data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     corners, places, values, slope = of.corners, of.places, of.hinge_values, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, places, e)
@@ -189,7 +202,9 @@ def _push_hinges(chunk, of, x):
 
 @parallel_loop()
 def _push_triangles(chunk, of, x):
-    """Compute the forces on the corners of triangles due to the change of energy with area."""
+    """Compute the forces on the corners of a chunk of triangles due to the change of energy with area. of: data of `Hinges`,
+    to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     triangles, forces, slope = of.triangles, of.triangle_forces, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
         chi, psi = edges(x, of.triangle_places, e)
@@ -203,7 +218,10 @@ def _push_triangles(chunk, of, x):
 @pointwise
 def gather_hinges(about, values, K, target, p):
     """Add the forces of the hinges around node K to row p of `target`, the storage row of the node. Returns the upper bound of
-    the node's stiffness."""
+    the node's stiffness.
+
+    about: list of the hinges around each node; values: forces and stiffness terms of the hinges at their corners.
+    """
     stiff = 0.0
     for k in range(about.start[K], about.start[K + 1]):
         e, corner = about.places[k] // 4, about.places[k] % 4
@@ -215,8 +233,9 @@ def gather_hinges(about, values, K, target, p):
 
 @parallel_loop()
 def _gather(chunk, of, target):
-    """Sum the forces at the nodes, and compute the largest ratio of stiffness bound to mass, the square of the bound on the
-    eigenfrequency."""
+    """Sum the bending forces at a chunk of nodes into `target`, shape (n, 3), and compute the largest ratio of stiffness bound
+    to mass, the square of the bound on the eigenfrequency. of: data of `Hinges`.
+    """
     whole, forces, fastest = of.round, of.triangle_forces, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         p = of.where[K]

@@ -73,7 +73,9 @@ class MembraneCase(DampedModel):
         return Selectable.of_membrane(*self.surface.triangulate(), self.surface.sets())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return a reason if the surface is open, i.e. has no inside, or if the grid is one cell thick along an axis."""
+        """Return a reason why other bodies cannot exclude the region inside the membrane: its surface is open, or the grid is
+        one cell thick along an axis; None if they can.
+        """
         if grid is not None and any(grid.thin()):
             return Reason(f"the inside of a surface {NEEDS_SPACE}", "remove this name, or enlarge the grid")
         if not self.surface.closed:
@@ -94,12 +96,16 @@ class MembraneCase(DampedModel):
         return self.material.wave_speeds(self.thickness)
 
     def losses(self) -> tuple[str, ...]:
-        """Names of the result fields that contain energy dissipated by viscosity."""
+        """Names of the fields of the results that contain energy dissipated by viscosity."""
         material = self.material
         return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report initial fields, fibre directions and initial tensions that a membrane cannot have."""
+        """Yield findings (errors of the case) for initial fields, fibre directions and initial tensions that a membrane cannot
+        have.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from plane_velocity_problems(self, path, parts)
@@ -122,7 +128,9 @@ class MembraneCase(DampedModel):
                 yield Finding((*path, key), str(error), f"use a smaller {key}, or a stiffer or thicker membrane")
 
     def _direction_problems(self, path: Path, direction: np.ndarray) -> Iterator[Finding]:
-        """Report a material direction that is normal to the surface somewhere, so that it has no projection there."""
+        """Yield a finding (an error of the case) if the material direction is normal to the surface somewhere, so that it has
+        no projection there. path: path of the body in the data of the case; direction: shape (3,).
+        """
         vertices, triangles = self.surface.triangulate()
         corners = vertices[triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -41,18 +41,19 @@ NEAR = 7.0  # distance from the edge of a clamp within which points may have wei
 
 
 def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
-    """Return the shape functions of the points of a membrane. bends: True for an open membrane that resists bending.
+    """Return the shape functions with which the points of a membrane interact with the grid. bends: True for an open membrane
+    that resists bending.
 
-    Points have no extent normal to the membrane; GIMP assumes half a cell. The slopes of its functions change only within
-    half a cell around each node, where the points of a plate then bend twice as much as they should. Such a membrane uses
-    B-splines instead, for which the bending converges.
+    Points have no extent normal to the membrane; GIMP assumes half a cell. The slopes of its functions change only within half
+    a cell around each node, where the points of a plate then bend twice as much as they should. Such a membrane uses B-splines
+    instead, for which the bending converges.
     """
     name = "quadratic-bspline" if bends and grid_case.functions == "gimp" else grid_case.functions
     return grid_functions(name, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
 
 
 class ClampEdges(NamedTuple):
-    """The e edges between triangles of a clamp and other triangles."""
+    """The e edges between triangles that a clamp moves and other triangles."""
 
     start: np.ndarray  # (e, 3) start points of the edges [m]
     along: np.ndarray  # (e, 3) vectors from the start to the end [m]
@@ -63,8 +64,8 @@ class ClampEdges(NamedTuple):
 def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
     """Return the edges between clamped triangles with only prescribed nodes, and triangles that are not clamped.
 
-    triangles: (t, 3); position: (n, 3) [m]; the last two arguments are the masks of the clamped triangles, (t,), and of the
-    prescribed nodes, (n,).
+    triangles: shape (t, 3); position: nodal positions [m], shape (n, 3); led: mask of the clamped triangles, shape (t,); held:
+    mask of the prescribed nodes, shape (n,).
     """
     t = len(triangles)
     chosen, partner = pair_edges(triangles)
@@ -84,8 +85,9 @@ class Extension:
     free points of a membrane."""
 
     def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
-        """held: mask of the nodes that are fixed along all axes; free: mask of the nodes that are free along all axes;
-        shape (nodes,)."""
+        """grid: the grid; edges: edges of the clamps; degree: degree p of the B-splines; held: mask of the grid nodes that are
+        fixed along all axes; free: mask of the grid nodes that are free along all axes; shape (nodes,).
+        """
         lattice = grid.lattice
         cell, lower, strides = lattice.cell, np.array(lattice.lower), np.array(lattice.strides)
         last = np.array(lattice.counts)
@@ -123,10 +125,11 @@ class Extension:
         self._buffer = np.zeros((grid.n_nodes, 3))  # only the values at `_touched` nodes are valid
 
     def share_forces(self, body: PointsOnGrid, listed: np.ndarray, forces: np.ndarray, target: np.ndarray) -> None:
-        """Transfer the normal forces on prescribed nodes near clamps to free nodes.
+        """Transfer the normal forces on prescribed grid nodes near clamps to free nodes.
 
-        listed: rows of the points whose functions may be non-zero at these nodes; forces: forces on the points [N], shape (n,
-        3), already scattered to the nodes; target: the nodal forces [N], shape (nodes, 3), which are changed.
+        body: the membrane; listed: rows of the points whose functions may be non-zero at these nodes; forces: forces on the
+        points [N], shape (n, 3), already scattered to the nodes; target: the nodal forces [N], shape (nodes, 3), which are
+        changed.
         """
         values = np.zeros((len(listed), 3))
         values[:, 0] = body.points.mass[listed]
@@ -145,8 +148,9 @@ class Extension:
         return self._buffer
 
     def extend(self, velocity: np.ndarray) -> np.ndarray:
-        """Add the extrapolated normal velocities of the prescribed nodes to the nodal velocities [m/s], shape (nodes, 3).
-        Returns the velocities of the prescribed nodes before the change."""
+        """Add the extrapolated normal velocities of the prescribed nodes to the nodal velocities of the grid [m/s], shape
+        (nodes, 3), in place. Returns the velocities of the prescribed nodes before the change.
+        """
         known = domain.of_nodes(velocity[self._sources], self._sources)
         theirs = known[np.searchsorted(self._sources, self.donors)]
         along = np.sum(self._weights * np.einsum("gkd,gd->gk", theirs, self.normal), axis=1)
@@ -156,8 +160,9 @@ class Extension:
 
 
 def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Return the projections of positions onto the lines of the nearest edges (`within`: onto the edges themselves), and
-    the edge numbers."""
+    """Return the projections of positions [m], shape (k, 3), onto the lines of the nearest clamp edges (`within`: onto the
+    edges themselves), and the numbers of these edges, shape (k,).
+    """
     square = np.sum(edges.along**2, axis=1)
     nearest, number = np.full(len(position), np.inf), np.zeros(len(position), int)
     foot = np.zeros(position.shape)
@@ -246,15 +251,17 @@ class BendsOnGrid(PointsOnGrid):
             self._near = np.flatnonzero(np.linalg.norm(start - foot, axis=1) <= NEAR * grid.lattice.cell)
 
     def _reached_by(self, chosen: np.ndarray) -> np.ndarray:
-        """Return a mask of the grid nodes at which functions of the chosen points are non-zero, shape (nodes,). chosen: mask of
-        the points in storage order, shape (n,)."""
+        """Return a mask of the grid nodes at which shape functions of the chosen points are non-zero, shape (nodes,). chosen:
+        mask of the points in storage order, shape (n,).
+        """
         listed, found = np.flatnonzero(chosen), np.zeros((self.grid.n_nodes, 3))
         scatter_listed(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
         return found[:, 0] > LEAST_SHARE
 
     def _scatter_internal_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
-        """Scatter forces on the points [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3); forces on clamped
-        points act on prescribed nodes."""
+        """Scatter forces on the points [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3). Near clamps, the
+        forces on prescribed nodes are transferred to free nodes; forces on clamped points act on prescribed nodes.
+        """
         extension = self._extension
         if extension is None:
             scatter_vectors(self.n_slabs, self.mapped, forces, target)
@@ -279,13 +286,15 @@ class BendsOnGrid(PointsOnGrid):
 
 
 def _find_beyond(grid: Grid, edges: ClampEdges, nodes: np.ndarray) -> np.ndarray:
-    """Return a mask of the grid nodes in `nodes` that lie on the free side of the nearest edge of a clamp, shape (k,)."""
+    """Return a mask of the grid nodes numbered in `nodes`, shape (k,), that lie on the free side of the nearest of the clamp
+    edges `edges`.
+    """
     place = grid.find_positions(nodes)
     foot, edge = _find_feet(edges, place)
     return np.asarray(np.sum((place - foot) * edges.inward[edge], axis=1) > ON_EDGE * grid.lattice.cell)
 
 
 def _find_nearest(grid: Grid, nodes: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return for each position [m], shape (n, 3), the nearest of the given nodes."""
+    """Return for each position [m], shape (n, 3), the nearest of the grid nodes numbered in `nodes`, shape (n,)."""
     _, nearest = cKDTree(grid.find_positions(nodes)).query(position)
     return np.asarray(nodes[nearest])

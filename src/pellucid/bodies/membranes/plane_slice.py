@@ -14,11 +14,11 @@ LEANING = 1e-3  # relative deviation of a band from its axis that is allowed, si
 
 
 def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
-    """Return the factor by which mass and forces of the surface with these vertices [m], shape (n, 3), are multiplied to get
-    those of the computed slice.
+    """Return the factor by which mass and forces of the whole surface with these vertices [m], shape (n, 3), are multiplied to
+    get those of the computed slice.
 
-    For each thin axis along which the surface extends, this is the thickness of the slice divided by the extent of the surface.
-    An axis without extent is normal to the membrane, which is included with its full thickness.
+    For each thin axis (one cell thick) along which the surface extends, this is the thickness of the slice divided by the
+    extent of the surface. An axis without extent is normal to the membrane, which is included with its full thickness.
     """
     if grid is None:
         return 1.0
@@ -27,7 +27,9 @@ def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
 
 
 def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool:
-    """Return True if a band in a plane encloses an area, i.e. its only rims are normal to the thin axis."""
+    """Return True if a surface that is a band (strip) along a thin axis of the grid encloses an area in the plane, i.e. its
+    only rims are normal to this axis. vertices: [m], shape (n, 3); triangles: shape (t, 3).
+    """
     bands = _bands(vertices, grid)
     if len(bands) != 1:
         return False
@@ -36,7 +38,9 @@ def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool
 
 
 def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterator[Finding]:
-    """Report a surface at `path` that extends beyond the single cell of a thin axis, or is not a band along it."""
+    """Yield findings (errors of the case) for a surface at `path` that extends beyond the single cell of a thin axis, or is
+    not a band (strip) along it.
+    """
     vertices, triangles = surface
     for axis in np.flatnonzero(grid.thin()):
         name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
@@ -64,12 +68,12 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
 
 
 def _bands(vertices: np.ndarray, grid: GridCase) -> np.ndarray:
-    """Return the thin axes of the grid along which the surface extends as a band."""
+    """Return the thin axes of the grid (one cell thick) along which the surface extends as a band."""
     extent = np.ptp(vertices, axis=0)
     return np.flatnonzero(np.array(grid.thin()) & (extent > FLAT * extent.max()))
 
 
 def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Return the edges that belong to only one triangle, shape (k, 2)."""
+    """Return the edges that belong to only one triangle, as node numbers, shape (k, 2)."""
     edges, count = np.unique(np.sort(directed_edges(triangles), axis=1), axis=0, return_counts=True)
     return np.asarray(edges[count == 1])

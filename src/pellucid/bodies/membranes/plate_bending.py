@@ -49,7 +49,8 @@ class PlateBending:
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
     ) -> None:
         """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
-        rigidity: bending stiffness D of the plate [J]."""
+        rigidity: bending stiffness D of the plate [J]; poisson_ratio: ν of the bending.
+        """
         self.triangles, self._vertices, self._mass = triangles, vertices.copy(), mass
         first, second, third = (vertices[corner] for corner in triangles.T)
         normals = np.cross(second - first, third - first)
@@ -65,15 +66,16 @@ class PlateBending:
         self.support(no_supports(len(triangles), len(vertices)))
 
     def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:
-        """Set the unbent state. curvature: c₀ [1/m], with both principal curvatures ½c₀; shape: alternatively, vertices of
-        the unbent shape [m], shape (n, 3)."""
+        """Set the shape without bending moments. curvature: c₀ [1/m], with both principal curvatures ½c₀; shape:
+        alternatively, vertices of this shape [m], shape (n, 3).
+        """
         self._relaxed = curvature, None if shape is None else shape.copy()
         operators = self._operators
         self._rest[:] = 0.5 * curvature * operators.unit if shape is None else operators.folds(shape)
         self._bent = None
 
     def support(self, supports: BendingSupports) -> None:
-        """Change the bending operators for supports: clamps and planes of symmetry."""
+        """Rebuild the bending operators for these supports: clamps and planes of symmetry."""
         self.supports = supports
         properties = self.triangles, self._vertices, self.rigidity, self.poisson_ratio
         self._operators = operators = build_plate_operators(*properties, supports)
@@ -111,7 +113,9 @@ class PlateBending:
         return float(ordered_sum(self._hinge_sums)[0])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the nodal forces [N] at these positions to `target`, shape (n, 3), in storage order, and update `rate`."""
+        """Add the nodal forces of bending [N] at these positions [m] to `target`, shape (n, 3) both, in storage order, and
+        update `rate`, the bound of the frequency.
+        """
         self._bend(position)
         _push_corners(self._chunks[0], self._bundle, position)
         _gather(self._chunks[1], self._bundle, target)
@@ -129,10 +133,11 @@ class PlateBending:
 
 @pointwise
 def _unfolded(x, corners, mirror, e):
-    """Return the edge of hinge e, the vectors from its start to the left and right corners, and the normals of the two
-    triangles.
+    """Return the vectors of hinge e (an edge and its two triangles): the edge, the vectors from its start to the left and
+    right corners, and the normals of the two triangles.
 
-    A hinge in a plane of symmetry moves with the plane.
+    x: nodal positions [m]; corners: rows of the four nodes of each hinge; mirror: for a hinge in a plane of symmetry the axis
+    normal to it, else -1; such a hinge moves with the plane.
     """
     a, b, c, d = corners[e, 0], corners[e, 1], corners[e, 2], corners[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
@@ -150,23 +155,28 @@ def _unfolded(x, corners, mirror, e):
 
 @pointwise
 def _places(along, left, right):
-    """Return the positions of the left and right corners along the edge of a hinge, as fractions of its length."""
+    """Return the positions of the left and right corners along the edge of a hinge, as fractions of its length. along: edge
+    vector; left, right: vectors from its start to the corners [m].
+    """
     square = dot(along, along)
     return dot(left, along) / square, dot(right, along) / square
 
 
 @pointwise
 def _turned(length, n1, n2, s, t):
-    """Return |∂φ/∂x| of the fold angle φ for the four corners of a hinge; for the two ends of its edge these are upper bounds.
-    length: length of the edge; n1, n2: normals of the triangles, as long as twice their area; s, t: see `_places`."""
+    """Return |∂φ/∂x| [1/m] of the fold angle φ for the four corners x of a hinge; for the two ends of its edge these are upper
+    bounds. length: length of the edge [m]; n1, n2: normals of the triangles, as long as twice their area; s, t: positions of
+    the left and right corners along the edge, see `_places`.
+    """
     one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
     return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two
 
 
 @parallel_loop()
 def _fold(chunk, of, x):
-    """Compute the change φ - φ₀ of the fold angle at each hinge since the unbent state, and the sum of |∂φ/∂x| over the
-    corners x of the hinge."""
+    """Compute the change φ - φ₀ of the fold angle at each hinge of a chunk since the unbent state, and the sum of |∂φ/∂x| over
+    the corners x of the hinge. of: data of `Folds`, to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     corners, fold, moves = of.corners, of.fold, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, of.mirror, e)
@@ -179,7 +189,9 @@ def _fold(chunk, of, x):
 
 @parallel_loop()
 def _turn(chunk, of):
-    """Compute the moments S (φ - φ₀) of the folds, and the energy of the chunk."""
+    """Compute the moments S (φ - φ₀) of a chunk of folds, and their energy. of: data of `Folds`, to which the results are
+    written.
+    """
     start, columns, stiffness, fold, turn, total = of.start, of.columns, of.stiffness, of.fold, of.turn, 0.0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(turn))):
         moment = bound = 0.0
@@ -193,7 +205,9 @@ def _turn(chunk, of):
 
 @parallel_loop()
 def _share_energy(chunk, of):
-    """Compute the bending energies of a chunk of nodes: half the energy of each hinge for each end of its edge."""
+    """Compute the bending energies of a chunk of nodes: half the energy of each hinge for each end of its edge. of: data of
+    `Folds`.
+    """
     about, fold, turn = of.about, of.fold, of.turn
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         total = 0.0
@@ -206,7 +220,9 @@ def _share_energy(chunk, of):
 
 @parallel_loop()
 def _push_corners(chunk, of, x):
-    """Compute the forces of hinges on their corners, and the terms that limit the time step."""
+    """Compute the forces of a chunk of hinges on their corners, and the terms that limit the time step. of: data of `Folds`,
+    to which the results are written; x: nodal positions [m], shape (n, 3).
+    """
     corners, mirror, values, turn, moves = of.corners, of.mirror, of.values, of.turn, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, mirror, e)
@@ -229,8 +245,9 @@ def _push_corners(chunk, of, x):
 
 @parallel_loop()
 def _gather(chunk, of, target):
-    """Sum the forces at the nodes, and compute the largest ratio of stiffness bound to mass, the square of the bound on the
-    eigenfrequency."""
+    """Sum the bending forces at a chunk of nodes into `target`, shape (n, 3), and compute the largest ratio of stiffness bound
+    to mass, the square of the bound on the eigenfrequency. of: data of `Folds`.
+    """
     fastest = 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         stiff = gather_hinges(of.about, of.values, K, target, of.where[K])

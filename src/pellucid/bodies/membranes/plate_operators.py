@@ -37,7 +37,7 @@ BACK = 0.1  # 1 + cosine of the angle between normals of a patch below which it 
 
 
 class BendingSupports(NamedTuple):
-    """Supports that affect the bending of a mesh of t triangles and n nodes."""
+    """Supports that affect the bending of a mesh of t triangles and n nodes: clamps and planes of symmetry."""
 
     led: np.ndarray  # (t,) True for triangles that move as a clamp
     on_plane: np.ndarray  # (n, 3) True if a node lies in a plane of symmetry normal to the axis
@@ -52,11 +52,9 @@ def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
 def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return a mask of the triangles that move as a clamp, shape (t,).
 
-    All nodes of such a triangle, and of a neighbour, follow the same constraint along every axis along which the normal has
-    a component. A single triangle, as in the corner of a plate on knife edges, clamps nothing.
-
-    triangles: (t, 3); normals: (t, 3); rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is
-    free.
+    All nodes of such a triangle, and of a neighbour, follow the same constraint along every axis along which the normal has a
+    component. A single triangle, as in the corner of a plate on knife edges, clamps nothing. triangles: shape (t, 3); normals:
+    of the triangles, shape (t, 3); rows: number of the constraint of a node along each axis, 0 if it is free, shape (n, 3).
     """
     of = rows[triangles]
     agree = (of[:, 0] == of[:, 1]) & (of[:, 1] == of[:, 2]) & (of[:, 0] > 0)
@@ -86,10 +84,10 @@ class PlateOperators(NamedTuple):
         return np.arctan2(np.sum(along * np.cross(n1, n2), axis=1) / length, np.sum(n1 * n2, axis=1))
 
     def rate(self, position: np.ndarray, mass: np.ndarray, fixed: np.ndarray) -> float:
-        """Return an upper bound of half the largest eigenfrequency [1/s] of nodes with masses [kg], shape (n,), at these
-        positions [m], shape (n, 3), from the rows of the stiffness.
+        """Return an upper bound of half the largest eigenfrequency of bending [1/s], from the rows of the stiffness.
 
-        fixed: mask of the nodes that cannot move, shape (n,).
+        position: nodal positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,); fixed: mask of the nodes that cannot
+        move, shape (n,).
         """
         along, left, right, n1, n2 = self._unfolded(position)
         square = np.sum(along * along, axis=1)
@@ -113,9 +111,10 @@ class PlateOperators(NamedTuple):
 def build_plate_operators(
     triangles: np.ndarray, vertices: np.ndarray, rigidity: float, poisson_ratio: float, supports: BendingSupports
 ) -> PlateOperators:
-    """Build the plate operators of triangles, shape (t, 3), from their shapes at the vertices [m], shape (n, 3).
+    """Build the plate operators (curvatures and stiffness as functions of fold angles) of triangles, shape (t, 3), from their
+    shapes at the vertices [m], shape (n, 3).
 
-    rigidity: bending stiffness D of the plate [J].
+    rigidity: bending stiffness D of the plate [J]; poisson_ratio: ν; supports: clamps and planes of symmetry.
     """
     mesh = _Mesh(triangles, vertices, supports)
     pairs, shifts = _find_shifts(mesh)
@@ -198,15 +197,22 @@ class _Mesh:
         self.is_shared = (self.mirror < 0) & ~one_led & ~other_led
 
     def exact_folds(self, frames: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-        """Return the fold angles that the surfaces z = ½x², ½y² and xy have at `hinges`, shape (k, 3); x is along and y across
-        the hinges `frames`. As these z have the unit m², the angles have the unit m."""
+        """Return the fold angles that the surfaces z = ½x², ½y² and xy have at the k hinges numbered in `hinges`, shape (k,
+        3).
+
+        frames: numbers of k hinges; x is along and y across each of them. As these z have the unit m², the angles have the
+        unit m.
+        """
         one, other = (self.shares(frames, *side[:, hinges]) for side in (self.left, self.right))
         return self.counts[0, hinges, None] * one + self.counts[1, hinges, None] * other
 
     def shares(self, frames: np.ndarray, number: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the angles α of the surfaces of `exact_folds` [m], shape (k, 3): from the slope of a triangle through its
-        corners to the slope of the surface at the midpoint of one of its edges. Triangles are first rotated into the planes of
-        the hinges."""
+        corners to the slope of the surface at the midpoint of one of its edges.
+
+        frames: hinges that define the axes x and y, shape (k,); number, edge: triangles and their edges (0 to 2), shape (k,).
+        Triangles are first rotated into the planes of the hinges.
+        """
         up, along = self._middle[frames], self._along[frames]
         normal = self.normal[number]
         cosine = np.maximum(1.0 + np.sum(up * normal, axis=1), BACK)[:, None]
@@ -231,7 +237,10 @@ class _Mesh:
 
 
 def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    """Return the corners of triangles along two axes, relative to the first corner [m], shape (k, 3, 2)."""
+    """Return the corners of triangles along two in-plane axes, relative to the first corner [m], shape (k, 3, 2).
+
+    first, second: the axes, shape (k, 3); chi, psi: edge vectors from the first corner [m], shape (k, 3).
+    """
     zero = np.zeros(len(chi))
     columns = [zero, zero, *(np.sum(way * axis, axis=1) for way in (chi, psi) for axis in (first, second))]
     return np.stack(columns, axis=1).reshape(-1, 3, 2)
@@ -262,7 +271,8 @@ def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_array:
     """Return the matrix that maps the fold angles at hinges to the curvatures xx, yy, xy of the triangles [1/m], shape (3 t,
-    h)."""
+    h). pairs, shifts: results of `_find_shifts`.
+    """
     out = np.stack([mesh.edges[:, :, 1], -mesh.edges[:, :, 0]], axis=2) / mesh.length[:, :, None]
     tensors = np.stack([out[:, :, 0] ** 2, out[:, :, 1] ** 2, out[:, :, 0] * out[:, :, 1]], axis=2)
     tensors *= (mesh.length / mesh.area[:, None])[:, :, None]
@@ -284,7 +294,9 @@ def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.
 
 def _condense_free_edges(mesh: _Mesh, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the bending moduli of the triangles [J], shape (t, 3, 3), and the coefficients of the trace of their curvatures,
-    shape (t, 3), both condensed so that no moment acts on free edges."""
+    shape (t, 3), both condensed so that no moment acts on free edges. plate: bending moduli without free edges [J], shape (3,
+    3).
+    """
     t = len(mesh.area)
     moduli, traces = np.tile(plate, (t, 1, 1)), np.tile((1.0, 1.0, 0.0), (t, 1))
     for k in range(3):

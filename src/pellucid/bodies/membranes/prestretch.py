@@ -25,8 +25,8 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
     """Return the state of a membrane, with the present thickness [m], under a tension [N/m] or with the biaxial stretch 1 +
     inflation.
 
-    Raises ValueError if no such state exists. law_of: function that returns the law of a membrane of a given thickness at
-    rest [m]; the ratio of stretched thickness to thickness at rest must not depend on it.
+    law_of: function that returns the law of a membrane of a given thickness at rest [m]; the ratio of stretched thickness to
+    thickness at rest must not depend on it. Raises ValueError if no such state exists.
     """
     if tension == inflation == 0.0:
         law = law_of(thickness)
@@ -59,7 +59,9 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
 
 
 def _bearing(response: Callable[[float], tuple[float, float]], wanted: float) -> float | None:
-    """Return the smallest stretch at which `response` has the stress `wanted` [Pa]; None if there is none."""
+    """Return the smallest biaxial stretch at which the membrane has the stress `wanted` [Pa]; None if there is none. response:
+    function that returns the stress [Pa] and the ratio of thickness to thickness at rest for a stretch.
+    """
     from scipy.optimize import brentq
 
     stretch = 1.0

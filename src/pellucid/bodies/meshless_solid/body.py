@@ -40,8 +40,9 @@ OVERESTIMATE = 1.05  # safety factor of the largest frequency: power iteration c
 
 
 class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
-    """A meshless solid: nodes with shape functions over a background mesh. The functions are built when all conditions are
-    known (`complete`)."""
+    """A meshless solid: nodes with shape functions over a background mesh. The functions are built when all supports, motions
+    and loads are known (`complete`).
+    """
 
     energy_kind = "strain"
 
@@ -58,9 +59,10 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
     def complete(self) -> None:
-        """Build shape functions, masses and totals. The functions may depend on the nodes and faces on which supports and
-        motions prescribe the field. Raises `CaseError` if the approximant has no functions at a point, or the field cannot
-        follow the constraints."""
+        """Build shape functions, masses and totals, after all supports, motions and loads are known. The functions may depend
+        on the nodes and faces on which supports and motions prescribe the displacement field. Raises `CaseError` if the
+        approximant has no functions at a point, or the field cannot follow the constraints.
+        """
         motion, case, arrays = self.motion, self._case, self.arrays
         self._check_held()
         self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
@@ -83,7 +85,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self.renew_totals()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Release supports with these numbers, and search again for the largest frequency, which the release may raise."""
+        """Release supports with these numbers, and search again for the largest natural frequency, which the release may
+        raise.
+        """
         motion, number, displacement = self.motion, self.arrays["prescribed"], self.prescribed.displacement
         before = number.copy()
         super().let_go(supports)
@@ -99,8 +103,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self._find_fastest()
 
     def _find_fastest(self) -> None:
-        """Compute the largest natural frequency of the body in its present state, starting from a random vector; then forces
-        and step limit."""
+        """Compute the largest natural frequency of the body in its present state, starting from a random vector; then update
+        internal forces and step limit.
+        """
         self._fastest = self._power_iteration()
         self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
         self._find_forces()
@@ -125,8 +130,11 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Prepare a relaxation to a steady state. If `scaled`, the inertia of each node is set in proportion to a bound of its
-        stiffness; the total is the mass of the body. Nearly incompressible solids get an inertia against changes of volume."""
+        """Prepare the body for a relaxation to a steady state.
+
+        scaled: True to set the inertia of each node in proportion to a bound of its stiffness, with the mass of the body as
+        total. Nearly incompressible solids get an inertia against changes of volume.
+        """
         if scaled:
             row_sums = self._functions.tables.row_sums
             self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
@@ -138,8 +146,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.renew_totals()
 
     def correct(self, remap: bool) -> None:
-        """Update velocities. If there is an inertia against changes of volume, the forces are first converted to effective
-        forces on the nodal masses."""
+        """Update the nodal velocities (see the base class). If there is an inertia against changes of volume, the forces are
+        first converted to effective forces on the nodal masses.
+        """
         if self._volume_inertia is None:
             super().correct(remap)
             return
@@ -152,19 +161,23 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._shifted = 0.5 * self._dt * float(np.sum(shift * (old + velocity)))
 
     def work(self) -> StepWork:
-        """Return work and impulses of this step; the energy that the inertia against changes of volume absorbs counts as
-        damping."""
+        """Return work and impulses of this step; the energy that the inertia against changes of volume absorbs counts as work
+        of damping.
+        """
         found = super().work()
         found.works[DAMPING] -= self._shifted
         return found
 
     def springs(self) -> Springs:
-        """Return the internal forces and the nodal positions at the end of the step."""
+        """Return the internal forces and the nodal positions at the end of the step, from which a relaxation estimates the
+        stiffness.
+        """
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
         """Compute internal forces and stored energy for the present nodal positions. dt: length of the step that led to them
-        [s]; iterate: True to also update the estimate of the largest frequency."""
+        [s]; iterate: True to also update the estimate of the largest natural frequency.
+        """
         displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
         if iterate:
             self._forces.find_and_iterate(displacement, force, dt, self._fastest)
@@ -208,7 +221,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().check(n_steps, time)
 
     def whereabouts(self, p: int) -> str:
-        """Describe the initial position of node p for messages, since its present position may not be finite."""
+        """Return a text with the initial position of node p for messages, since its present position may not be finite."""
         return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
@@ -218,8 +231,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return self.mesh.sets
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """Return the means of the shape functions over outer faces with corners `faces`, shape (f, 3); available once all
-        conditions are known."""
+        """Return the means of the shape functions over outer faces with corners `faces`, shape (f, 3), for surface loads;
+        available once all conditions are known.
+        """
         return self._functions.face_shares(faces)
 
     @property
@@ -252,7 +266,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.skin.begin()
 
     def predict(self, dt: float) -> None:
-        """Scatter mass, momentum and all forces of the surface to the grid for contact, including drag."""
+        """Scatter mass, momentum and all forces of the surface points, including drag, to the grid (P2G) for contact. dt: time
+        step [s].
+        """
         if self.skin and self.touches_on_nodes:
             self.skin.scatter(self.motion.forces() + self.motion.drag_forces(dt))
 
@@ -264,7 +280,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.skin.scatter_momentum()
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return 0: nodes lie on the surface."""
+        """Return zeros: contact begins at the nodes, which lie on the surface."""
         return 0.0, 0.0, 0.0
 
     # checkpoint and results
@@ -317,12 +333,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return Cells(tetrahedra=self.mesh.cells)
 
     def places(self) -> np.ndarray:
-        """Return the positions of the material that started at the nodes [m], shape (n, 3)."""
+        """Return the present positions of the material points that started at the nodes [m], shape (n, 3)."""
         return np.asarray(self.mesh.nodes + self._functions.at_nodes @ (self.arrays["position"] - self.mesh.nodes))
 
     def facts(self) -> dict[str, float]:
-        """Return, for the summary, the largest difference between the field and its prescribed values [m], at boundary nodes
-        and between them."""
+        """Return, for the summary of a run, the largest difference between the displacement field and its prescribed values
+        [m], at boundary nodes and between them.
+        """
         found = self._functions.residuals.largest(self.arrays["position"] - self.mesh.nodes)
         return {f"ebc_residual_{name}": value for name, value in found.items()}
 
@@ -331,8 +348,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return [*FIELDS, LOST] if self._forces.lost is not None else list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """Return a field at the nodes. Position and velocity are material values Σ p_b(x_a) u_b, not nodal coefficients;
-        stresses are averages over the cells around a node."""
+        """Return a field of the results at the nodes. Position and velocity are values of the interpolated field, Σ p_b(x_a)
+        u_b, not nodal coefficients; stresses are averages over the cells around a node.
+        """
         if name == "kinetic_energy":
             return self.kinetic_energies()
         if name == "position":

@@ -31,12 +31,13 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """Computes the constraint impulses that make the field follow the prescribed displacement.
+    """Computes the impulses on constrained nodes that make the displacement field follow its prescribed values (see the
+    module).
 
-    values: shape functions at all nodes, shape (n, n); position: nodal positions of the body [m], shape (n, 3), read at each
-    call; inertia: nodal masses [kg], shape (n,); motions: first row of the prescribed values that belongs to a motion, and the
-    row after the last; spread: True to distribute forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are
-    nearly identical.
+    prescribed: prescribed displacements; values: shape functions at all nodes, shape (n, n); evaluator: shape functions at any
+    point; position: nodal positions of the body [m], shape (n, 3), read at each call; inertia: nodal masses [kg], shape (n,);
+    motions: first row of the prescribed values that belongs to a motion, and the row after the last; spread: True to
+    distribute forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
     """
 
     def __init__(
@@ -86,10 +87,11 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """Return the weights s_ja (see the module) of the prescribed nodes j, shape (m, n), by means over the boundary faces
-    `chosen`.
+    """Return the weights s_ja (see the module) of the n nodes in the prescribed nodes j, shape (m, n), by means over boundary
+    faces.
 
-    A node without such a face has a point force at its position, with the shape functions there: `values`, shape (m, n).
+    evaluator: shape functions at any point; chosen: numbers of the faces; nodes: the m prescribed nodes; values: shape
+    functions at them, shape (m, n). A node without such a face has a point force at its position, with the weights `values`.
     """
     mesh = prescribed.mesh
     faces, owners = mesh.faces
@@ -109,8 +111,9 @@ def spread_over_faces(
 
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
-    """Return a function that computes the impulses λ from velocity errors, for the weights s_ja (see the module), shape (m,
-    n)."""
+    """Return a function that computes the impulses λ [N s] from velocity errors [m/s], shape (m,) both. shares: weights s_ja
+    (see the module), shape (m, n); inertia: nodal masses [kg], shape (n,).
+    """
     if shares.shape[0] == 0:
         return np.copy
     V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)
@@ -131,7 +134,7 @@ def _dependent(condition: float) -> Refusal:
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
-    """Estimate the condition number of the symmetric matrix V (see the module) in the 1-norm."""
+    """Estimate the condition number of the symmetric matrix V (see the module) in the 1-norm from its LU factors."""
 
     def solve(right: np.ndarray) -> np.ndarray:
         return np.asarray(factors.solve(right))

@@ -53,11 +53,12 @@ def check_functions(case: "MeshlessSolidCase", mesh: SimplexMesh) -> None:
 
 
 class SolidFunctions:
-    """Shape functions over a mesh; on prescribed faces they take the prescribed values if the approximant allows it.
+    """Shape functions of a solid over its mesh; on prescribed faces they take the prescribed values if the approximant allows
+    it.
 
-    tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n, n);
-    residuals: evaluator of the difference between the field and its prescribed values. Raises CaseError if the approximant
-    has no functions.
+    Attributes: tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n,
+    n); residuals: evaluator of the difference between the displacement field and its prescribed values. law: hyperelastic law;
+    prescribed: prescribed displacements. Raises CaseError if the approximant has no functions.
     """
 
     def __init__(self, case: "MeshlessSolidCase", mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
@@ -87,7 +88,7 @@ class SolidFunctions:
         warnings.warn(text, stacklevel=2)
 
     def follow(self, prescribed: PrescribedField) -> None:
-        """Use a new set of prescribed nodes. The functions do not change."""
+        """Use a new set of prescribed nodes, for example after supports were released. The functions do not change."""
         self._prescribed, self.residuals = prescribed, prescribed.residuals(self.at_nodes, self.evaluator)
 
     @property
@@ -96,8 +97,9 @@ class SolidFunctions:
         return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
-        """Return the object that computes constraint forces for the prescribed field; None if nodal coefficients are prescribed
-        directly, or no node is prescribed. Arguments as for `ForceCorrection`."""
+        """Return the object that computes constraint forces for the prescribed displacement field; None if nodal coefficients
+        are prescribed directly, or no node is prescribed. Arguments as for `ForceCorrection`.
+        """
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
         how = position, inertia, motions, self._case.essential == "ebciem"
@@ -105,10 +107,10 @@ class SolidFunctions:
             return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """Return the means of the shape functions over outer faces with corners `faces`, shape (f, 3)."""
+        """Return the means of the shape functions over outer faces of the mesh with corners `faces`, shape (f, 3)."""
         with refused(self._case):
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
-        """Build the contact points on the outer faces; arguments as for the function `skin_points`."""
+        """Build the contact points on the outer faces of the solid; arguments as for the function `skin_points`."""
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)

@@ -100,7 +100,7 @@ class MeshlessSolidCase(DampedModel):
         return self.material.density
 
     def law(self) -> Law:
-        """Return the hyperelastic law for kernels."""
+        """Return the hyperelastic law in the form that the kernels use."""
         return self._at_rest.law()
 
     def viscous(self) -> "Viscous | None":
@@ -135,16 +135,19 @@ class MeshlessSolidCase(DampedModel):
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason why a solid of viscous material cannot be relaxed: its creep time is not the time of the
-        relaxation."""
+        """Return a finding (an error of the case) if a steady state of the solid cannot be computed, since its viscous
+        material creeps in real time, which a relaxation does not follow; None otherwise. alone: True if no other body shares
+        the velocity field.
+        """
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not include'
         return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
 
     def check_set_up(self) -> None:
-        """Raise CaseError for positions without shape functions. Checked only on meshes of up to 10 000 cells, and for
-        approximants whose functions do not exist everywhere."""
+        """Raise CaseError for positions without shape functions. Only for meshes of up to 10 000 cells, and for approximants
+        whose functions do not exist everywhere.
+        """
         from pellucid.bodies.meshless_solid.functions import check_functions
 
         mesh = self.mesh.mesh()
@@ -152,8 +155,9 @@ class MeshlessSolidCase(DampedModel):
             check_functions(self, mesh)
 
     def start_warnings(self) -> Iterator[str]:
-        """Yield a warning if few elements determine the time step, for approximants whose functions follow the elements; the
-        functions of others extend beyond single elements."""
+        """Yield a warning if only a few elements, which are much smaller than the others, determine the time step. Only for
+        approximants whose functions follow the elements; the functions of others extend beyond single elements.
+        """
         mesh = self.mesh.mesh()
         if self.approximant.follows_cells and (found := slowest_of_solid(mesh)):
             yield step_warning(self.name, found, mesh.nodes[mesh.cells].mean(axis=1))
@@ -169,7 +173,7 @@ class MeshlessSolidCase(DampedModel):
         return _selectable(self.mesh.mesh())
 
     def needs_grid(self, parts: Parts) -> bool:
-        """True if there are other bodies: contact with them uses the grid."""
+        """True if there are other bodies in the case (`parts`): contact with them uses the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def occupied(self) -> Geometry:
@@ -193,7 +197,9 @@ class MeshlessSolidCase(DampedModel):
         return len(self.mesh.mesh().nodes)
 
     def table_bytes(self) -> float:
-        """Return the largest memory of shape functions at quadrature points, reached while they are built [bytes]."""
+        """Return the largest memory that the shape functions at quadrature points need, reached while they are built
+        [bytes].
+        """
         points = len(self.mesh.mesh().cells) * self.points_per_cell
         history = 0
         if isinstance(self.material, ViscoelasticMaterial):
@@ -204,8 +210,9 @@ class MeshlessSolidCase(DampedModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None:
-        """Return the initial stress [Pa], shape (n, 6), at the quadrature points of `mesh_in_order` [m], shape (n, 3); None
-        if there is none. Initial fields are evaluated in the original order of the mesh."""
+        """Return the initial stress [Pa], shape (n, 6), at positions [m], shape (n, 3), which must be the quadrature points of
+        `mesh_in_order`; None if there is none. Initial fields are evaluated in the original order of the mesh.
+        """
         order = self._order_of_cells()
         places = np.empty((len(order), self.points_per_cell, 3))
         places[order] = position.reshape(places.shape)
@@ -231,7 +238,11 @@ class MeshlessSolidCase(DampedModel):
         )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faults of the mesh, materials without a hyperelastic law, and settings that do not fit the grid."""
+        """Yield findings (errors of the case) for faults of the mesh, materials without a hyperelastic law, and settings that
+        do not fit the grid.
+
+        path: path of the body in the data of the case; parts: all parts of the case.
+        """
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", "stress"), path)
         if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):
@@ -257,5 +268,7 @@ class MeshlessSolidCase(DampedModel):
 
 @lru_cache(maxsize=8)
 def _selectable(mesh: SimplexMesh) -> Selectable:
-    """Return the selectable sets of a mesh; cached, since reading a case requests them several times."""
+    """Return the nodes and faces of a mesh from which regions select; cached, since reading a case requests them several
+    times.
+    """
     return Selectable.of_solid(mesh)

@@ -20,8 +20,9 @@ LOST = "dissipated_energy"  # a field of viscous solids
 
 
 class AtPoints(NamedTuple):
-    """Values at the n quadrature points, without the effect of averaged volume ratios: Cauchy stress [Pa], shape (n, 6); strain
-    energy and, for laws that compute it, dissipated energy per unit reference volume [J/m³], shape (n,)."""
+    """Values at the n quadrature points, computed without averaging of volume ratios: Cauchy stress [Pa], shape (n, 6); strain
+    energy and, for laws that compute it, dissipated energy per unit reference volume [J/m³], shape (n,).
+    """
 
     stress: np.ndarray  # Cauchy stress
     stored: np.ndarray  # strain energy
@@ -55,7 +56,9 @@ def _elastic(block, solid, stress, stored):
 
 
 def elastic_points(solid: Solid, n: int) -> AtPoints:
-    """Return stresses and energies of a hyperelastic solid at its n quadrature points, from their deformation gradients."""
+    """Return Cauchy stresses and strain energies of a hyperelastic solid at its n quadrature points, from their deformation
+    gradients.
+    """
     found = AtPoints(np.zeros((n, 6)), np.zeros(n))
     _elastic(len(solid.sums), Bundle(solid), found.stress, found.stored)
     return found
@@ -83,11 +86,12 @@ def _fields(block, solid, of_stress, of_stored, stress, stored):
 def nodal_field(
     name: str, mesh: SimplexMesh, solid: Solid, at_points: Callable[[int], AtPoints], law: Any, density: float
 ) -> np.ndarray:
-    """Return a nodal field: density [kg/m³], Cauchy stress or pressure [Pa], strain energy per unit mass [J/kg],
-    `stored_energy` of the node [J], or dissipated energy per unit mass [J/kg].
+    """Return a field at the nodes, by name: density [kg/m³], shape (n,), Cauchy stress [Pa], shape (n, 6), pressure [Pa],
+    strain energy per unit mass [J/kg], `stored_energy` of the node [J], or dissipated energy per unit mass [J/kg].
 
-    Values are volume-weighted averages over the cells around a node; energies are distributed among the corners of the
-    cells. law: the hyperelastic law.
+    at_points: function that returns stresses and energies at a number of quadrature points; law: the hyperelastic law;
+    density: at rest [kg/m³]. Values are volume-weighted averages over the cells around a node; energies are distributed among
+    the corners of the cells.
     """
     if name == "density":
         if len(solid.block_volume):
@@ -109,7 +113,7 @@ def nodal_field(
 
 
 def _mean(mesh: SimplexMesh, of_cells: np.ndarray) -> np.ndarray:
-    """Return the volume-weighted average of a cell quantity at each node, shape (n,)."""
+    """Return the volume-weighted average at each node, shape (n,), of a cell quantity, shape (cells,)."""
     corners, volumes = mesh.cells.ravel(), np.repeat(mesh.volumes, 4)
     sums = np.bincount(corners, np.repeat(of_cells, 4) * volumes, len(mesh.nodes))
     return np.asarray(sums / np.bincount(corners, volumes, len(mesh.nodes)))

@@ -17,12 +17,13 @@ _ON_FACE = np.array(
 
 
 class PrescribedField:
-    """The nodes with a prescribed displacement, and the boundary faces on which the field is prescribed.
+    """The nodes with a prescribed displacement, and the boundary faces on which the displacement field is prescribed.
 
     number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n, 3):
-    one number for all supports and motions that always prescribe the same displacement; displacement: displacement prescribed
-    so far by each row [m], shape (rows, 3); faces: numbers of the boundary faces whose nodes are all in one group along an
-    axis; held: mask of the axes for which this is so, shape (faces, 3).
+    one number for all supports and motions that always prescribe the same displacement; n_rows: number of supports and
+    motions; displacement: displacement prescribed so far by each of them [m], shape (n_rows, 3); faces: numbers of the
+    boundary faces whose nodes are all in one group along an axis; held: mask of the axes for which this is so, shape (faces,
+    3).
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
@@ -37,10 +38,10 @@ class PrescribedField:
 
     def disturbing(self, evaluator: Evaluator) -> tuple[np.ndarray, np.ndarray]:
         """Return pairs of a node and a prescribed face, shape (k,) each, on which the node's shape function disturbs the
-        prescribed field because the node belongs to another group.
+        prescribed displacement because the node belongs to another group (another prescribed displacement, or none).
 
-        If one such function does not vanish on a face, the pairs of all other active nodes of other groups with this face are
-        included.
+        If one such function does not vanish on a face, the result contains the pairs of this face with all other active nodes
+        of other groups. evaluator: shape functions at any point.
         """
         if not len(self.faces):
             return self.faces, self.faces
@@ -54,15 +55,17 @@ class PrescribedField:
         return node[apart], self.faces[face[apart]]
 
     def _apart(self, face: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Return a mask of the pairs of node and face, shape (k,), in which the node belongs to another group than the face
-        along an axis that is constrained on the face."""
+        """Return a mask of the pairs of face and node, shape (k,), in which the node belongs to another group than the face
+        along an axis that is constrained on the face. face: indices among the prescribed faces, shape (k,); node: shape (k,).
+        """
         corner = self.mesh.faces[0][self.faces[face], 0]
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
     def lone(self, values: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, and the largest total
-        weight that nodes of other groups have in the field at the node, shape (k,) each. values: shape functions at all nodes,
-        shape (n, n)."""
+        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, shape (k,), and the
+        largest sum of the shape functions, at each of them, of nodes that do not follow the same prescribed displacement,
+        shape (k,). values: shape functions at all nodes, shape (n, n).
+        """
         outer = np.zeros(self.number.shape, bool)
         outer[self.mesh.faces[0][self.mesh.boundary].ravel()] = True
         alone = outer & (self.number > 0)
@@ -78,7 +81,9 @@ class PrescribedField:
         return nodes, missed
 
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
-        """Build the object that evaluates the residuals of the field. values: shape functions at all nodes, shape (n, n)."""
+        """Build the object that evaluates the differences between the displacement field and its prescribed values. values:
+        shape functions at all nodes, shape (n, n); evaluator: shape functions at any point.
+        """
         on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])
         first = self.mesh.faces[0][self.faces][:, 0]
         n = len(_ON_FACE)
@@ -87,13 +92,16 @@ class PrescribedField:
         return Residuals(self, (values[on_boundary], self.number[on_boundary]), (self._on_faces(evaluator), between))
 
     def at(self, number: np.ndarray) -> np.ndarray:
-        """Return the prescribed displacements [m], shape (m, 3). number: 0 for a free component, else 1 + the row of its
-        support or motion, shape (m, 3)."""
+        """Return the displacements prescribed so far [m], shape (m, 3). number: 0 for a free component, else 1 + the row of
+        its support or motion, shape (m, 3).
+        """
         rows = np.concatenate([np.zeros((1, 3)), self.displacement])
         return np.asarray(np.take_along_axis(rows, number, axis=0))
 
     def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
-        """Return the shape functions at the points `_ON_FACE` of the prescribed faces, face by face, one row for each point."""
+        """Return the shape functions of all nodes at the points `_ON_FACE` of the prescribed faces, face by face, one row for
+        each point.
+        """
         faces, owners = self.mesh.faces
         places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
         n, normals = len(_ON_FACE), unit_normals(self.mesh.nodes, faces[self.faces])
@@ -110,13 +118,16 @@ class Residuals:
         at_nodes: tuple[sparse.csr_array, np.ndarray],
         between: tuple[sparse.csr_array, np.ndarray],
     ) -> None:
-        """at_nodes, between: shape functions at m positions, shape (m, n), and the numbers of the constraints there (see
-        `PrescribedField`), shape (m, 3)."""
+        """prescribed: prescribed displacements; at_nodes, between: shape functions at m boundary nodes or points between them,
+        shape (m, n), and the numbers of the constraints there (see `PrescribedField`), shape (m, 3).
+        """
         self._prescribed, self._sets = prescribed, {"nodes": at_nodes, "between": between}
 
     def largest(self, displacement: np.ndarray) -> dict[str, float]:
-        """Return the largest residual [m] at nodes and between them, for nodal displacements [m], shape (n, 3). A set
-        without points has no entry."""
+        """Return the largest difference between the displacement field and its prescribed values [m], at boundary nodes
+        ("nodes") and at points between them ("between"). A set without points has no entry. displacement: of the nodes [m],
+        shape (n, 3).
+        """
         found = {}
         for name, (values, number) in self._sets.items():
             if len(number):
@@ -128,10 +139,10 @@ class Residuals:
 def values_at(
     mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray, normals: np.ndarray = NO_NORMALS
 ) -> sparse.csr_array:
-    """Return the values of the shape functions at positions [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m,
-    n).
+    """Return the values of the shape functions at positions [m], shape (m, 3), as a matrix of shape (m, n).
 
-    normals: normals of the faces that contain the positions, shape (m, 3), if they are on faces.
+    evaluator: shape functions at any point; cells: cell that contains each position, shape (m,); normals: normals of the faces
+    that contain the positions, shape (m, 3), if they are on faces.
     """
     rows = evaluate(evaluator, cells, places, False, normals)
     return sparse.csr_array((rows.values, rows.nodes, rows.row), shape=(len(cells), len(mesh.nodes)))

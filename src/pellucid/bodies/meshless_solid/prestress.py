@@ -1,4 +1,4 @@
-"""An initial stress of a meshless solid, in addition to the stress of its law.
+"""Initial stress of a meshless solid, in addition to the stress of its material law.
 
 It is a constant second Piola-Kirchhoff stress S₀ of the points in the reference configuration: P = P(F) + F S₀. At rest it
 equals the Cauchy stress. It rotates with the material, and is the derivative of the energy S₀ : E with E = (FᵀF - I)/2.
@@ -18,7 +18,9 @@ ROWS = ((0, 5, 4), (5, 1, 3), (4, 3, 2))  # indices of the rows of a symmetric t
 
 
 class Prestressed(NamedTuple):
-    """Material points of a solid with an initial stress S₀ [Pa], shape (lanes, 6), that is added to the stress of the law."""
+    """Material points of a solid with an initial stress S₀ [Pa], shape (lanes, 6), that is added to the stress of the law.
+    Lanes are the entries of SIMD packs, one for each point and padding at the end.
+    """
 
     points: Any  # points without the initial stress, see `find_stresses`
     stress: np.ndarray  # components xx, yy, zz, yz, xz, xy of S₀
@@ -59,8 +61,10 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 
 def with_prestress(found: AtPoints, solid: Solid, F: np.ndarray) -> AtPoints:
-    """Return the stresses and energies of points including those of the initial stress, if there is one. F: deformation
-    gradients, shape (n, 3, 3)."""
+    """Return stresses and energies of n quadrature points with the contributions of the initial stress, if there is one.
+
+    found: stresses and energies of the material law; solid: data of `Solid`; F: deformation gradients, shape (n, 3, 3).
+    """
     if not isinstance(solid.points, Prestressed):
         return found
     S = solid.points.stress[: len(F)][:, np.array(ROWS)]

@@ -1,7 +1,7 @@
-"""Shape-function data at quadrature points, rearranged for kernels: packs of four points with a common list of nodes.
+"""Rearranges shape-function data at quadrature points for kernels: packs of four points with a common list of nodes.
 
 A pack has four points of one cell or, with one point per cell, the points of four cells that are adjacent in their order.
-Lanes without a point, at the end, have zero weight.
+Lanes (entries of a SIMD vector) without a point, at the end, have zero weight.
 """
 
 from math import frexp, ldexp
@@ -21,8 +21,9 @@ DIGITS = 24  # binary digits of a number in single precision
 
 
 class Source(NamedTuple):
-    """Data to be rearranged: node lists of the cells and of the packs, and numbers at the points, by component for each node of
-    the cell."""
+    """Shape-function data to be rearranged into packs (four quadrature points), with the node lists of cells and packs. The
+    numbers at a point are sorted by component, and for each component by node of the cell.
+    """
 
     n_points: int  # quadrature points per cell
     cells: Lists  # nodes of each cell
@@ -31,7 +32,9 @@ class Source(NamedTuple):
 
 
 def pack_lists(cells: Lists, n_points: int) -> Lists:
-    """Return the nodes of each pack, from the nodes of each cell in ascending order."""
+    """Return the nodes of each pack (four quadrature points), from the nodes of each cell in ascending order. n_points:
+    quadrature points per cell.
+    """
     count, n_cells = np.diff(cells.first), len(cells.first) - 1
     if n_points % LANES == 0:
         times = n_points // LANES
@@ -46,8 +49,9 @@ def pack_lists(cells: Lists, n_points: int) -> Lists:
 
 @kernel(inner=True)
 def _take(pack, source, parts, out):
-    """Fill `out` with the numbers of a pack: for each of its nodes `parts` components at LANES points; zero for missing
-    points."""
+    """Fill `out` with the numbers of one pack (LANES quadrature points): for each of its nodes `parts` components at LANES
+    points; zero for missing points. source: data of `Source`.
+    """
     nq, cells, packs = source.n_points, source.cells, source.packs
     start, end = packs.first[pack], packs.first[pack + 1]
     out[: parts * LANES * (end - start)] = 0.0
@@ -73,7 +77,8 @@ def _fill(chunk, source, parts, out):
 
 @kernel(inner=True)
 def _round_together(n, step, numbers):
-    """Round n numbers, a step apart, whose exact sum is zero, to multiples of the single-precision unit of the largest one.
+    """Round n numbers, a step apart in an array, whose exact sum is zero, in place, to multiples of the single-precision unit
+    of the largest one.
 
     The partial sums are rounded, so that the rounded numbers, their differences, sum to exactly zero.
     """
@@ -93,7 +98,11 @@ def _round_together(n, step, numbers):
 
 @kernel(inner=True, allocates=True)
 def _turn(n, lane, nodes, position, g, K):
-    """Compute K - I with K = (Σ x_a ⊗ g_a)⁻¹ at a point, so that the gradients Kᵀ g_a reproduce linear functions."""
+    """Compute K - I with K = (Σ x_a ⊗ g_a)⁻¹ at a point, so that the gradients Kᵀ g_a reproduce linear functions.
+
+    n: number of nodes a; lane: position of the point in its pack; nodes: the nodes; position: x_a [m], shape (all nodes, 3);
+    g: rounded gradients of the pack [1/m]; K: receives the result.
+    """
     D = np.zeros((3, 3))
     for k in range(n):
         for i in range(3):
@@ -124,8 +133,11 @@ def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
-    """Rearrange data with one number per node and quadrature point into packs: LANES numbers per entry of the packs' node
-    lists."""
+    """Rearrange data with one number per node and quadrature point into packs (four points): LANES numbers per entry of the
+    packs' node lists.
+
+    cells, packs: nodes of each cell and pack; n_points: quadrature points per cell; numbers: data, point by point.
+    """
     out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
     _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
     return out
@@ -134,11 +146,12 @@ def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray)
 def pack_gradients(
     cells: Lists, packs: Lists, n_points: int, rows: np.ndarray, position: np.ndarray, storage: Any
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rearrange gradients of shape functions into packs, as rounded gradients g_a and a correction K with ∇p_a = Kᵀ g_a.
+    """Rearrange gradients of shape functions into packs (four points), as rounded gradients g_a and a correction K with ∇p_a =
+    Kᵀ g_a.
 
-    Returns g_a, 3 × LANES numbers of type `storage` per entry of the node lists, and K - I, 9 × LANES numbers per pack.
-    rows: gradients [1/m] in rows of shape functions; position: nodal positions [m], shape (n, 3). In single precision the
-    g_a of each point sum to exactly zero.
+    Returns g_a, 3 × LANES numbers of type `storage` per entry of the node lists, and K - I, 9 × LANES numbers per pack. cells,
+    packs: nodes of each cell and pack; n_points: quadrature points per cell; rows: gradients [1/m], point by point; position:
+    nodal positions [m], shape (n, 3). In single precision the g_a of each point sum to exactly zero.
     """
     n_packs = len(packs.first) - 1
     gradients, turns = np.empty(3 * LANES * len(packs.items), storage), np.zeros(9 * LANES * n_packs, storage)

@@ -31,7 +31,7 @@ NODAL, WEIGHT, STRESS, STORED, RATIO, COLUMNS = (
 
 
 class Blocks(NamedTuple):
-    """The nodes of each block of packs, and the positions of each node in the blocks."""
+    """The nodes of each block of packs (groups of four quadrature points), and the entries of each node in the blocks."""
 
     first: np.ndarray  # (blocks + 1,) index in `nodes` of the first node of each block
     nodes: np.ndarray  # (places,) nodes of block b from first[b] to first[b + 1]
@@ -40,9 +40,10 @@ class Blocks(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """Shape functions or gradients at the points. Points are processed in packs (SIMD lanes), and packs in blocks. A pack
-    has one entry for each of its nodes: the node's index in the block times the number of lanes, and the values at the
-    points of the pack, component by component."""
+    """Shape functions or gradients at the quadrature points, arranged in packs (SIMD vectors of points), and packs in blocks.
+    A pack has one entry for each of its nodes: the node's index in the block times the number of lanes, and the values at the
+    points of the pack, component by component.
+    """
 
     first: np.ndarray  # (packs + 1,) index of the first entry of each pack
     place: np.ndarray  # (entries,) index of the node in the block, times the number of lanes
@@ -78,14 +79,15 @@ class Solid(NamedTuple):
 
 
 def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
-    """Return the deformation gradients of the points of each cell, shape (n_cells, points, 3, 3)."""
+    """Return the deformation gradients at the quadrature points of each cell, shape (n_cells, points, 3, 3)."""
     points = solid.deformation.reshape(-1, 9, LANES).swapaxes(1, 2)
     return points.reshape(-1, 3, 3)[: n_cells * solid.n_points].reshape(n_cells, solid.n_points, 3, 3)
 
 
 def inversion(mesh: SimplexMesh, solid: Solid) -> tuple[str, int] | None:
-    """Describe the location of an inverted point, or of a node with a non-positive mean volume ratio. Returns the text and
-    the number of a node there; None if there is none."""
+    """Return a text about the location of an inverted quadrature point, or of a node with a non-positive mean volume ratio,
+    and the number of a node there; None if there is none.
+    """
     if not solid.sums[:, LEAST_J].min() > 0.0:
         ratios = np.linalg.det(deformation_gradients(solid, len(mesh.cells)))
         cell = int(np.argmin(ratios)) // solid.n_points

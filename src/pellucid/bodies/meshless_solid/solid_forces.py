@@ -15,14 +15,18 @@ class ElasticForces:
     """Internal forces of an elastic material: stresses depend on the deformation only."""
 
     def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
-        """initial_stress: initial stress of the points [Pa], shape (n, 6)."""
+        """solid: data of the solid for kernels; initial_stress: initial stress of the points [Pa], shape (n, 6); None for
+        none.
+        """
         self.solid = prestressed(solid, initial_stress)
         self.bundle = in_kernels(self.solid)
         self.arrays: Mapping[str, np.ndarray] = {}
         """History variables of the points, by name."""
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
-        """Compute the forces `force` (n, 3) [N] at displacements [m], shape (n, 3), reached in a step dt [s]."""
+        """Compute the internal forces `force` [N], shape (n, 3), at nodal displacements [m], shape (n, 3), reached in a step
+        dt [s].
+        """
         self._find(displacement, force, dt, False)
 
     def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
@@ -31,8 +35,9 @@ class ElasticForces:
         internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
-        """Compute the forces at trial displacements that are reached within the time 1/frequency. Hyperelastic forces do not
-        depend on this time."""
+        """Compute the internal forces `force` [N] at trial displacements [m], shape (n, 3) both, that are reached within the
+        time 1/frequency [s]. Hyperelastic forces do not depend on this time.
+        """
         self.find(displacement, force, 0.0)
 
     def stored(self) -> float:
@@ -46,19 +51,22 @@ class ElasticForces:
         return None
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Estimate the largest frequency by power iteration around displacements [m], shape (n, 3). Forces and energy must be
-        computed again afterwards."""
+        """Estimate the largest natural frequency by power iteration around nodal displacements [m], shape (n, 3); `iteration`
+        stores it. Forces and energy must be computed again afterwards.
+        """
         converge(iteration, self._try, displacement)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Compute the forces as `find` does, and perform one more power iteration towards the largest frequency."""
+        """Compute the internal forces as `find` does, and perform one more power iteration towards the largest natural
+        frequency.
+        """
         there = np.empty_like(force)
         self._try(displacement + iteration.trial(), there, iteration.frequency)
         self.find(displacement, force, dt)
         iteration.learn(force - there)
 
     def at_points(self, n: int) -> AtPoints:
-        """Return the stresses and energies at the n quadrature points."""
+        """Return the Cauchy stresses and energies at the n quadrature points, with the contributions of the initial stress."""
         return with_prestress(
             self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
         )

@@ -20,11 +20,11 @@ reciprocal of a frequency [rad/s]."""
 
 
 class PowerIteration:
-    """Estimates the mode of highest frequency of nodes with an inertia [kg], shape (n,), that are free along `free`, shape (n,
-    3). extent: size of the solid [m].
+    """Estimates the largest natural frequency of nodes with an inertia [kg], shape (n,), and the mode. free: mask of the
+    components that are not prescribed, shape (n, 3); extent: size of the solid [m].
 
-    With v of unit length in the norm of the inertia M and the stiffness K, the estimate is the square root of the norm of M⁻¹ K
-    v. Its square never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
+    With v of unit length in the norm of the inertia M and the stiffness K, the estimate is the square root of the norm of M⁻¹
+    K v. Its square never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
 
     Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M - dt² K
     - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the stiffness for a
@@ -35,8 +35,9 @@ class PowerIteration:
     def __init__(
         self, inertia: np.ndarray, free: np.ndarray, extent: float, shift: Callable[[np.ndarray], np.ndarray] | None = None
     ) -> None:
-        """shift: function that returns an addition to forces [N], shape (n, 3), before they are divided by the inertia; None
-        for no addition."""
+        """inertia, free, extent: see the class; shift: function that returns an addition to forces [N], shape (n, 3), before
+        they are divided by the inertia; None for no addition.
+        """
         self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift
         self._vector = self._without_preference()
         self._scale = 1.0
@@ -48,8 +49,9 @@ class PowerIteration:
         return np.asarray(np.random.default_rng(0).standard_normal(self.free.shape) * self.free / np.sqrt(self._inertia))
 
     def renew(self) -> None:
-        """Restart the search for the fastest mode, with an iteration in each of the coming steps; the frequency does not
-        decrease until the search is complete."""
+        """Restart the search for the mode of highest frequency, with an iteration in each of the coming steps; the frequency
+        does not decrease until the search is complete.
+        """
         self._vector, self._waits, self._renewing = self._without_preference(), 0, ITERATIONS
 
     def is_due(self) -> bool:
@@ -64,8 +66,9 @@ class PowerIteration:
         return self._scale * self._vector
 
     def learn(self, resistance: np.ndarray) -> None:
-        """Update the estimate from the forces that resist the trial displacement [N], shape (n, 3). Forces that are not finite
-        are ignored."""
+        """Update the estimate of the frequency from the forces that resist the trial displacement [N], shape (n, 3). Forces
+        that are not finite are ignored.
+        """
         if self._shift is not None:
             resistance = resistance + self._shift(resistance)
         vector = self.free * resistance / (self._scale * self._inertia)
@@ -82,7 +85,7 @@ class PowerIteration:
         return float(np.sqrt(np.sum(self._inertia * vector * vector)))
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that the next iteration depends on."""
+        """Return the arrays for a checkpoint: vector and counters on which the next iteration depends."""
         return {"fastest_mode": self._vector, "frequency": np.array([self.frequency, self._waits, self._renewing])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -95,10 +98,11 @@ class PowerIteration:
 def converge(
     iteration: PowerIteration, forces: Forces, displacement: np.ndarray, start: float = 0.0, renewed: int = ITERATIONS
 ) -> None:
-    """Perform the first power iterations around displacements [m], shape (n, 3).
+    """Perform the first power iterations around nodal displacements [m], shape (n, 3); `iteration` stores the largest
+    frequency.
 
-    The forces must be computed again afterwards. start: initial frequency [rad/s] passed to `forces`; renewed: number of
-    iterations after which the frequency passed to `forces` is updated.
+    forces: function that computes internal forces; they must be computed again afterwards. start: initial frequency [rad/s]
+    passed to it; renewed: number of iterations after which this frequency is updated.
     """
     here, there, told = np.empty_like(displacement), np.empty_like(displacement), start
     for number in range(ITERATIONS):

@@ -27,7 +27,7 @@ RETOLD = 3  # power iterations between updates of the frequency for materials th
 
 
 class Viscous(NamedTuple):
-    """A law with history variables, and the initial state of its points."""
+    """A material law with history variables (viscous stresses), and the initial state of its points."""
 
     law: Law
     state: PointState
@@ -95,7 +95,9 @@ class ViscousForces(ElasticForces):
     def __init__(
         self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None
     ) -> None:
-        """wave_number: largest wave number of waves in the solid [1/m], or an upper bound."""
+        """viscous: law and initial state; solid: data of the solid for kernels; density: initial density [kg/m³]; wave_number:
+        largest wave number of waves in the solid [1/m], or an upper bound; initial_stress: of the points [Pa], shape (n, 6).
+        """
         law, state = viscous
         arrays = initial_arrays(state, len(solid.weights))
         history = History(law, in_arrays(state, arrays), density)
@@ -105,7 +107,9 @@ class ViscousForces(ElasticForces):
         self._diffuses = diffusivity(law, density) > 0.0  # the stiffness grows without limit with the strain rate
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
-        """Compute the forces and advance the viscous states. A step with dt = 0 does not change states or forces."""
+        """Compute the internal forces `force` [N] at nodal displacements [m], shape (n, 3) both, reached in a step dt [s], and
+        advance the history variables. A step with dt = 0 does not change states or forces.
+        """
         self._find(displacement, force, dt, True)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
@@ -116,13 +120,15 @@ class ViscousForces(ElasticForces):
         return float(self.solid.sums[:, LOST].sum())
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Estimate the largest frequency as for elastic forces, including viscous forces and the viscoelastic branches of the
-        law that have not relaxed."""
+        """Estimate the largest natural frequency as for elastic forces, including viscous forces and the viscoelastic branches
+        of the law that have not relaxed.
+        """
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Compute the forces and perform one power iteration, as in `ElasticForces`; all forces of the iteration start from the
-        states at the end of the step."""
+        """Compute the internal forces and perform one power iteration, as in `ElasticForces`; all forces of the iteration
+        start from the material states at the end of the step.
+        """
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)
         told = iteration.frequency or self._bound

@@ -1,11 +1,12 @@
-"""An inertia against changes of volume, to accelerate the relaxation of nearly incompressible solids.
+"""Inertia against changes of volume (virtual mass), which accelerates the relaxation of nearly incompressible solids to a
+steady state.
 
 The step of a relaxation is limited by the bulk modulus, but the motion to equilibrium is governed by the shear modulus. The
-number of steps is proportional to the square root of their ratio. Equilibria do not depend on inertia, so that the nodes
-get M + β Kᵥ instead of M, where Kᵥ = Bᵀ D B is the stiffness against changes of the volumes around the nodes, B = ∂(V_a
-J̄_a)/∂u, D = U''/V_a. No volumetric frequency then exceeds β^(-1/2). The effective forces are M (M + β Kᵥ)⁻¹ f = f - Bᵀ y,
-(1/(β D) + B M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of one row per node, which is factored once, and again when the
-deformation has made it inaccurate.
+number of steps is proportional to the square root of their ratio. Equilibria do not depend on inertia, so that the nodes get M
++ β Kᵥ instead of M, where Kᵥ = Bᵀ D B is the stiffness against changes of the volumes around the nodes, B = ∂(V_a J̄_a)/∂u, D
+= U''/V_a. No volumetric frequency then exceeds β^(-1/2). The effective forces are M (M + β Kᵥ)⁻¹ f = f - Bᵀ y, (1/(β D) + B
+M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of one row per node, which is factored once, and again when the deformation has
+made it inaccurate.
 """
 
 from collections.abc import Mapping
@@ -37,10 +38,10 @@ def pays(solid: Solid, shear: float) -> bool:
 
 
 class VolumeInertia:
-    """An inertia against changes of volume, for a solid with averaged volume ratio (see the module).
+    """Inertia against changes of volume, for a solid with averaged volume ratio (see the module).
 
-    inertia: M of the nodes [kg], shape (n,); free: mask of the free components, shape (n, 3); shear: shear modulus at rest
-    [Pa]; frequency: largest frequency with M alone [rad/s].
+    inertia: M of the nodes [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear: shear
+    modulus at rest [Pa]; frequency: largest frequency with M alone [rad/s].
     """
 
     def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
@@ -90,27 +91,31 @@ class VolumeInertia:
         self._change, self.rate = arrays["volume_wear"].tolist()
 
     def release(self, free: np.ndarray) -> None:
-        """Release constrained nodes. free: 1 for free components of the nodes, 0 for fixed ones, shape (n, 3). The step
-        is reduced to the limit without volume inertia, since released nodes accelerate suddenly."""
+        """Release constrained nodes. free: 1 for components of the nodes that are not prescribed, else 0, shape (n, 3). The
+        time step is reduced to the limit without volume inertia, since released nodes accelerate suddenly.
+        """
         self._free, self.rate = free, self._alone
         self.renew()
 
     def shift(self, force: np.ndarray) -> np.ndarray:
-        """Return the change that turns forces on the nodes [N], shape (n, 3), into effective forces for the nodal masses: -Bᵀ y
-        (see the module)."""
+        """Return the addition to forces on the nodes [N], shape (n, 3), that turns them into effective forces for the nodal
+        masses: -Bᵀ y (see the module).
+        """
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
 
 
 def stiffness_of_volume(solid: Solid) -> float:
-    """Return the second derivative U'' of the volumetric energy at rest [Pa]."""
+    """Return the second derivative U'' of the volumetric energy of the solid's law at rest [Pa]."""
     higher, lower = (volumetric_stress(solid.law, 1.0 + strain) for strain in (STRAIN, -STRAIN))
     return float(higher - lower) / (2.0 * STRAIN)
 
 
 @kernel(inner=True)
 def _rates_of_pack(pack, block, solid, at, values):
-    """Write the contributions of the points of a pack to B (see the module) to `values`, from row `at` on."""
+    """Write the contributions of the points of a pack (four quadrature points) to B (see the module) to `values`, from row
+    `at` on. block: the block of the pack; solid: data of `Solid`.
+    """
     k = 9 * LANES * pack
     C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -136,8 +141,9 @@ def _find_rates(block, solid, first, values):
 
 
 class VolumeRates:
-    """Computes B: the derivatives of the volumes around the nodes with respect to the nodal coefficients, a matrix with a
-    constant sparsity pattern."""
+    """Computes B, the derivatives of the volumes around the nodes [m³] with respect to the nodal coefficients [m]: a matrix
+    with a constant sparsity pattern.
+    """
 
     def __init__(self, solid: Solid) -> None:
         self._solid, n = solid, len(solid.volume)

@@ -1,1 +1,1 @@
-"""The equation of motion for bodies with their own nodes, in mesh order."""
+"""Bodies with their own nodes: the equation of motion of the nodes, in mesh order, and their contact."""

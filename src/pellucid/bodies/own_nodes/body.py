@@ -1,4 +1,4 @@
-"""Bodies with their own nodes and explicit time integration: conditions, contact on the grid, checkpoints."""
+"""Base class of bodies with their own nodes and explicit time integration: conditions, contact on the grid, checkpoints."""
 
 import warnings
 from abc import abstractmethod
@@ -67,8 +67,9 @@ class ExplicitNodes(
         placement: Placement,
         volume: np.ndarray | None = None,
     ) -> None:
-        """position, velocity: shape (n, 3) [m], [m/s], used without copying; mass: shape (n,) [kg]; volume: shape (n,)
-        [m³], None for membranes."""
+        """position: [m], velocity: [m/s], shape (n, 3), used without copying; mass: nodal masses [kg], shape (n,); placement:
+        velocity field, grid and gravity; volume: nodal volumes [m³], shape (n,), None for membranes.
+        """
         n, grid_case = len(mass), placement.grid_case
         self.arrays = {
             "id": np.arange(n),
@@ -105,7 +106,7 @@ class ExplicitNodes(
         self.motion.let_go(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Set prescribed motions of nodes; motions overrule supports."""
+        """Set prescribed motions of nodes, which overrule supports; arguments as in `Body.add_motions`."""
         self.motion.add_motions(names, numbers, axes)
         self._overruled = overruled(self.motion.supports, numbers, axes)
 
@@ -124,7 +125,7 @@ class ExplicitNodes(
 
     @property
     def follows(self) -> bool:
-        """True if motions or supports prescribe all nodes along all active axes."""
+        """True if motions or supports prescribe the velocities of all nodes along all axes with more than one cell."""
         thin = self.grid.thin if self.grid else FREE
         return not self.motion.free[:, ~np.array(thin)].any()
 
@@ -191,7 +192,9 @@ class ExplicitNodes(
         self.motion.share_gravity(gravity_share)
 
     def springs(self) -> Springs:
-        """Return the internal forces and the nodal positions at the start of the step."""
+        """Return the internal forces and the nodal positions at the start of the step, from which a relaxation estimates the
+        stiffness.
+        """
         position = self.arrays["position"] - self._dt * self.arrays["velocity"]
         contact = None if self.contact_surface is None else (position, self.motion.loads[self._contact_row])
         return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free, contact)
@@ -205,12 +208,13 @@ class ExplicitNodes(
 
     @property
     def touches_on_nodes(self) -> bool:
-        """True if the body has its own velocity field and may touch other bodies on the nodes of the grid."""
+        """True if the body has its own velocity field and may have contact with other bodies on the nodes of the grid."""
         return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Remove the contact surface if it is not one of `touching`. Otherwise limit the step to the initial step, since the
-        stiffness of the contact springs is chosen for it."""
+        """Remove the contact surface if it is not one of `touching`, the surfaces with possible contact. Otherwise limit the
+        time step to the initial step, since the stiffness of the contact springs is chosen for it.
+        """
         surface = self.contact_surface
         if surface is None or not any(other is surface for other in touching):
             self.contact_surface, self.contact_rate = None, 0.0
@@ -227,7 +231,7 @@ class ExplicitNodes(
         return self.coupling
 
     def gather(self) -> np.ndarray:
-        """Return the velocity increments of the nodes from contact over this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes from contact on the grid over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
 
     def take_second_impulses(self, dt: float) -> float:
@@ -242,7 +246,7 @@ class ExplicitNodes(
 
     @property
     def mapped(self) -> Bundle:
-        """Data of the nodes as points of the grid, for kernels."""
+        """Data of the nodes for transfers to the grid, for kernels."""
         return self._coupled().mapped
 
     @property
@@ -252,7 +256,9 @@ class ExplicitNodes(
 
     @abstractmethod
     def half_width(self) -> tuple[float, float, float]:
-        """Return the three parameters of the extent of the body beyond its nodes; see `pellucid.contact.contact_body`."""
+        """Return (d, a, b): the distance d of the surface of the body from its nodes [m], and two numbers that define it if d
+        is negative; see `ContactBody.half_width`.
+        """
 
     # checkpoint
 

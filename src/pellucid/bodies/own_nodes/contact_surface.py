@@ -71,11 +71,15 @@ class PointsOfFaces(ContactSurface):
         self._weights = self.sizes()
 
     def weights(self) -> np.ndarray:
-        """Return the initial areas of the points [m²]; the present areas if the body is hard."""
+        """Return the areas of the points that weight the contact forces [m²], shape (m,): the initial areas, or the present
+        areas if the body does not deform (`hard`).
+        """
         return self.sizes() if self.is_hard else self._weights
 
     def begin(self) -> None:
-        """Update positions, velocities and areas of the points from the corners; all values are constant along thin axes."""
+        """Update positions, velocities and areas of the contact points from the corners of the triangles. Along axes that are
+        one cell thick, the points lie in the middle and have no area.
+        """
         places = self._places()
         self.place[...], self.velocity[...] = self._shares @ places, self._shares @ self._velocities()
         self.area[...] = self._part * vector_areas(places, self._triangles)[self._owner]
@@ -86,12 +90,13 @@ class PointsOfFaces(ContactSurface):
         return self._shares
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Distribute the contact forces at the points to the corners of the faces."""
+        """Distribute the contact forces at the points [N], shape (m, 3), to the corners of the triangles."""
         self._take(self._to_corners @ force)
 
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
-        """Set the object that computes the response of the points to forces on the nodes; values, motion: weights of the nodes
-        in the corners, as in `mass_per_area_of`, and motion of the nodes."""
+        """Set the object that computes the response of the contact points to forces on the nodes. values: weights of the nodes
+        in the corners, shape (corners, nodes); motion: motion of the nodes.
+        """
         self.response = NodalResponse(sparse.csr_array(self._shares @ values), motion)
         if self.triangles is not None:
             self.triangles = self.triangles._replace(response=NodalResponse(sparse.csr_array(values), motion))
@@ -126,8 +131,8 @@ def moving_triangles(
     velocities: Callable[[], np.ndarray],
     take: Callable[[np.ndarray], None],
 ) -> MovingTriangles | None:
-    """Build the moving triangles for contact between surfaces of triangles. In a plane problem the surface is a band, which
-    gets the depth of the cell.
+    """Build the data of moving triangles for contact between surfaces of triangles; arguments as for `PointsOfFaces`. In a
+    plane problem the surface is a band (strip) along the thin axis, which gets the depth of the cell.
 
     Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the thin
     axis.
@@ -151,8 +156,9 @@ def moving_triangles(
 
 
 class NodalResponse:
-    """Computes the response of contact points to forces, through the nodes that move them. shares: weights of the nodes in the
-    points, shape (m, nodes); motion: motion of the nodes."""
+    """Computes the velocity changes of contact points by contact forces, through the nodes that move them. shares: weights of
+    the nodes in the points, shape (m, nodes); motion: motion of the nodes.
+    """
 
     def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
         self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion
@@ -170,20 +176,18 @@ class NodalResponse:
 class PointsOfNodes(ContactSurface):
     """Contact surface of a membrane, with its nodes as contact points.
 
-    Parameters
-    ----------
-    grid
+    Parameters ---------- grid
         Grid of the case; its thin axes have no contact.
     cells
         Elements of the membrane.
     places, velocities, vector_areas
         Functions that return nodal positions [m], velocities [m/s] and vector areas [m²], shape (n, 3).
     weights
-        Initial nodal areas [m²], shape (n,).
+        Initial nodal areas [m²], shape (n,), which weight the contact forces.
     take
-        Function that adds forces on the nodes [N], shape (n, 3).
+        Function that adds forces on the nodes [N], shape (n, 3), to the body.
     warning
-        `contact_warning` of the body.
+        Method `contact_warning` of the body.
     shares
         Weights of the nodes in the contact points, shape (n, n); None if the points are at the nodes.
     """
@@ -219,11 +223,13 @@ class PointsOfNodes(ContactSurface):
         self.begin()
 
     def weights(self) -> np.ndarray:
-        """Return the initial nodal areas [m²]."""
+        """Return the initial nodal areas [m²], shape (n,), which weight the contact forces."""
         return self._weights
 
     def begin(self) -> None:
-        """Update positions, velocities and areas of the points from the nodes; all values are constant along thin axes."""
+        """Update positions, velocities and areas of the contact points from the nodes. Along axes that are one cell thick, the
+        points lie in the middle and have no area.
+        """
         places, velocities = self._places(), self._velocities()
         if self._smooth is not None:
             places, velocities = self._smooth @ places, self._smooth @ velocities
@@ -244,7 +250,7 @@ class PointsOfNodes(ContactSurface):
         return self._warning(nodes_about(self._grid, places).ravel())
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Add the contact forces to the forces on the nodes."""
+        """Add the contact forces at the points [N], shape (n, 3), to the forces on the nodes."""
         self._take(force if self._from_smooth is None else self._from_smooth @ force)
 
 
@@ -252,8 +258,9 @@ def _without_hourglass(quads: np.ndarray, places: np.ndarray) -> sparse.csr_arra
     """Return the weights of nodes in contact points that contain no hourglass modes of quadrilaterals, shape (n, n); None
     without quadrilaterals.
 
-    From each corner, the mean of (γ·x) γ over its quadrilaterals is subtracted, with the unit vector γ that is orthogonal
-    to all linear fields in the plane of the four corners. Linear fields are unchanged.
+    quads: nodes of the quadrilaterals, shape (q, 4); places: nodal positions [m], shape (n, 3). From each corner, the mean of
+    (γ·x) γ over its quadrilaterals is subtracted, with the unit vector γ that is orthogonal to all linear fields in the plane
+    of the four corners. Linear fields are unchanged.
     """
     if not len(quads):
         return None

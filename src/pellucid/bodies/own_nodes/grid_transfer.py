@@ -16,11 +16,11 @@ from pellucid.ranks.domain import domain
 
 
 class GridCoupling:
-    """Transfers mass, momentum and contact velocities between the nodes of a body and the grid, for contact with other
-    bodies.
+    """Transfers mass, momentum and contact velocities between the nodes of a body and the grid, for contact with other bodies.
 
-    Uses the arrays of the body and keeps an index of its nodes by cell, so that the nodes stay in mesh order. position,
-    velocity: shape (n, 3) [m], [m/s]; mass: shape (n,) [kg]; volume: shape (n,) [m³], None for membranes.
+    Uses the arrays of the body and keeps an index of its nodes by cell, so that the nodes stay in mesh order. functions: shape
+    functions of the grid; position, velocity: shape (n, 3) [m], [m/s]; mass: shape (n,) [kg]; volume: shape (n,) [m³], None
+    for membranes.
     """
 
     def __init__(
@@ -33,7 +33,9 @@ class GridCoupling:
         volume: np.ndarray | None = None,
         whole: bool = False,
     ) -> None:
-        """whole: True if each process handles the nodes of all slabs, not only of its own slabs."""
+        """velocity_field: velocity field of the body; whole: True if each process handles the nodes of all slabs (layers of
+        grid cells), not only of its own slabs; other arguments: see the class.
+        """
         self._whole = whole
         self.velocity_field, self.functions = velocity_field, functions
         self._points = PointArrays(position, velocity, mass)
@@ -52,15 +54,16 @@ class GridCoupling:
         self.sort()
 
     def sort(self) -> None:
-        """Sort the index of the nodes by grid cell."""
+        """Sort the index of the nodes by grid cell; the nodes themselves keep their order."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         self._spare = sort_by_nodes(ordered, self._spare, self.velocity_field.grid.lattice, self.functions, self.slabs)
         if domain.is_cut and not self._whole:
             self._shared.share_out()
 
     def hand_over(self) -> Callable[[], None]:
-        """Complete the data that other processes need before rows are redistributed among processes. Returns the function that
-        applies the new distribution."""
+        """Prepare a new distribution of the nodes among processes: complete the data that other processes need. Returns the
+        function that applies the new distribution.
+        """
         domain.complete(self.slabs.left_slab)
         return self._shared.hand_over()
 
@@ -70,8 +73,9 @@ class GridCoupling:
             self.sort()
 
     def scatter(self, force: np.ndarray | None = None) -> None:
-        """Scatter mass and momentum of the nodes to the grid, and forces on the nodes that act until the end of the step [N],
-        shape (n, 3)."""
+        """Scatter mass and momentum of the nodes to the grid, and the forces on the nodes that act until the end of the step
+        [N], shape (n, 3); None for no forces.
+        """
         self.velocity_field.scatter(self.n_slabs, self.mapped, force)
 
     def scatter_momentum(self) -> None:
@@ -88,14 +92,17 @@ class GridCoupling:
         return self.increment
 
     def gather_second(self) -> np.ndarray:
-        """Return the velocity increments of the nodes from second impulses of contact in this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes [m/s], shape (n, 3), from the second impulses of contact, which act
+        after momentum was mapped to the grid a second time (MUSL).
+        """
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
         return self._shared.fill(second, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
-        """Mark the slabs (layers of grid cells) that a node left in this step. Returns a fault code (of `pellucid.grid.points`)
-        and its node; None without fault."""
+        """Find the slabs (layers of grid cells) that a node left in this step. Returns a fault code (of
+        `pellucid.grid.points`) and the number of its node; None without fault.
+        """
         move_points(self._staying, 0.0)
         found = np.flatnonzero(domain.complete(self.slabs.fault)[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None

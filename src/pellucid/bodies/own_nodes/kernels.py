@@ -24,7 +24,7 @@ FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, aft
 
 
 class Drag(NamedTuple):
-    """Drag over a step: the factor k of the velocity and the factor g of the acceleration."""
+    """Drag on the nodes over a step, as factors of the velocity (k) and of the acceleration (g); see the module."""
 
     keep: float  # k
     gain: float  # g
@@ -56,10 +56,11 @@ class NodeForces(NamedTuple):
 
 @kernel(inner=True)
 def _constrained(forces, p, d, old, new, gain, dt, chunk):
-    """Apply the constraints of node p along axis d to its new velocity. Returns the constrained velocity, the mean of the old
-    and the constrained velocity, and the constraint impulse.
+    """Apply the constraints of node p along axis d to its new velocity. Returns the constrained velocity [m/s], the mean of
+    the old and the constrained velocity, and the constraint impulse [N s].
 
-    Adds this impulse, and its work at the mean velocity, to the sums of the chunk.
+    forces: data of `NodeForces`; old, new: velocities before and after the step without constraints [m/s]; gain: factor g of
+    the drag; dt: time step [s]. Adds the impulse, and its work at the mean velocity, to the sums of the chunk.
     """
     row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0
@@ -78,8 +79,9 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
 
 @pointwise
 def _gained(forces, p, d, dt):
-    """Return the velocity increment of node p along axis d by internal and external forces and gravity [m/s], and the external
-    force on it [N]."""
+    """Return the velocity increment of node p along axis d over a step dt [s] by internal and external forces and gravity
+    [m/s], and the external force on it [N]. forces: data of `NodeForces`.
+    """
     m, external = forces.inertia[p], 0.0
     for k in range(len(forces.loads)):
         external += forces.loads[k, p, d]
@@ -89,14 +91,19 @@ def _gained(forces, p, d, dt):
 
 @pointwise
 def _free(forces, p, d, drag, gained):
-    """Return the velocity that node p has along axis d at the end of the step without constraints [m/s]."""
+    """Return the velocity that node p has along axis d at the end of the step without constraints at the node [m/s].
+
+    forces: data of `NodeForces`; drag: a `Drag`; gained: increment by forces, from `_gained` [m/s].
+    """
     of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if len(forces.lead) > 0 else (0.0, 0.0)
     return drag.keep * forces.velocity[p, d] + drag.gain * (gained + of_supports + of_motions) + forces.increment[p, d]
 
 
 @pointwise
 def _rubbed(forces, p, drag, dt, chunk):
-    """Return the velocity change of node p by the friction of walls [m/s]; see `friction_of_walls`."""
+    """Return the velocity change of node p by the friction of walls over a step dt [s], along x, y, z [m/s]; see
+    `friction_of_walls`. forces: data of `NodeForces`; drag: a `Drag`; chunk: chunk of nodes whose sums get work and impulses.
+    """
     x, y, z = _gained(forces, p, 0, dt)[0], _gained(forces, p, 1, dt)[0], _gained(forces, p, 2, dt)[0]
     free = _free(forces, p, 0, drag, x), _free(forces, p, 1, drag, y), _free(forces, p, 2, drag, z)
     return friction_of_walls(forces, p, free, drag.gain, dt, chunk)
@@ -104,9 +111,10 @@ def _rubbed(forces, p, drag, dt, chunk):
 
 @parallel_loop()
 def advance_velocities(chunk, forces, drag, dt):
-    """Update the nodal velocities: v + dt (f/m + g), damped, plus the increment from contact, then the constraints.
+    """Update the velocities of a chunk of nodes: v + dt (f/m + g), damped, plus the increment from contact, then the
+    constraints; and sum works and impulses.
 
-    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: data of `NodeForces`; drag: a `Drag`.
+    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: data of `NodeForces`; drag: a `Drag`; dt: time step [s].
     """
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
     columns, led, rubs = FIRST_LOAD + len(loads), len(forces.lead) > 0, len(forces.friction) > 0
@@ -150,11 +158,12 @@ def advance_velocities(chunk, forces, drag, dt):
 
 @parallel_loop()
 def add_velocities(chunk, forces, change, dt):
-    """Add velocities [m/s], shape (n, 3), to the advanced nodal velocities; their work counts as contact work.
+    """Add velocities `change` [m/s], shape (n, 3), to the advanced velocities of a chunk of nodes; their work counts as
+    contact work.
 
-    The elements are strained over the whole step with the new velocities, on which the internal forces have not yet done
-    work. Half of this work, with the forces at the start of the step, is subtracted from the contact work; the other half
-    is `staggering` in `EnergyBudget`.
+    forces: data of `NodeForces`; dt: time step [s]. The elements are strained over the whole step with the new velocities, on
+    which the internal forces have not yet done work. Half of this work, with the forces at the start of the step, is
+    subtracted from the contact work; the other half is `staggering` in `EnergyBudget`.
     """
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):
@@ -169,8 +178,9 @@ def add_velocities(chunk, forces, change, dt):
 
 @parallel_loop()
 def sum_momentum(chunk, velocity, mass, sums):
-    """Write the kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes to `sums`, shape (chunks,
-    NODE_SUMS)."""
+    """Write the kinetic energy [J], momentum, Σ m|v| [kg m/s] and the largest speed [m/s] of a chunk of nodes to `sums`, shape
+    (chunks, NODE_SUMS). velocity: [m/s], shape (n, 3); mass: [kg], shape (n,).
+    """
     kinetic = px = py = pz = size = fastest = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m, vx, vy, vz = mass[p], velocity[p, 0], velocity[p, 1], velocity[p, 2]
@@ -187,8 +197,9 @@ def sum_momentum(chunk, velocity, mass, sums):
 
 @parallel_loop()
 def advance_positions(chunk, position, velocity, dt, fault):
-    """Update the nodal positions, and write the first node of each chunk with a position that is not finite to `fault`,
-    shape (chunks, 2)."""
+    """Update the positions of a chunk of nodes over a step dt [s], and write code and number of the first node whose position
+    is not finite to `fault`, shape (chunks, 2). position, velocity: [m], [m/s], shape (n, 3).
+    """
     code = at_fault = 0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(position))):
         total = 0.0

@@ -1,5 +1,6 @@
-"""Equation of motion of a body's own nodes: advances them under forces, supports, prescribed motions, contact and walls of the
-grid, and records the works."""
+"""Equation of motion of the nodes of a body: advances them under forces, supports, prescribed motions, contact and walls of
+the grid, and records the works.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -22,9 +23,9 @@ class NodalMotion:
     """Advances the nodes of a body.
 
     The body computes internal forces; contact provides velocity increments. arrays: arrays of the body, `position`,
-    `velocity`, `mass`, and `prescribed`, which is filled here; grid: None if there is none; thin: axes without motion;
-    gravity: [m/s²]; n_loads: number of channels of external forces; increment: velocity increments from contact [m/s],
-    shape (n, 3).
+    `velocity`, `mass`, and `prescribed` (numbers of the constraints of each node), which is filled here; grid: None if there
+    is none; thin: axes without motion; gravity: [m/s²]; n_loads: number of channels (entries of the energy balance) of
+    external forces; increment: velocity increments from contact [m/s], shape (n, 3).
     """
 
     def __init__(
@@ -76,7 +77,9 @@ class NodalMotion:
         self._prescribed[:] = prescribed
 
     def on_walls(self) -> list[np.ndarray]:
-        """Return the sets of nodes that supports constrain to fixed walls of the grid, each of shape (n,)."""
+        """Return the masks of nodes that supports constrain to walls of the grid at rest, one per support, each of shape
+        (n,).
+        """
         walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
         return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
@@ -90,7 +93,7 @@ class NodalMotion:
         return found
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Set prescribed motions of nodes; see `Body.add_motions`."""
+        """Set prescribed motions of nodes, by name; arguments as in `Body.add_motions`."""
         self.motions, self._motion_of_node, self._axes = list(names), numbers, axes
         self._constrain()
 
@@ -100,30 +103,34 @@ class NodalMotion:
         self._prescribed[first : first + len(velocity)] = velocity
 
     def impose_on_field(self, condition: FieldCondition | None) -> None:
-        """Prescribe the interpolated field by a condition instead of prescribing nodal values; None for no such condition."""
+        """Prescribe the interpolated displacement field by a condition instead of prescribing nodal values; None for no such
+        condition.
+        """
         self._condition, self._lead = condition, np.zeros((2 if condition else 0, *self.internal.shape))
         self._constrain()
 
     @property
     def rows(self) -> np.ndarray:
-        """Prescribed velocities in this step [m/s], shape (rows, 3): rows of the supports, of the motions, and of the thin
-        axes."""
+        """Prescribed velocities in this step [m/s], shape (rows, 3): one row for each support and each motion, and one for the
+        axes without motion.
+        """
         return self._rows
 
     @property
     def motion_rows(self) -> tuple[int, int]:
-        """First of the `rows` that belong to motions, and the row after the last."""
+        """Index in `rows` of the first prescribed motion, and the index after the last."""
         return len(self.supports), len(self.supports) + len(self.motions)
 
     @property
     def free(self) -> np.ndarray:
-        """Mask of the components that are not prescribed at the node itself, shape (n, 3)."""
+        """Mask of the velocity components that are not prescribed at the node itself, shape (n, 3)."""
         prescribed = self._arrays["prescribed"]
         return np.asarray(prescribed == 0) if self._condition is None else np.ones(prescribed.shape, bool)
 
     def groups(self) -> np.ndarray:
-        """Return the numbers of the nodes' constraints as in `prescribed`, shape (n, 3), but with one common number for all
-        supports that have the same velocity along an axis."""
+        """Return the number of the constraint of each node and axis, shape (n, 3), as in the array `prescribed`, but with one
+        common number for all supports that have the same velocity along an axis.
+        """
         first = np.zeros((len(self._rows) + 1, 3), np.int64)
         motions = range(*self.motion_rows)
         for axis in range(3):
@@ -133,7 +140,9 @@ class NodalMotion:
         return np.asarray(np.take_along_axis(first, self._arrays["prescribed"], axis=0))
 
     def _constrain(self) -> None:
-        """Assign the number of a constraint to each node and axis: of a support, a prescribed motion, or a thin axis."""
+        """Assign to each node and axis the number of a constraint (a support, a prescribed motion, or an axis without motion),
+        and build the data for kernels.
+        """
         a = self._arrays
         position, prescribed = a["position"], a["prescribed"]
         n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1
@@ -177,7 +186,9 @@ class NodalMotion:
     # the step
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces that act on the nodes in this step [N], shape (n, 3)."""
+        """Add external forces that act on the nodes in this step [N], shape (n, 3). column: index of their work in
+        `StepWork.works`.
+        """
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:
@@ -190,7 +201,7 @@ class NodalMotion:
         self._constrain()
 
     def slow(self, rate: float, dt: float) -> None:
-        """Apply a drag proportional to mass and velocity at a rate [1/s] over a step dt [s]."""
+        """Set the drag of the coming step dt [s]: a force proportional to mass and velocity, with the rate [1/s]."""
         half = 0.5 * rate * dt
         self.drag = Drag((1.0 - half) / (1.0 + half), 1.0 / (1.0 + half))
 
@@ -202,9 +213,8 @@ class NodalMotion:
         return np.asarray(force)
 
     def free_velocities(self, dt: float) -> np.ndarray:
-        """Return the nodal velocities after a step dt [s] without contact [m/s], shape (n, 3).
-
-        Constrained components keep their velocities.
+        """Return the nodal velocities at the end of a step dt [s] without contact [m/s], shape (n, 3). Constrained components
+        keep their present values.
         """
         velocity = self._arrays["velocity"]
         keep, gain = self.drag
@@ -215,21 +225,23 @@ class NodalMotion:
         return np.where(self.free, dt * self.drag.gain / self.inertia[:, None], 0.0)
 
     def drag_forces(self, dt: float) -> np.ndarray:
-        """Return the mean drag forces on free nodes over a step dt [s] [N], shape (n, 3)."""
+        """Return the drag forces on the nodes, as means over a step dt [s] [N], shape (n, 3)."""
         keep, gain = self.drag
         momentum = self.inertia[:, None] * self._arrays["velocity"]
         return np.asarray((keep - 1.0) / dt * momentum + (gain - 1.0) * self.forces())
 
     def advance_velocities(self, dt: float) -> None:
-        """Update the velocities with all forces and the increments from contact."""
+        """Update the nodal velocities over a step dt [s] with all forces, constraints and the increments from contact."""
         np.multiply(self._prescribed, self.load_rate, out=self._rows)
         of_rows = self._find_lead(self._condition, dt) if self._condition is not None else np.zeros(0)
         kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
         self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
 
     def _find_lead(self, condition: FieldCondition, dt: float) -> np.ndarray:
-        """Compute the velocity changes by constraints of the field from a trial step, so that works can be computed with the
-        mean of old and new velocities. Returns the impulses of supports and motions, by row."""
+        """Compute, by a trial step, the velocity changes of the nodes that enforce the condition on the interpolated field, so
+        that works can be computed with the mean of old and new velocities. Returns the impulses of supports and motions [N s],
+        shape (rows, 3). dt: time step [s].
+        """
         velocity = self._arrays["velocity"]
         old = velocity.copy()
         self._lead.fill(0.0)
@@ -247,7 +259,9 @@ class NodalMotion:
         )
 
     def add_velocities(self, change: np.ndarray, dt: float) -> None:
-        """Add velocity increments from contact [m/s], shape (n, 3), to velocities that were already advanced."""
+        """Add velocity increments from second impulses of contact, `change` [m/s], shape (n, 3), to velocities that were
+        already advanced over a step dt [s].
+        """
         kernels.add_velocities(self.chunks, self._forces, change, dt)
 
     def advance_positions(self, dt: float) -> None:
@@ -255,7 +269,7 @@ class NodalMotion:
         kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
 
     def sum_momentum(self, totals: Totals) -> None:
-        """Sum the kinetic energy and the momentum into `totals`."""
+        """Write the kinetic energy and the momentum of the nodes to `totals`."""
         kernels.sum_momentum(self.chunks, self._arrays["velocity"], self.inertia, self._sums)
         sums = ordered_sum(self._sums)
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
@@ -265,7 +279,7 @@ class NodalMotion:
             self.crossing = fastest * self._grid.lattice.inverse_cell
 
     def power(self) -> float:
-        """Return the power of the present internal forces [W]."""
+        """Return the power of the present internal forces at the present nodal velocities [W]."""
         return power(self.internal, self._arrays["velocity"])
 
     def fault(self) -> tuple[int, int] | None:

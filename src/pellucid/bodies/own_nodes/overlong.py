@@ -21,7 +21,7 @@ ABOUT = 3.0  # in element edges: distance of this part from the closest point of
 
 
 def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
-    """Return the 8 grid nodes around positions [m], shape (n, 3), as numbers of shape (8, n)."""
+    """Return the 8 grid nodes of the cell around each position [m], shape (n, 3), as node numbers of shape (8, n)."""
     lattice, thin = grid.lattice, grid.thin
     cell = np.floor((place - lattice.lower) * lattice.inverse_cell).astype(np.int64)
     cell = np.where(grid.periodic, cell % np.array(lattice.counts), cell)
@@ -31,12 +31,12 @@ def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
 
 
 def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
-    """Return a warning about the longest element near any of the grid nodes `nodes`, shape (n,); None up to `LONGEST`
-    cells.
+    """Return a warning about the longest element near any of the grid nodes `nodes`, shape (n,); None if none is longer than
+    `LONGEST` cells.
 
-    what: name of the elements, such as "body sheet touches another, its element"; corners: of the elements, shape (m, 3 or
-    4); place: positions of the corners [m], shape (k, 3); effect: consequence and remedy. Lengths along an axis that is one
-    cell thick are ignored.
+    what: name of the elements, such as "body sheet touches another, its element"; corners: of the elements, shape (m, 3 or 4);
+    place: positions of the corners [m], shape (k, 3); effect: consequence and remedy. Lengths along an axis that is one cell
+    thick are ignored.
     """
     lattice, thin = grid.lattice, grid.thin
     flat = np.where(thin, 0.0, place)[corners]
@@ -54,11 +54,9 @@ def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid,
 
 
 def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -> str | None:
-    """Return a warning if the approaching part of a body may pass between the nodes of a sheet, or None.
+    """Return a warning if the part of a body that approaches a sheet may pass between the nodes of the sheet; None otherwise.
 
-    Parameters
-    ----------
-    sheet, other
+    Parameters ---------- sheet, other
         Contact surfaces of the sheet (a membrane with contact at its nodes) and of the body.
     ahead
         Largest decrease of the distance of the surfaces until the next check [m].
@@ -86,8 +84,9 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
 
 
 def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarray:
-    """Return the positions of the points of a sheet that are close to another surface [m], shape (n, 3): within the distance
-    between the points of that surface, whether or not the surfaces overlap."""
+    """Return the positions of the points of a sheet (membrane) that are close to another surface [m], shape (n, 3): within the
+    distance between neighbouring points of that surface, whether or not the surfaces overlap.
+    """
     distance = float(np.max(other.reach)) / SPACINGS + float(np.max(sheet.half_width))
     lower, upper = other.place.min(axis=0) - distance, other.place.max(axis=0) + distance
     near = sheet.place[((sheet.place >= lower) & (sheet.place <= upper)).all(axis=1)]
@@ -98,8 +97,9 @@ def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarr
 
 
 def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
-    """Return the smallest width of a set of positions [m], shape (n, 3), perpendicular to a normal, among `WAYS`
-    directions; in a plane problem, the width in the plane."""
+    """Return the smallest extent of a set of positions [m], shape (n, 3), perpendicular to a normal, among `WAYS` directions
+    [m]; in a plane problem, the extent in the plane.
+    """
     tangents = np.linalg.svd(normal[None])[2][1:]
     angle = np.pi * np.arange(WAYS) / WAYS
     widths = np.ptp(place @ (np.stack([np.cos(angle), np.sin(angle)], axis=1) @ tangents).T, axis=0)
@@ -107,8 +107,9 @@ def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
 
 
 def describe_passage(body: str, sheet: str, width: float, where: str, edge: float) -> str:
-    """Return the warning that a body with a width [m] may pass through a sheet with this edge length [m]. where: text that
-    describes the location."""
+    """Return the warning that body `body`, with a part of this width [m], may pass through membrane `sheet` with this edge
+    length [m]. where: text that describes the location.
+    """
     return (
         f"body {body} approaches membrane {sheet} with a part of {width:.3g} m in width {where}, and the edges of the elements "
         f"are {edge:.3g} m long there: it can pass between the nodes, since contact acts only at the nodes; use elements with "

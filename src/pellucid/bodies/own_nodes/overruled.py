@@ -20,14 +20,17 @@ class Overruled(NamedTuple):
     axes: tuple[int, ...]  # axes along which both prescribe them
 
     def differ(self, velocity: np.ndarray) -> list[str]:
-        """Return the axes along which motion and support prescribe different velocities. velocity: velocities of all motions
-        [m/s], shape (motions, 3)."""
+        """Return the names of the axes along which motion and support prescribe different velocities. velocity: velocities of
+        all motions [m/s], shape (motions, 3).
+        """
         pairs = ((axis, self.support.velocity[axis], float(velocity[self.motion, axis])) for axis in self.axes)
         return ["xyz"[axis] for axis, one, other in pairs if abs(one - other) > ALIKE * max(abs(one), abs(other))]
 
 
 def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.ndarray) -> list[Overruled]:
-    """Find all pairs of supports and overruling motions; numbers and axes as in `Body.add_motions`."""
+    """Return all pairs of a support and a prescribed motion that overrules it, since both prescribe a node along an axis.
+    numbers, axes: as in `Body.add_motions`.
+    """
     found = []
     for motion, along in enumerate(axes):
         driven = numbers == motion + 1
@@ -40,7 +43,9 @@ def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.nd
 
 
 def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> str | None:
-    """Return a warning if a support and a motion prescribe different velocities for the same nodes; None otherwise."""
+    """Return a warning if a support and a motion prescribe different velocities for the same nodes; None otherwise. motion,
+    body: their names; velocity: velocities of all motions [m/s], shape (motions, 3).
+    """
     axes = pair.differ(velocity)
     if not axes:
         return None

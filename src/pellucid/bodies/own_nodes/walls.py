@@ -14,8 +14,12 @@ SHORT = 1.0 - 1e-9  # largest fraction of the way to a wall, so that round-off m
 
 @pointwise
 def at_wall(forces, place, d, new, dt):
-    """Return three values for a node with the velocity `new` along axis d: 1 + the row of the wall that it would pass (0:
-    none), its velocity with this wall, and the end of the axis at which the wall is."""
+    """Return three values for a node at the coordinate `place` [m] with the velocity `new` [m/s] along axis d: 1 + the row of
+    the wall that it would pass in a step dt [s] (0: none), the velocity [m/s] with which it does not pass, and the end of the
+    axis at which the wall is (0 lower, 1 upper).
+
+    forces: data of `NodeForces`.
+    """
     walls, rows = forces.walls, forces.rows
     row, goal, end = 0, 0.0, 0
     below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
@@ -30,7 +34,7 @@ def at_wall(forces, place, d, new, dt):
 
 @pointwise
 def _stopped(forces, p, d, new, dt):
-    """Return the result of `at_wall` for node p, unless a constraint prescribes its motion along axis d."""
+    """Return the result of `at_wall` for node p, or no wall if a constraint prescribes its motion along axis d."""
     return (0, 0.0, 0) if forces.prescribed[p, d] > 0 else at_wall(forces, forces.position[p, d], d, new, dt)
 
 
@@ -38,8 +42,9 @@ def _stopped(forces, p, d, new, dt):
 def friction_of_walls(forces, p, free, gain, dt, chunk):
     """Return the velocity change of node p by friction on walls, along x, y, z [m/s].
 
-    Adds the friction impulses to the sums, and the work on the walls. The caller subtracts the work on the node from the
-    heat of friction. free: velocity of the node without walls; gain: the factor g of `Drag`.
+    forces: data of `NodeForces`; free: velocity of the node without walls [m/s]; gain: the factor g of `Drag`; dt: time step
+    [s]. Adds the friction impulses and the work on the walls to the sums of the chunk. The caller subtracts the work on the
+    node from the heat of friction.
     """
     m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
     x, y, z = 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Nodes of a film with a prescribed velocity: components along the axes by supports, or along the normal by motions."""
+"""Prescribed velocities at nodes of a film: along axes of space by supports, or along the normal of the film by motions."""
 
 from collections.abc import Sequence
 
@@ -14,9 +14,10 @@ from pellucid.parts.support_precedence import find_owners
 
 
 class HeldNodes:
-    """Stores the prescribed velocities of n nodes along d axes of space, and records the work of prescribing them.
+    """Stores the prescribed velocities of n film nodes and records the work of prescribing them.
 
-    is_around: True for a surface of revolution, on which forces perpendicular to the axis cancel.
+    axes: the d axes of space along which the film extends; is_around: True for a surface of revolution, on which forces
+    perpendicular to the axis cancel.
     """
 
     def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
@@ -28,11 +29,11 @@ class HeldNodes:
         self.rates = np.zeros(0)  # of the motions along the normal [m/s]
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Set the supports that constrain nodes."""
+        """Set the supports that prescribe velocities of nodes."""
         self.supports, self._owner = supports, find_owners(supports, self._n, may_leave=True)
 
     def check(self, name: str) -> None:
-        """Raise CaseError if a node has both a support and a motion along the normal. name: name of the film."""
+        """Raise CaseError if a node has both a support and a prescribed motion along the normal. name: name of the film."""
         for number, support in enumerate(self.supports):
             both = np.flatnonzero(self._constrained(number).any(axis=1) & (self.numbers > 0))
             if len(both):
@@ -51,18 +52,21 @@ class HeldNodes:
         return known, velocity
 
     def led(self, before: np.ndarray) -> Led:
-        """Return the nodes with a prescribed velocity along the normal. before: nodal velocities in the previous step [m/s],
-        shape (n, d)."""
+        """Return the nodes with a prescribed velocity along the normal, and these velocities. before: nodal velocities in the
+        previous step [m/s], shape (n, d).
+        """
         return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
 
     def no_work(self, columns: int) -> StepWork:
-        """Return the record of work and impulses of a step with all entries zero. columns: number of kinds of work."""
+        """Return a `StepWork` (work and impulses of a step) with all entries zero. columns: length of its array of works."""
         motions = {name: np.zeros(3) for name in self.motions}
         return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
 
     def count(self, done: StepDone, dt: float, work: StepWork) -> None:
-        """Add the work and impulses of supports and motions in one substep of the film to `work`; dt: length of the substep
-        [s]."""
+        """Add the work and the impulses of supports and motions in one substep of the film to `work`.
+
+        done: velocities and forces of the substep; dt: its length [s].
+        """
         for number in range(len(self.supports)):
             forces = np.where(self._constrained(number), done.prescribed, 0.0)
             work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)
@@ -71,13 +75,14 @@ class HeldNodes:
             work.motions[name][:] += self._counted(forces, done, dt, MOTION, work)
 
     def _counted(self, forces: np.ndarray, done: StepDone, dt: float, column: int, work: StepWork) -> np.ndarray:
-        """Return the impulse of forces on the nodes [N], shape (n, d), over a step dt [s], and add the work of the forces
-        to a column of `work`."""
+        """Add the work of forces on the nodes [N], shape (n, d), over a substep dt [s] to `work.works[column]`, and return
+        their impulse [N s], shape (3,). done: velocities of the substep.
+        """
         worked = dt * float(np.sum(forces * done.velocity))
         work.works[column] += worked
         work.works[INTERNAL] -= worked
         return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
 
     def _constrained(self, number: int) -> np.ndarray:
-        """Return a mask of the velocity components that support `number` prescribes, shape (n, d)."""
+        """Return a mask of the velocity components that the support with this number prescribes, shape (n, d)."""
         return np.asarray(self._owner[:, self._axes] == number + 1)

@@ -13,7 +13,7 @@ from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 
 
 class Led(NamedTuple):
-    """Nodes whose velocity along the normal of the film is prescribed."""
+    """Nodes of a film whose velocity along the normal is prescribed, with these velocities."""
 
     nodes: np.ndarray  # (n,) True for these nodes
     rate: np.ndarray  # (n,) prescribed velocity along the outward normal [m/s]
@@ -21,8 +21,10 @@ class Led(NamedTuple):
 
 
 class Frames:
-    """Orthonormal directions at n nodes with normals (n, d). At nodes with a prescribed normal velocity the last direction
-    lies along the normal."""
+    """Orthonormal directions at n nodes, along which vectors are resolved into components. At the nodes of the mask `led` the
+    last direction lies along the normal; elsewhere the directions are the axes of space. normal: normals at the nodes, shape
+    (n, d).
+    """
 
     def __init__(self, normal: np.ndarray, led: np.ndarray) -> None:
         d = normal.shape[1]
@@ -32,15 +34,15 @@ class Frames:
         self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
 
     def of(self, vectors: np.ndarray) -> np.ndarray:
-        """Return the components of nodal vectors along these directions, shape (n, d). The transformation is its own
-        inverse."""
+        """Return the components along these directions of nodal vectors with components along the axes, shape (n, d) both. The
+        transformation is its own inverse.
+        """
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
     def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
-        """Convert linear forms of nodal vectors, `forms`, from components along the axes of space to components along these
-        directions.
+        """Convert linear forms of nodal vectors from components along the axes of space to components along these directions.
 
-        nodes: nodes of the elements, shape (e, m).
+        forms: coefficients of the linear forms of each element; nodes: nodes of the elements, shape (e, m).
         """
         e, m = nodes.shape
         d, directions = self.directions.shape[2], self.directions[nodes]
@@ -52,10 +54,11 @@ class Frames:
         ]
 
     def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return a mask of the prescribed components along these directions and their values [m/s], shape (n, d) each.
+        """Return a mask of the prescribed velocity components along these directions and their values [m/s], shape (n, d)
+        each.
 
-        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and values
-        of the components that supports prescribe.
+        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and
+        values [m/s] of the components along the axes that supports prescribe, shape (n, d).
         """
         last = np.zeros(known.shape, bool)
         last[:, -1] = led.nodes

@@ -11,11 +11,11 @@ ROUNDING = 1e-9  # smallest resultant that is reported, relative to the driving 
 
 
 def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
-    """Describe the loads that drive motions without resistance; the text continues a sentence that starts with the name of the
-    film.
+    """Return a text that describes the loads on motions without resistance; it continues a sentence that starts with the name
+    of the film.
 
-    driven: forces of the loads on these motions, at nodes at x [m], shape (n, d) [N]; loads: forces of each load on the nodes,
-    by name, shape (n, d) each [N]; axes: the d axes of space of the components.
+    driven: forces of the loads on these motions [N], shape (n, d); x: nodal positions [m], shape (n, d); axes: the d axes of
+    space of the components; loads: nodal forces of each load by name, shape (n, d) each [N].
     """
     size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
     shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}
@@ -35,5 +35,5 @@ def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads
 
 
 def _size(forces: np.ndarray) -> float:
-    """Return the sum of the magnitudes of nodal forces [N], an approximation of ∫|b| dA for the load b per unit area."""
+    """Return the sum of the magnitudes of nodal forces [N], which approximates ∫|b| dA for a load b per unit area."""
     return float(np.linalg.norm(forces, axis=1).sum())

@@ -25,8 +25,12 @@ class VolumeCase(Model):
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
-        """Report a reduced volume above 1 (the value of a sphere or circle), a change of volume without a duration, and a
-        change of volume if the area is free."""
+        """Yield findings (errors of the case) for a reduced volume above 1 (the value of a sphere or circle), a change of
+        volume without a duration, and a change of volume if the area is free.
+
+        path: path of the film in the data of the case; plane: True for a curve in a plane; keeps_area: True if the area is
+        constant.
+        """
         if self.reduced is None:
             if self.over is not None:
                 yield Finding((*path, "over"), "`over` applies to a changing volume", "add `reduced`, or remove `over`")
@@ -48,8 +52,11 @@ class VolumeCase(Model):
 
 
 class Goals(NamedTuple):
-    """Prescribed volume and area of a film: the volume changes from `start` to `volume` [m³] over the time `over` [s], the area
-    stays `area` [m²]; None if free."""
+    """Prescribed volume and area of a film over time.
+
+    Attributes: start, volume: initial and final enclosed volume [m³]; over: duration of the change [s]; area: constant area
+    [m²]. None if volume or area are free.
+    """
 
     start: float
     volume: float | None
@@ -63,8 +70,7 @@ class Goals(NamedTuple):
 
 
 def reduced_to_volume(reduced: float, area: float, plane: bool) -> float:
-    """Return the volume [m³] for a reduced volume and an area [m²].
-
-    The reduced volume is 1 for a sphere or, if the film is a plane curve of depth 1 m, for a circle.
+    """Return the enclosed volume [m³] of a film from its reduced volume, which is 1 for a sphere (for a circle if the film is
+    a plane curve of depth 1 m), and from its area [m²]. plane: True for a plane curve.
     """
     return reduced * area**2 / (4.0 * np.pi) if plane else reduced * area**1.5 / (6.0 * np.sqrt(np.pi))

@@ -1,1 +1,1 @@
-"""The virtual power of a film: operators at its quadrature points, forms of its elements, forces on its nodes."""
+"""The virtual power of a film: resistance, stiffness and forces of its elements, and forces on its nodes."""

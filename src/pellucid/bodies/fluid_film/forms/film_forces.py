@@ -15,8 +15,9 @@ from pellucid.parts.surface_load import SurfacePoints, Traction
 class FilmForces:
     """Computes the nodal forces of a film.
 
-    The mass of the film is given by part [kg], shape (parts,); a part is the piece of the film that belongs to a node or an
-    element.
+    geometry: interpolation between the nodes; material: equation of state of the film; physics: viscosities, bending rigidity
+    and drag; initial_density: surface density at the start [kg/m²]. The mass of the film is given for its parts [kg], shape
+    (parts,); a part is the piece of the film that belongs to a node or an element.
     """
 
     def __init__(self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float) -> None:
@@ -25,45 +26,66 @@ class FilmForces:
         self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
 
     def part_areas(self, o: Operators) -> np.ndarray:
-        """Return the areas of the parts of the film [m²], shape (parts,)."""
+        """Return the areas of the parts of the film [m²], shape (parts,). o: operators of the film at the present positions."""
         shares = self.geometry.shares
         areas = np.einsum("eq,qc->ec", o.area, shares.share)
         return np.bincount(shares.part.ravel(), areas.ravel())
 
     def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
-        """Return the surface densities of the parts of the film [kg/m²], shape (parts,). mass: masses of the parts [kg]."""
+        """Return the surface densities of the parts of the film [kg/m²], shape (parts,).
+
+        o: operators of the film at the present positions; mass: masses of the parts [kg], shape (parts,).
+        """
         return np.asarray(mass / self.part_areas(o))
 
     def at_points(self, parts: np.ndarray) -> np.ndarray:
-        """Interpolate values of the parts of the film to the quadrature points of its elements, shape (e, q)."""
+        """Interpolate values of the parts of the film, shape (parts,), to the quadrature points of its elements, shape (e,
+        q).
+        """
         shares = self.geometry.shares
         return np.asarray(parts[shares.part] @ shares.share.T)
 
     def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
-        """Return the energy of compression and bending of the film [J]. mass: masses of its parts [kg]."""
+        """Return the energy of compression and bending of the film [J].
+
+        o: operators of the film at the present positions; mass: masses of its parts [kg], shape (parts,).
+        """
         compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
         return compressed + float(bending_energies(o, self.physics).sum())
 
     def forms(self, o: Operators, mass: np.ndarray, ahead: float) -> Forms:
-        """Return resistance, stiffness and forces of the film's elements. ahead: time over which pressure, tension and
-        curvature are assumed to change [s]; their changes make up the stiffness."""
+        """Return resistance, stiffness and forces of the film's elements (see `Forms`).
+
+        o: operators of the film at the present positions; mass: masses of its parts [kg]; ahead: time over which pressure,
+        tension and curvature are assumed to change [s]; the stiffness is their change over this time.
+        """
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         return forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
 
     def internal_force(self, o: Operators, mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Return the internal force on the nodes [N], shape (n, d), at these nodal velocities [m/s], shape (n, d)."""
+        """Return the internal force on the nodes [N], shape (n, d): viscous and elastic forces, and drag.
+
+        o: operators of the film at the present positions; mass: masses of its parts [kg]; velocity: nodal velocities [m/s],
+        shape (n, d).
+        """
         parts = self.forms(o, mass, 0.0)
         return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
     def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
-        """Return the forces with which a resistance or stiffness, given as sums of squares of rows, opposes nodal velocities
-        [m/s], shape (n, d); they are returned as rows whose sums at the nodes are the nodal forces [N]."""
+        """Return the forces with which viscosity, drag or stiffness oppose nodal velocities [m/s], shape (n, d), as linear
+        forms whose sums at the nodes are forces [N]. squares: the resistance or stiffness, written as a sum of squares of
+        linear forms.
+        """
         whole = (square.of_components(velocity.shape[1]) for square in squares)
         return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 
     def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
-        """Return the nodal forces of a traction [N], shape (n, d). after: time since the start of the step of the run [s]."""
+        """Return the nodal forces of a traction (force per unit area) [N], shape (n, d).
+
+        o: operators of the film at the present positions; mass: masses of its parts [kg]; after: time since the start of the
+        step of the run [s].
+        """
         axes = list(self.geometry.axes)
         ratio = self.at_points(self.densities(o, mass)) / self.initial_density
         points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
@@ -71,7 +93,11 @@ class FilmForces:
         return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))
 
     def vector_areas(self, o: Operators) -> np.ndarray:
-        """Return ∫ N_I n dA around each node I [m²], shape (n, d), with its shape function N_I and the normal n."""
+        """Return ∫ N_I n dA around each node I [m²], shape (n, d), with its shape function N_I and the outward normal n of the
+        film.
+
+        o: operators of the film at the present positions.
+        """
         return self._sums.summed(o.volume_rate().sum(axis=1))
 
 

@@ -1,4 +1,4 @@
-"""Sums of element contributions at the nodes of a film, and rates of nodal values in its elements.
+"""Sums of element contributions at the nodes of a film, and values of linear forms of nodal velocities in its elements.
 
 Every node sums the contributions of its elements in a fixed order, so that results do not depend on the number of threads.
 """
@@ -14,40 +14,44 @@ CHUNK = 256  # nodes or elements
 
 
 class ElementRows(NamedTuple):
-    """r linear forms of the nodal vectors of each element, as rows of coefficients; a factor for each row.
+    """Coefficients of r linear forms Σ rows · v of the nodal vectors v of each element, such as strain rates, and a factor for
+    each.
 
-    Elements have m nodes, and nodal vectors d components.
+    Used for quadratic forms Σ factor (row · v)² and for forces Σ factor row. Elements have m nodes, vectors d components.
     """
 
     rows: np.ndarray  # (e, r, m d) coefficients
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> "ElementRows":
-        """Return self: these rows already have d components per node."""
+        """Return self: these coefficients already refer to d components per node."""
         return self
 
 
 def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
-    """Build `ElementRows` from coefficients of shape (e, ..., m, d) and factors that broadcast to shape (e, ...)."""
+    """Build `ElementRows` from the coefficients of linear forms, shape (e, ..., m, d), and factors that broadcast to shape (e,
+    ...).
+    """
     e, (m, d) = len(values), values.shape[-2:]
     whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
     return ElementRows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
 
 
 class SharedRows(NamedTuple):
-    """r linear forms of nodal scalars for each element, as rows over its m nodes; applied to each component of a vector
-    alike."""
+    """Coefficients of r linear forms of scalars at the m nodes of each element, and a factor for each form. A form is applied
+    to each component of a vector separately.
+    """
 
     rows: np.ndarray  # (e, r, m) coefficients
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> ElementRows:
-        """Return the same linear forms as `ElementRows` for each of d components."""
+        """Return the same linear forms as `ElementRows`, one for each of the d components of a vector."""
         return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
 
 class Uses(NamedTuple):
-    """The elements that contain each node."""
+    """Index lists of the elements that contain each node."""
 
     nodes: np.ndarray  # (e, m) nodes of the elements
     d: int  # components per node
@@ -56,7 +60,9 @@ class Uses(NamedTuple):
 
 
 def uses(nodes: np.ndarray, n: int, d: int) -> Uses:
-    """List the elements that contain each of n nodes. nodes: nodes of the elements, shape (e, m); d: components per node."""
+    """Return index lists of the elements that contain each of n nodes. nodes: nodes of the elements, shape (e, m); d:
+    components per node.
+    """
     first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
     return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
@@ -93,13 +99,13 @@ def _find_rates(chunk, uses, form, v, rates):
 
 
 class NodalSums:
-    """Sums of element contributions at n nodes with d components each. nodes: nodes of the elements, shape (e, m)."""
+    """Sums element contributions at n nodes with d components each. nodes: nodes of the elements, shape (e, m)."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         self.n, self.d, self._uses = n, d, uses(nodes, n, d)
 
     def gathered(self, forms: Sequence[ElementRows]) -> np.ndarray:
-        """Return the sum of factor · row over all rows of all forms, at the nodes: shape (n, d)."""
+        """Return the sum of factor · row over all linear forms of all elements, at the nodes: shape (n, d)."""
         e, m = self._uses.nodes.shape
         parts = np.zeros((e, m * self.d))
         for form in forms:
@@ -113,8 +119,9 @@ class NodalSums:
         return result
 
     def rates(self, form: ElementRows, v: np.ndarray) -> np.ndarray:
-        """Return the value row · v of every row for nodal vectors v, shape (n, d): shape (e, r). Factors of rows are not
-        applied."""
+        """Return the value of every linear form of each element, shape (e, r), for nodal vectors v, shape (n, d). The factors
+        of the forms are not applied.
+        """
         result = np.empty(form.factor.shape)
         _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)
         return result

@@ -30,7 +30,7 @@ class Drag(NamedTuple):
 
 
 class FilmPhysics(NamedTuple):
-    """Physical properties of the film."""
+    """Physical properties of a film: viscosities, bending rigidity, spontaneous curvature and drag coefficients."""
 
     viscosity: float  # μ [N s/m]
     dilatational_viscosity: float  # λ [N s/m]
@@ -47,8 +47,9 @@ class Tension(NamedTuple):
 
 
 class Forms(NamedTuple):
-    """Resistance and stiffness of the film as sums of squares of rows, and its forces as sums of rows; a row is a linear form
-    of the nodal velocities of an element."""
+    """Resistance and stiffness of a film as sums of squares of linear forms of the nodal velocities of each element, and its
+    forces as sums of such forms.
+    """
 
     resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
     stiffness: list[ElementRows]  # resistance by changes of pressure, tension and curvature [N s/m]
@@ -58,8 +59,8 @@ class Forms(NamedTuple):
 def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
     """Return resistance, stiffness and forces of the film's elements.
 
-    o: operators at the present positions; tension: pressure and stiffness of the film; ahead: time τ over which changes of
-    pressure, tension and bending add resistance [s].
+    o: geometry and strain operators at the present positions; physics: viscosities, drag and bending rigidity; tension:
+    surface pressure and its stiffness; ahead: time τ over which changes of pressure, tension and bending add resistance [s].
     """
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
@@ -87,13 +88,16 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
 
 
 def turning(o: Operators) -> list[ElementRows]:
-    """Return the rows whose squares sum to ∫ |∇v_n|² dA, a measure of the rotation of the film; v_n is its normal velocity."""
+    """Return the linear forms of nodal velocities whose squares sum to ∫ |∇v_n|² dA, a measure of the rotation of the film;
+    v_n is its normal velocity.
+    """
     return [rows(o.slope, o.area[..., None])]
 
 
 def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
-    """Return the rows whose squares sum to the drag power ζ_t v_t·v_t + ζ_n v_n² per unit area. The tangential part is written
-    as v·v - v_n² or computed separately, whichever avoids a negative factor."""
+    """Return the linear forms of nodal velocities whose squares sum to the power of the drag, ζ_t v_t·v_t + ζ_n v_n² per unit
+    area. The tangential part is written as v·v - v_n² or computed separately, whichever avoids a negative factor.
+    """
     if max(drag) == 0.0:
         return []
     normal = o.normal[:, :, None, :] * o.value
@@ -106,27 +110,35 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
-    """Return the rows whose squares sum to factor · v·v, with the velocity v. Mirrored nodes of curves have different functions
-    for the components perpendicular and parallel to the axis."""
+    """Return the linear forms of nodal velocities whose squares sum to factor · v·v, with the velocity v of the film and a
+    factor for each quadrature point, shape (e, q). Mirrored nodes of curves have different shape functions for the components
+    perpendicular and parallel to the axis.
+    """
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
     return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])
 
 
 def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
-    """Return the bending energy of each quadrature point [J], shape (e, q)."""
+    """Return the bending energy of the area of each quadrature point [J], shape (e, q). o: geometry at the present positions;
+    physics: bending rigidity and spontaneous curvature.
+    """
     return np.asarray(0.5 * physics.bending_rigidity * o.area * (o.curvature - physics.spontaneous_curvature) ** 2)
 
 
 class Dissipation(NamedTuple):
-    """Power dissipated by a motion of the film [W]."""
+    """Power dissipated by a motion of the film: by its viscosity and by drag [W]."""
 
     viscous: float
     drag: float
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
-    """Return the viscous and drag power [W] for nodal velocities of the elements [m/s], shape (e, m, d)."""
+    """Return the power dissipated by viscosity and by drag [W], for the velocities of each element's nodes [m/s], shape (e, m,
+    d).
+
+    o: geometry and strain operators at the present positions.
+    """
     rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
     moved = np.einsum("eqmd,emd->eqd", o.value, velocity)
     across = np.einsum("eqd,eqd->eq", o.normal, moved)

@@ -1,2 +1,3 @@
-"""Mesh smoothing on closed surfaces: moves nodes along the surface so that triangles stay well shaped, and computes the
-masses of the new cells."""
+"""Mesh smoothing on closed surfaces: moves nodes along the surface so that triangles stay well shaped, and computes the new
+masses of the areas around the nodes.
+"""

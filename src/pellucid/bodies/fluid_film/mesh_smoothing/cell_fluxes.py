@@ -14,7 +14,9 @@ from pellucid.geometry.meshes.triangulation import vertex_normals
 
 
 class CellFluxes:
-    """Computes the mass fluxes between the cells of the n nodes of a closed triangulation."""
+    """Computes the mass fluxes between the cells (areas) around the n nodes of a closed triangulation that moves along a
+    surface.
+    """
 
     def __init__(self, mesh: Rings) -> None:
         self._mesh = mesh
@@ -28,8 +30,8 @@ class CellFluxes:
     def moved(
         self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray
     ) -> np.ndarray:
-        """Return the masses of the cells [kg], shape (n,), after the nodes moved along the surface from `before` to `after`
-        [m], shape (n, 3).
+        """Return the masses of the cells (areas around the nodes) [kg], shape (n,), after the nodes moved along the surface
+        from `before` to `after` [m], shape (n, 3).
 
         areas, new_areas: areas of the cells before and after [m²], shape (n,); mass: masses of the cells before [kg], shape
         (n,).
@@ -49,8 +51,10 @@ class CellFluxes:
         return np.asarray(mass + np.bincount(begin, given, len(mass)) - np.bincount(end, given, len(mass)))
 
     def _swept(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """Return the area [m²] that the segment from the midpoint of each half-edge to the centroid of its triangle sweeps,
-        positive away from the start of the half-edge."""
+        """Return the area [m²] that one side of a cell sweeps while the nodes move from `before` to `after` [m], shape (n, 3).
+        There is one value per half-edge: the side is the segment from the midpoint of the half-edge to the centroid of its
+        triangle, and the area is positive away from the start of the half-edge.
+        """
         triangles = self._mesh.triangles
 
         def ends(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -64,8 +68,12 @@ class CellFluxes:
         return np.asarray(0.5 * np.einsum("eki,ei->ek", np.cross(c1 - m0, c0 - m1), normal).ravel())
 
     def _limited_slopes(self, places: np.ndarray, density: np.ndarray) -> np.ndarray:
-        """Return the slopes of the density in the surface, shape (n, 3), limited so that the density at the midpoints of
-        the edges stays within the range of the neighbouring values (Barth & Jespersen 1989, AIAA paper 89-0366)."""
+        """Return the gradient of the surface density along the surface at the nodes [kg/m³], shape (n, 3), limited so that the
+        density at the midpoints of the edges stays within the range of the neighbouring values (Barth & Jespersen 1989, AIAA
+        paper 89-0366).
+
+        places: nodal positions [m], shape (n, 3); density: at the nodes [kg/m²], shape (n,).
+        """
         mesh = self._mesh
         neighbours, real = mesh.neighbours, np.arange(mesh.ring.shape[1]) < mesh.valence[:, None]
         normal = vertex_normals(places, mesh.triangles)

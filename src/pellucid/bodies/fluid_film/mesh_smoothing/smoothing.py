@@ -1,5 +1,6 @@
-"""Mesh smoothing: nodes of a surface move along it so that they stay evenly distributed; a run stops if a triangle is too
-flat."""
+"""Mesh smoothing: moves the nodes of a surface along it so that they stay evenly distributed, and stops a run if a triangle is
+too flat.
+"""
 
 import numpy as np
 
@@ -16,7 +17,9 @@ WELL_SPREAD = 0.7  # lowest quality at which smoothing may be postponed if it wo
 
 
 def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
-    """Raise RunStopped if a triangle is too flat, or its normal points against the normals of the surface."""
+    """Raise RunStopped if a triangle, shape (t, 3), with nodes at `places` [m], shape (n, 3), is too flat, or if its normal
+    points against the normals of the surface.
+    """
     quality = triangle_qualities(places, triangles)
     corner = places[triangles]
     along = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -53,8 +56,9 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 def rigid_part(places: np.ndarray, moved: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Return the displacements [m], shape (n, 3), of the small rigid motion of `places` that fits the displacements `moved`
-    best, by weighted least squares with weights (n,)."""
+    """Return the displacements [m], shape (n, 3), of the small rigid motion of nodes at `places` [m] that fits the
+    displacements `moved` [m] best, shape (n, 3) both, by weighted least squares with weights, shape (n,).
+    """
     total = weight.sum()
     centre, mean = weight @ places / total, weight @ moved / total
     offset = places - centre

@@ -16,10 +16,11 @@ APPROACHES = 3  # iterations: distances along a surface differ from those in its
 def places_along(
     mesh: Rings, places: np.ndarray, way: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Return the points of the surface at displacements `way` [m] along it from the nodes, shape (n, 3); no displacement
-    may exceed the distance to a neighbour.
+    """Return the points of the surface at displacements `way` [m] along it from the nodes, shape (n, 3); no displacement may
+    exceed the distance to a neighbour.
 
-    at: function that returns the points of the surface in triangles (n,) at barycentric coordinates (n, 3).
+    mesh: triangles around the nodes; places: nodal positions [m], shape (n, 3); at: function that returns points of the
+    surface [m], shape (n, 3), from triangle numbers, shape (n,), and barycentric coordinates, shape (n, 3).
     """
     n = len(places)
     normal, aim = vertex_normals(places, mesh.triangles), way
@@ -40,8 +41,12 @@ def _triple(a, b, c):
 
 @parallel_loop(allocates=True)
 def _locate(chunk, mesh, places, normal, aim, triangle, share):
-    """Find the triangle around each node that contains the end of its displacement, projected along the normal, and the
-    barycentric coordinates there."""
+    """Find, for the nodes of a chunk, the triangle around each node that contains the end of its displacement, projected along
+    the normal, and the barycentric coordinates there.
+
+    mesh: triangles around the nodes; places, normal: positions [m] and unit normals of the nodes, shape (n, 3); aim:
+    displacements [m], shape (n, 3); triangle, share: the results, shape (n,) and (n, 3).
+    """
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
         found, n, d = half, normal[i], aim[i]

@@ -1,1 +1,1 @@
-"""Solvers of the linear systems for the nodal velocities of a film."""
+"""Solvers of the linear systems of equations from which the nodal velocities of a film follow."""

@@ -1,8 +1,8 @@
-"""Symmetric sparse matrices of films, as sums of squares of the rows of their elements. Σ factor row ⊗ row has no negative
-eigenvalue if no factor is negative.
+"""Symmetric sparse matrices of films, assembled as Σ factor row ⊗ row from linear forms of the nodal velocities of each
+element (`ElementRows`; row: the coefficients of a form). Such a matrix has no negative eigenvalue if no factor is negative.
 
-Every node sums its own rows of the matrix element by element in a fixed order, so that results do not depend on the number
-of threads.
+Every node sums its own rows of the matrix element by element in a fixed order, so that results do not depend on the number of
+threads.
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,9 @@ BLOCK = 3 * LANES  # coefficients of a row that are summed together: those of fo
 
 
 class Pattern(NamedTuple):
-    """Sparsity pattern of a matrix of d × d blocks, one for each pair of linked nodes; built once for all matrices of the same
-    elements."""
+    """Sparsity pattern of a matrix of d × d blocks, one for each pair of nodes that share an element; built once for all
+    matrices of the same elements.
+    """
 
     first: np.ndarray  # (n + 1,) index of the first block of each node's rows
     column: np.ndarray  # (blocks,) node of each block's columns, ascending in each row
@@ -48,8 +49,12 @@ def _find_places(chunk, uses, pattern):
 
 @kernel(inner=True)
 def _node_rows(at, a, R, M, rows, factor, first, shares, part):
-    """Add up the contributions of R rows of an element to the three matrix rows of its node a; write them to `part`, 3 rows of
-    M numbers."""
+    """Add up the contributions of R linear forms of an element to the three matrix rows of its node a; write them to `part`, 3
+    rows of M numbers.
+
+    rows, factor: coefficients and factors of the forms, flat arrays in which those of this element start at `at` and `first`;
+    shares: work array of 3 R numbers.
+    """
     for r in range(R):
         for c in range(3):
             shares[3 * r + c] = factor[first + r] * rows[at + r * M + 3 * a + c]
@@ -107,7 +112,7 @@ def _add_squares(chunk, uses, pattern, rows, factor, R, M, shared, values):
 
 
 def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
-    """Concatenate `SharedRows` of the same e elements with m nodes into one."""
+    """Concatenate linear forms (`SharedRows`) of the same e elements with m nodes each."""
     rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
     return SharedRows(
         np.concatenate([rows, *(one.rows for one in shared)], axis=1),
@@ -116,7 +121,9 @@ def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
 
 
 def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
-    """Merge element rows: sum the factors of identical rows, and omit rows whose factors are all zero."""
+    """Merge linear forms of the same elements: sum the factors of identical forms, and omit forms whose factors are all
+    zero.
+    """
     found: dict[tuple[int, tuple[int, ...]], ElementRows] = {}
     for square in squares:
         key = (square.rows.__array_interface__["data"][0], square.rows.shape)
@@ -128,7 +135,9 @@ def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
 
 
 class Assembly(NodalSums):
-    """Assembles nodal sums and sparse matrices from the rows of elements with nodes (e, m); n nodes with d components."""
+    """Assembles nodal vectors and sparse matrices from the linear forms (`ElementRows`) of elements with nodes (e, m), for n
+    nodes with d components each.
+    """
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         super().__init__(nodes, n, d)
@@ -145,7 +154,9 @@ class Assembly(NodalSums):
         self._indices = self._columns(width)
 
     def _columns(self, width: np.ndarray) -> np.ndarray:
-        """Return the column index of each stored entry of the matrix, shape (entries,)."""
+        """Return the column index of each stored entry of the matrix, shape (entries,). width: number of blocks in the rows of
+        each node, shape (n,).
+        """
         d, first, column = self.d, self._pattern.first, self._pattern.column
         row = np.repeat(np.arange(self.n), d)
         start = np.repeat(first[row], width[row])
@@ -153,7 +164,9 @@ class Assembly(NodalSums):
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
     def matrix(self, squares: Sequence[ElementRows | SharedRows]) -> csr_array:
-        """Assemble the matrix Σ factor row ⊗ row of all element rows, shape (n d, n d), ordered by node."""
+        """Assemble the matrix Σ factor row ⊗ row over all given linear forms, shape (n d, n d), ordered by node; `row` are the
+        coefficients of a form.
+        """
         values = np.empty(len(self._indices))
         self._collect([square for square in squares if isinstance(square, ElementRows)])
         shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
@@ -163,8 +176,9 @@ class Assembly(NodalSums):
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[ElementRows]) -> None:
-        """Copy all element rows into one array, padded with zeros to whole SIMD blocks. The memory is reused, since allocation
-        is slow."""
+        """Copy the coefficients and factors of all linear forms into one array, padded with zeros to whole SIMD blocks. The
+        memory is reused, since allocation is slow.
+        """
         used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
@@ -177,7 +191,7 @@ class Assembly(NodalSums):
 
     @property
     def structure(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return row pointers and column indices of the matrices in scipy's CSR format."""
+        """Return row pointers and column indices of the assembled matrices in scipy's CSR format."""
         return self._indptr, self._indices
 
     def links(self) -> csr_array:

@@ -1,4 +1,6 @@
-"""Interface of the solvers that compute the nodal velocities of a film from its element rows."""
+"""Interface of the solvers that compute the nodal velocities of a film from the linear forms (`ElementRows`) of its
+elements.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -37,7 +39,8 @@ class Solution(NamedTuple):
 class System(NamedTuple):
     """The linear system (R + S) v = f + S g for the nodal velocities v of a film with nodes at x.
 
-    R and S are sums of squares of rows: R is the resistance, S the stiffness; f are the forces and g is a first velocity.
+    R, the resistance, and S, the stiffness, are sums of squares of linear forms (`ElementRows`); f are the forces and g is a
+    first velocity estimate.
     """
 
     x: np.ndarray  # (n, d) nodal positions [m]
@@ -58,10 +61,11 @@ class System(NamedTuple):
 
 
 def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
-    """Raise IncompatibleLoad if loads drive motions without resistance.
+    """Raise IncompatibleLoad if loads do work on motions without resistance.
 
-    driven: forces of the loads on these motions along the directions of the system [N], shape (n, d); most: largest allowed
-    ratio of these forces to the loads, both as sums of magnitudes over the nodes.
+    system: the balance of forces, with the loads; driven: forces of the loads on these motions along the directions of the
+    system [N], shape (n, d); most: largest allowed ratio of these forces to the loads, both as sums of magnitudes over the
+    nodes.
     """
     if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
         in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)
@@ -69,14 +73,15 @@ def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
 
 
 class FilmSolver(Protocol):
-    """Computes the nodal velocities of a film under linear constraints."""
+    """Interface of a solver that computes the nodal velocities of a film under linear constraints."""
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
-        """Return the nodal velocities and the constraint forces. Raises IncompatibleLoad if the loads do work on motions
-        without resistance."""
+        """Return the nodal velocities that satisfy the balance of forces and the linear constraints `borders`, and the
+        constraint forces. Raises IncompatibleLoad if the loads do work on motions without resistance.
+        """
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that the next solution depends on besides its system, for checkpoints."""
+        """Return the arrays for checkpoints: in addition to the system, the next solution depends on them."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore the arrays that `state_arrays` returned, from a checkpoint."""

@@ -18,8 +18,9 @@ spacings that vary smoothly by a half."""
 
 
 class CurveSolver:
-    """Solves symmetric linear systems for the nodal velocities, assembled from elements with nodes (e, m); n nodes in d
-    dimensions. Components in the mask `held` are 0."""
+    """Solves symmetric linear systems for the velocities of n nodes in d dimensions, assembled from elements with nodes (e,
+    m). Components in the mask `held`, shape (n, d), are 0.
+    """
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray) -> None:
         n, d = held.shape
@@ -56,8 +57,11 @@ class CurveSolver:
         return Solution(v.reshape(self._shape), -found[len(found) - len(borders) :])
 
     def _check(self, system: System, unresisted: np.ndarray, free: np.ndarray, sides: np.ndarray) -> None:
-        """Raise IncompatibleLoad if the load does work on motions without resistance (basis `unresisted`) and the constraints,
-        with rows `sides`, cannot balance it."""
+        """Raise IncompatibleLoad if the load does work on motions without resistance, and the constraints cannot balance it.
+
+        unresisted: basis of these motions, in columns, for the components numbered in `free`; sides: coefficients of the
+        linear constraints of these components, shape (k, free).
+        """
         load, held = unresisted.T @ system.load.ravel()[free], unresisted.T @ sides.T
         if len(sides):
             load = load - held @ np.linalg.lstsq(held, load, rcond=FREE)[0]
@@ -72,18 +76,23 @@ class CurveSolver:
         """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
-        """Return the element matrices Σ factor row ⊗ row, shape (e, m d, m d)."""
+        """Return the element matrices Σ factor row ⊗ row of linear forms with coefficients `row`, shape (e, m d, m d)."""
         found = [row.of_components(self._shape[1]) for row in rows]
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
     def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Multiply the matrix that is the sum of element matrices (`_squares`) by nodal velocities v, shape (n d,)."""
+        """Return the product, shape (n d,), of the sum of element matrices (see `_squares`) and nodal velocities v, shape (n
+        d,).
+        """
         parts = np.matmul(squares, v[self._places][..., None])
         return np.bincount(self._places.ravel(), parts.ravel(), self._size)
 
     def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
-        """Assemble element matrices (`_squares`) into a sparse matrix of the free components, bordered by the constraint rows
-        `sides`."""
+        """Assemble element matrices (see `_squares`) into a sparse matrix of the components numbered in `free`.
+
+        sides: coefficients of the linear constraints of these components, shape (k, free), which are added as rows and
+        columns.
+        """
         number = np.full(self._size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[self._rows], number[self._columns]
@@ -109,17 +118,20 @@ def _factors(matrix: csc_matrix) -> SuperLU:
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return orthonormal bases, in columns, of the motions that have resistance and of those that have none. resistance: dense
-    matrix of the free components."""
+    """Return orthonormal bases, in columns, of the motions that have resistance and of those that have none.
+
+    resistance: dense matrix of the resistance, shape (free, free), for the components that are not prescribed.
+    """
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     return modes[:, ~free], modes[:, free]
 
 
 def _least_turning(turning: np.ndarray, resisted: np.ndarray, unresisted: np.ndarray) -> np.ndarray:
-    """Return a basis of the motions that rotate the film least among all motions with the same strain rates.
+    """Return a basis, in columns, of the motions that rotate the film least among all motions with the same strain rates.
 
-    turning: matrix of the measure of rotation; resisted, unresisted: bases of the motions with and without resistance.
+    turning: matrix of the measure of rotation ∫ |∇v_n|² dA; resisted, unresisted: bases of the motions with and without
+    resistance, in columns.
     """
     turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
     turned = turns > FREE * np.abs(turning).max()  # translations turn nothing

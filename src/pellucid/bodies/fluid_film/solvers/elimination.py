@@ -22,14 +22,16 @@ Precision = type[np.float32] | type[np.float64]
 
 
 class Supernode(NamedTuple):
-    """Nodes that are eliminated together, after the two parts of the surface that they separate."""
+    """A set of nodes that separates two parts of the surface; they are eliminated together, after both parts."""
 
     own: np.ndarray  # its nodes
     children: tuple[int, ...]  # indices of the last supernodes of the two parts
 
 
 class Front(NamedTuple):
-    """The dense submatrix in which a supernode is eliminated; indices of unknowns refer to the order of elimination."""
+    """The dense submatrix in which a supernode (a set of nodes that separates two parts of the surface) is eliminated; indices
+    of unknowns refer to the order of elimination.
+    """
 
     first: int  # index of its first unknown
     own: int  # number of unknowns that it eliminates, from `first` on
@@ -40,10 +42,10 @@ class Front(NamedTuple):
 
 
 def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
-    """Return the supernodes in their order of elimination, from the adjacency of the nodes (n, n) and their positions (n,
-    3).
+    """Return the supernodes (sets of nodes eliminated together) in their order of elimination, by nested dissection: the
+    surface is bisected recursively across its longest extent.
 
-    The surface is bisected recursively across its longest extent.
+    links: adjacency matrix of the nodes, shape (n, n); places: their positions [m], shape (n, 3).
     """
     supernodes: list[Supernode] = []
     beyond = np.zeros(len(places), np.int8)
@@ -70,10 +72,10 @@ def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
 
 
 class Elimination:
-    """The order of elimination and the fronts for all matrices with d × d blocks at linked nodes; computed only once.
+    """The order of elimination and the dense submatrices (fronts) for all matrices with the same sparsity; computed only once.
 
-    links: adjacency matrix of the nodes; places: positions of the nodes [m]; indptr, indices: structure of the matrices
-    (CSR).
+    links: adjacency matrix of the nodes, shape (n, n); places: positions of the nodes [m], shape (n, 3); indptr, indices:
+    structure of the matrices (CSR); d: components per node.
     """
 
     def __init__(self, links: csr_array, places: np.ndarray, indptr: np.ndarray, indices: np.ndarray, d: int) -> None:
@@ -105,9 +107,11 @@ class Elimination:
 
 
 class Factor:
-    """The Cholesky factors of a symmetric positive definite matrix in single or double precision. numbers: its entries in the
-    order of the CSR structure. Raises LinAlgError if the matrix is not positive definite. Entries and right-hand sides are
-    scaled to 1, within the range of single precision."""
+    """The Cholesky factors of a symmetric positive definite matrix in single or double precision.
+
+    elimination: order of elimination; numbers: entries of the matrix in the order of its CSR structure. Raises LinAlgError if
+    the matrix is not positive definite. Entries and right-hand sides are scaled to 1, within the range of single precision.
+    """
 
     def __init__(self, elimination: Elimination, numbers: np.ndarray, precision: Precision) -> None:
         self._elimination, self._precision = elimination, precision
@@ -139,7 +143,7 @@ class Factor:
             updates[number] = syrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1) if size > own else update
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution of the linear system for a right-hand side, shape (n,)."""
+        """Return the solution of the linear system for the right-hand side `right`, shape (n,)."""
         fronts, order, trsv = self._elimination.fronts, self._elimination.order, self._trsv
         size = float(np.abs(right).max()) or 1.0
         y = (right[order] / size).astype(self._precision)

@@ -34,8 +34,9 @@ FIXED = 1e-8  # size of a motion at prescribed components below which it counts 
 
 
 class SparseSolver:
-    """Solves linear systems for the nodal velocities, assembled from elements with nodes (e, m); n nodes, initially at
-    `places` (n, 3). Components in the mask `held` are 0."""
+    """Solves linear systems for the velocities of n nodes, initially at `places` [m], shape (n, 3), assembled from elements
+    with nodes (e, m). Components in the mask `held`, shape (n, 3), are 0.
+    """
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
         n, d = held.shape
@@ -103,10 +104,12 @@ class SparseSolver:
         projection: "Projection",
         accuracy: float,
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Improve the velocities u by conjugate gradients; return the new velocities, the constraint forces and the number of
-        iterations.
+        """Improve the velocities u, shape (3 n,), by conjugate gradients; return the new velocities, the constraint forces,
+        shape (k,), and the number of iterations.
 
-        A: matrix; right: right-hand side; free: 1 for a free component, else 0.
+        factor: Cholesky factors of the preconditioner; A: matrix; right: right-hand side, shape (3 n,); free: 1 for a free
+        component, else 0; projection: projection onto velocities that satisfy the constraints; accuracy: allowed relative
+        error.
         """
         u, residual = u.copy(), right - free * (A @ u)
         direction, before = np.zeros_like(u), np.inf
@@ -125,10 +128,11 @@ class SparseSolver:
         return u, projection.forces(residual), MOST
 
     def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
-        """Factor the matrix A without the prescribed components (only their diagonal entries remain), and return the
+        """Factor the matrix A without the prescribed components (only their diagonal entries remain); store and return the
         factors.
 
-        rows: rows of the constraints; shifted: True to add a small resistance, proportional to the areas of the nodes, to the
+        system: the balance of forces; known: mask of the prescribed components, shape (3 n,); rows: coefficients of the linear
+        constraints, shape (k, 3 n); shifted: True to add a small resistance, proportional to the areas of the nodes, to the
         diagonal.
         """
         diagonal = np.where(known, A.diagonal(), 0.0)
@@ -151,13 +155,16 @@ class SparseSolver:
         return factor
 
     def _made(self) -> Factor:
-        """Factor the stored matrix in the current precision, and return the factors."""
+        """Factor the matrix that is stored for checkpoints, in the precision stored with it, and return the factors."""
         precision = np.float64 if self._arrays["in_double"][0] else np.float32
         return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
 
 class Projection:
-    """Projection P = I - Zᵀ (C Zᵀ)⁻¹ C onto vectors u with C u = 0. C: k constraints; Z: k vectors; shape (k, n) each."""
+    """The matrix P = I - Zᵀ (C Zᵀ)⁻¹ C, which projects onto the vectors u with C u = 0.
+
+    C: coefficients of k linear constraints; Z: k vectors for which C Zᵀ is invertible; shape (k, n) each.
+    """
 
     def __init__(self, C: np.ndarray, Z: np.ndarray) -> None:
         self._C, self._Z = C, Z
@@ -172,17 +179,19 @@ class Projection:
         return u - self.reached(self._C @ u)
 
     def forces(self, residual: np.ndarray) -> np.ndarray:
-        """Return the forces of the k constraints that balance a residual, shape (k,)."""
+        """Return the constraint forces, shape (k,), that balance a residual of the linear system, shape (n,)."""
         return np.asarray(self._inverse.T @ (self._Z @ residual))
 
     def transposed(self, residual: np.ndarray) -> np.ndarray:
-        """Return the residual, shape (n,), without the constraint forces: Pᵀ times the residual, with the projection P."""
+        """Return the residual of the linear system, shape (n,), without the constraint forces: Pᵀ times the residual."""
         return residual - self._C.T @ self.forces(residual)
 
 
 def _free_motions(system: System, known: np.ndarray) -> np.ndarray:
-    """Return the rigid motions that leave the prescribed components at rest, orthonormal, shape (k, 3 n). known: mask of
-    the prescribed components, shape (3 n,)."""
+    """Return orthonormal rigid motions that leave the prescribed components at rest, shape (k, 3 n).
+
+    system: the balance of forces, with the nodal positions; known: mask of the prescribed components, shape (3 n,).
+    """
     x = system.x
     offset = x - x.mean(axis=0)
     motions = [np.tile(axis, (len(x), 1)) for axis in np.eye(3)] + [np.cross(axis, offset) for axis in np.eye(3)]

@@ -1,1 +1,3 @@
-"""Geometries of a film: curves, triangles with radial functions, Loop subdivision."""
+"""Geometries of a film: the interpolation between its nodes on curves, on triangles by radial functions, and by Loop
+subdivision.
+"""

@@ -37,20 +37,23 @@ class FilmGeometry(Protocol):
     shares: Shares
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the geometry at the quadrature points, and the operators that map nodal velocities to rates of the film, for
-        nodes at x [m], shape (n, d)."""
+        """Return the geometry at the quadrature points, and the operators that map nodal velocities to strain rate, slope and
+        change of curvature, for nodes at x [m], shape (n, d).
+        """
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Interpolate a field with nodal values x, shape (n, k), to the points of the film at its nodes, shape (n, k)."""
+        """Interpolate a field with nodal values x, shape (n, k), to the points of the film that belong to its nodes, shape (n,
+        k). For positions x [m] these are the points through which the film passes.
+        """
 
     def normals(self, x: np.ndarray) -> np.ndarray:
         """Return the outward unit normals of the film at its nodes, shape (n, d), with nodes at x [m], shape (n, d)."""
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,), with nodes at x [m], shape (n, d)."""
 
     def cells(self) -> Cells:
-        """Return the lines or triangles between the nodes, for the results."""
+        """Return the lines or triangles between the nodes, which the results contain as cells."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Redistribute nodes evenly along the film.
@@ -65,7 +68,7 @@ class FilmGeometry(Protocol):
         energy."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays, in addition to the nodes, on which the functions depend, for checkpoints."""
+        """Return the arrays for checkpoints on which the shape functions depend, in addition to the nodal positions."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore the shape functions from the arrays of a checkpoint (see `state_arrays`)."""

@@ -27,7 +27,8 @@ def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
     """Return the shape functions of the m nodes of a segment and their first and second derivatives, shape (3, q, m), at
     parameters `places`, shape (q,), from 0 at its first node to 1 at its second. They are the same for all segments.
 
-    The m nodes extend from half a stencil before the first node to half a stencil after the second.
+    radial: settings of the radial functions. The m nodes extend from half a stencil before the first node to half a stencil
+    after the second.
     """
     reach = radial.stencil_size(1) // 2
     ends, offset = np.arange(2), np.arange(-reach, reach + 1)
@@ -42,8 +43,8 @@ def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
 class Curve:
     """n nodes in order along a curve with its interior to the left, in two coordinates.
 
-    around: True for the meridian of a surface of revolution in r and z, from the lower pole to the upper one, continued by
-    its mirror image beyond the poles; False for a closed curve in x and y.
+    radial: settings of the shape functions; around: True for the meridian of a surface of revolution in r and z, from the
+    lower pole to the upper one, continued by its mirror image beyond the poles; False for a closed curve in x and y.
     """
 
     def __init__(self, n: int, radial: RadialModel, around: bool) -> None:
@@ -70,7 +71,9 @@ class Curve:
         self._samples = segment_functions(radial, places)
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the operators of the curve for nodes at x [m], shape (n, 2)."""
+        """Return the geometry of the film at its quadrature points and the operators that map nodal velocities to strain rate,
+        slope and change of curvature (see `Operators`), for nodes at x [m], shape (n, 2).
+        """
         table, corner = self._tables, self._about(x)
         place, along, bend = (np.einsum("qm,emi->eqi", functions, corner) for functions in table)
         square = np.einsum("eqi,eqi->eq", along, along)
@@ -99,7 +102,7 @@ class Curve:
         return x
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Return the outward unit normals of the curve at its nodes, shape (n, 2)."""
+        """Return the outward unit normals of the curve at its nodes, shape (n, 2), with nodes at x [m], shape (n, 2)."""
         along = np.einsum("qm,emi->qei", self._ends[1], self._about(x))
         at_nodes = np.append(along[0], along[1, -1:], axis=0)[: self.n]
         normal = np.stack([at_nodes[:, 1], -at_nodes[:, 0]], axis=1)
@@ -107,7 +110,7 @@ class Curve:
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,), with nodes at x [m], shape (n, 2)."""
         ends = self.cells().lines
         length = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
         nearest = np.full(self.n, np.inf)
@@ -116,7 +119,7 @@ class Curve:
         return nearest
 
     def cells(self) -> Cells:
-        """Return the segments of the curve."""
+        """Return the segments between neighbouring nodes, which the results contain as cells."""
         first = np.arange(len(self.nodes))
         return Cells(lines=np.stack([first, (first + 1) % self.n], axis=1))
 
@@ -128,10 +131,11 @@ class Curve:
         """Do nothing: a curve has no arrays."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """Return nodes at equal distances along the curve, unless they already are, and the mass of each segment, taken
-        from the mass distribution before.
+        """Return n nodes at equal distances along the curve, unless they already are, and the new mass of each segment [kg],
+        taken from the mass distribution before.
 
-        The cumulative mass is interpolated monotonically between the nodes, so that no density becomes negative.
+        x: nodal positions [m], shape (n, 2); mass: masses of the segments [kg]; moved: not used. The cumulative mass is
+        interpolated monotonically between the nodes, so that no density becomes negative.
         """
         lengths, areas = self._samples_of(x)
         of_segments = lengths.reshape(-1, SAMPLES).sum(axis=1)
@@ -152,16 +156,21 @@ class Curve:
         return Redistributed(moved, masses * (below[-1] / masses.sum()))
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """Return False: redistribution is never postponed. On a curve it adds less energy than its steps dissipate, down to
-        round-off."""
+        """Return False: redistribution is never postponed. On a curve, redistributing the nodes adds less energy than a time
+        step dissipates, down to round-off.
+        """
         return False
 
     def _about(self, x: np.ndarray) -> np.ndarray:
-        """Return the positions of the nodes of each segment, shape (e, m, 2), including mirror images."""
+        """Return the positions of the nodes of each segment [m], shape (e, m, 2), including mirror images. x: nodal positions
+        [m], shape (n, 2).
+        """
         return np.asarray(x[self.nodes] * self.sign)
 
     def _samples_of(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengths [m] and areas [m²] of the parts into which each segment is divided, shape (e SAMPLES,)."""
+        """Return the lengths [m] and areas [m²] of the SAMPLES parts into which each segment is divided, shape (e SAMPLES,).
+        x: nodal positions [m], shape (n, 2).
+        """
         corner = self._about(x)
         along = np.einsum("qm,emi->eqi", self._samples[1], corner)
         length = np.hypot(along[..., 0], along[..., 1])

@@ -13,12 +13,12 @@ from pellucid.geometry.meshes.triangulation import Triangulation
 
 
 def film_surface(mesh: Triangulation, interpolation: RadialModel | Literal["loop"]) -> tuple[TriangleSurface, np.ndarray]:
-    """Return the geometry of a film through the vertices of a closed mesh with outward normals, and its nodes [m], shape
-    (n, 3).
+    """Return the geometry of a film through the vertices of a closed mesh with outward normals, and its nodes [m], shape (n,
+    3).
 
-    Nodes are in spatial order (`spatial_order`). Nodes of Loop surfaces are distributed evenly along the surface, as
-    required for the curvature. Raises ValueError if the mesh is not closed, or has too few nodes for the stencils of radial
-    functions.
+    interpolation: settings of radial functions, or "loop" for Loop subdivision. Nodes are in spatial order (`spatial_order`).
+    Nodes of Loop surfaces are distributed evenly along the surface, as required for the curvature. Raises ValueError if the
+    mesh is not closed, or has too few nodes for the stencils of radial functions.
     """
     ordered = side_by_side(mesh)
     if interpolation != "loop":

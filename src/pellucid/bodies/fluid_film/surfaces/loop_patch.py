@@ -19,8 +19,8 @@ VALUE, FIRST_1, FIRST_2, SECOND_11, SECOND_12, SECOND_22, COUNT = range(7)  # de
 
 
 def _corner_terms() -> list[dict[tuple[int, int, int], float]]:
-    """Return the polynomials (times 12) of the box splines of a corner and of three nodes of its ring, starting with the node
-    opposite the next corner.
+    """Return the polynomials (times 12) of the box splines of a corner and of three nodes of its ring (the nodes around the
+    corner), starting with the node opposite the next corner.
 
     Keys are the powers of the barycentric coordinates of the corner, the next corner and the previous corner; values are the
     coefficients.
@@ -59,21 +59,26 @@ BOX_SPLINES = _box_splines()
 
 @pointwise
 def share_of_neighbour(valence):
-    """Return the weight of each neighbour in a subdivision step, for a node with this number of neighbours."""
+    """Return the weight of each neighbour in the new position of a node in one step of Loop subdivision; valence: number of
+    neighbours of the node.
+    """
     inner = 0.375 + 0.25 * cos(2.0 * pi / valence)
     return (0.625 - inner * inner) / valence
 
 
 @pointwise
 def limit_share(valence):
-    """Return the weight of each neighbour in the limit position of a node with this number of neighbours."""
+    """Return the weight of each neighbour in the limit position of a node on the Loop surface; valence: number of neighbours
+    of the node.
+    """
     return 1.0 / (0.375 / share_of_neighbour(valence) + valence)
 
 
 @kernel(inner=True)
 def _cut(corner, ring, count, moved, middle):
-    """Subdivide a triangle once: compute the new positions of its corners (`moved`), and the new nodes on the edges from the
-    corners to their rings (`middle`)."""
+    """Subdivide a triangle once: write the new positions of its corners to `moved`, shape (3, k), and the new nodes on the
+    edges from the corners to their neighbours to `middle`, shape (3, v, k). Other arguments as for `evaluate`.
+    """
     k = corner.shape[1]
     for c in range(3):
         n = count[c]
@@ -89,7 +94,9 @@ def _cut(corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_at_corner(c, corner, ring, count, moved, middle):
-    """Replace the triangle by its child at corner c; the child begins with that corner."""
+    """Replace the triangle, in place, by its child triangle at corner c, which begins with that corner. Arguments as for
+    `evaluate` and `_cut`.
+    """
     d, p = (c + 1) % 3, (c + 2) % 3
     n = count[c]
     for i in range(corner.shape[1]):
@@ -105,8 +112,9 @@ def _child_at_corner(c, corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_in_middle(corner, ring, count, moved, middle):
-    """Replace the triangle by its child between the midpoints of the edges; the child begins with the midpoint after corner
-    0."""
+    """Replace the triangle, in place, by its child triangle between the midpoints of the edges, which begins with the midpoint
+    after corner 0. Arguments as for `evaluate` and `_cut`.
+    """
     for i in range(corner.shape[1]):
         for c in range(3):
             d, p = (c + 1) % 3, (c + 2) % 3
@@ -118,8 +126,11 @@ def _child_in_middle(corner, ring, count, moved, middle):
 
 @kernel(inner=True, allocates=True)
 def _spline(corner, ring, share, along, factors, powers, out):
-    """Evaluate the surface and its derivatives on a triangle whose corners have six neighbours, at barycentric coordinates
-    `share`; derivatives are along the two directions `along`. The result, shape (COUNT, k), is written to `out`."""
+    """Evaluate the Loop surface and its derivatives on a triangle whose corners have six neighbours, at barycentric
+    coordinates `share`. The result, shape (COUNT, k), is written to `out`.
+
+    along: two directions of the derivatives in barycentric coordinates, shape (2, 3); other arguments as for `evaluate`.
+    """
     k = corner.shape[1]
     weight = np.zeros((12, COUNT))
     for t in range(powers.shape[0]):
@@ -158,11 +169,12 @@ def _spline(corner, ring, share, along, factors, powers, out):
 
 @kernel(inner=True, allocates=True)
 def evaluate(corner, ring, count, share, factors, powers, out):
-    """Evaluate the surface and its derivatives, shape (COUNT, k), on a triangle at barycentric coordinates `share` (3,).
+    """Evaluate the Loop surface and its derivatives on a triangle at barycentric coordinates `share`, shape (3,).
 
-    corner: values at the corners, (3, k); ring: values at the rings, (3, v, k), v >= 6; count: valences, (3,). The arguments
-    are overwritten, except `factors` and `powers`; the result is written to `out`. At a corner without six neighbours the
-    derivatives are zero.
+    corner: values of k components at the corners, (3, k); ring: at the nodes around each corner, (3, v, k), v >= 6; count:
+    numbers of these nodes, (3,); factors, powers: BOX_SPLINES and POWERS; out: the result, (COUNT, k): value, 2 first and 3
+    second derivatives. The other arguments are overwritten, except `factors` and `powers`. At a corner without six neighbours
+    the derivatives are zero.
     """
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))

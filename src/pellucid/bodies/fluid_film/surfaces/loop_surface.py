@@ -20,7 +20,9 @@ CHUNK = 128  # points
 
 
 class LoopSurface(TriangleSurface):
-    """A closed surface by Loop's subdivision with n control points; three quadrature points per triangle are sufficient."""
+    """A closed surface by Loop's subdivision with n control points; three quadrature points per triangle (`rule`) are
+    sufficient.
+    """
 
     def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule = THREE) -> None:
         super().__init__(triangles, n, rule)
@@ -60,7 +62,9 @@ class LoopSurface(TriangleSurface):
 
 
 def limit_matrix(mesh: Rings) -> csr_array:
-    """Return the matrix that maps control points to their limit positions on the surface, shape (n, n)."""
+    """Return the matrix that maps control points to their limit positions on the Loop surface, shape (n, n). mesh: the
+    triangles around each control point.
+    """
     n = len(mesh.valence)
     share = np.array([patch.limit_share(int(valence)) if valence else 0.0 for valence in range(mesh.valence.max() + 1)])
     turn = np.arange(mesh.ring.shape[1])
@@ -72,7 +76,12 @@ def limit_matrix(mesh: Rings) -> csr_array:
 
 
 def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.ndarray:
-    """Return the nodes of each triangle, shape (e, m): its corners, then the ring nodes that are not corners, then padding."""
+    """Return the nodes on which each triangle depends, shape (e, m): its corners, then the other nodes around the corners,
+    then repetitions of the first corner.
+
+    kinds: numbers of neighbours of the three corners for each kind of triangle, shape (kinds, 3); kind: kind of each triangle,
+    shape (e,).
+    """
     nodes = np.repeat(mesh.triangles[:, :1], m, axis=1)
     nodes[:, :3] = mesh.triangles
     for number, valences in enumerate(kinds):
@@ -85,7 +94,9 @@ def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.
 
 
 def _slots(valences: list[int]) -> list[list[int]]:
-    """Return, for each corner of a triangle, the positions of its ring nodes in the node list of `_slot_nodes`."""
+    """Return, for each corner of a triangle, the positions of the nodes around it in the node list of `_slot_nodes`. valences:
+    numbers of neighbours of the corners.
+    """
     first = [3, valences[0], valences[0] + valences[1] - 3]
     rings_of: list[list[int]] = []
     for c in range(3):
@@ -97,9 +108,10 @@ def _slots(valences: list[int]) -> list[list[int]]:
 
 
 def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
-    """Return the values and derivatives of the m shape functions of a triangle, shape (q, COUNT, m).
+    """Return the values and derivatives of the m shape functions of a triangle at barycentric coordinates `shares`, shape (q,
+    3), as an array of shape (q, COUNT, m).
 
-    valences: numbers of neighbours of its corners.
+    valences: numbers of neighbours of its corners, shape (3,).
     """
     slots = _slots(valences.tolist())
     ring = np.zeros((3, max(patch.REGULAR, int(valences.max())), m))

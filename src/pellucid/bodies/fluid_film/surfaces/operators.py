@@ -1,9 +1,9 @@
-"""Operators of a film: rows that map nodal velocities to strain rate, change of curvature and slope at its quadrature
+"""Operators of a film: coefficients that map nodal velocities to strain rate, change of curvature and slope at its quadrature
 points.
 
-A row contains the factors of the velocity components of the nodes of an element, node by node, so that `row · v` is the rate.
-The virtual power uses the same rows, and the dissipation their squares. The operator is therefore symmetric, and rigid motions
-have no strain rate, to round-off.
+A row contains the coefficients of the velocity components of the nodes of an element, node by node, so that `row · v` is the
+rate. The virtual power uses the same rows, and the dissipation their squares. The operator is therefore symmetric, and rigid
+motions have no strain rate, to round-off.
 """
 
 from typing import NamedTuple
@@ -25,12 +25,16 @@ class Operators(NamedTuple):
     bending: np.ndarray  # (e, q, m, d) rate of change of J at a material point [1/m²]
 
     def dilatation(self) -> np.ndarray:
-        """Return the rows that map nodal velocities to the relative rate of change of area, tr D [1/m], shape (e, q, m, d)."""
+        """Return the coefficients that map nodal velocities to the relative rate of change of area, tr D [1/m], shape (e, q,
+        m, d).
+        """
         first = self.strain[:, :, 0]
         return first if self.strain.shape[2] == 1 else first + self.strain[:, :, 1]
 
     def volume_rate(self) -> np.ndarray:
-        """Return the rows that map nodal velocities to the rate of change of the enclosed volume [m²], shape (e, q, m, d)."""
+        """Return the coefficients that map nodal velocities to the rate of change of the enclosed volume [m²], shape (e, q, m,
+        d).
+        """
         return np.asarray(self.area[..., None, None] * self.normal[:, :, None, :] * self.value)
 
     def volume(self) -> float:

@@ -2,9 +2,9 @@
 
 The stencils of nearest nodes change from triangle to triangle, and a single interpolant would jump. The interpolants of the
 three corners are therefore blended: N_I = Σ_a b_a N_I^(a), with the barycentric coordinates b_a, over a parameter triangle
-whose edges are curved like the surface; with flat edges the areas would be only as accurate as the areas of the triangles.
-The surface passes through its nodes. The functions do not change while the nodes move, as in the mesh of an isoparametric
-element: rigid motions are in the kernel of all rows. They are recomputed when nodes have moved far relative to each other.
+whose edges are curved like the surface; with flat edges the areas would be only as accurate as the areas of the triangles. The
+surface passes through its nodes. The functions do not change while the nodes move, as in the mesh of an isoparametric element:
+a rigid motion has no strain rate. They are recomputed when nodes have moved far relative to each other.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ class RadialSurface(TriangleSurface):
         self._fit(np.array(x, dtype=float))
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Return the nodal values: the surface interpolates them."""
+        """Return x, the nodal values of a field: the surface passes through its nodes."""
         return np.array(x)
 
     def through(self, places: np.ndarray) -> np.ndarray:
@@ -87,13 +87,18 @@ class RadialSurface(TriangleSurface):
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
         """Return the blended shape functions and their derivatives in triangles (k,) at barycentric coordinates (q, 3) or (k,
-        q, 3)."""
+        q, 3). derivatives: highest order of the derivatives.
+        """
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 
 
 def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> None:
-    """Raise RunStopped if the surface in a stencil is bent by more than a right angle."""
+    """Raise RunStopped if the surface in a stencil is bent by more than a right angle.
+
+    x: nodal positions [m], shape (n, 3); normal: unit normals at the nodes, shape (n, 3); around: nodes of each stencil, (n,
+    m).
+    """
     alike = np.einsum("nmi,ni->nm", normal[around], normal).min(axis=1)
     worst = int(alike.argmin())
     if alike[worst] <= 0.0:
@@ -105,7 +110,7 @@ def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> 
 
 def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the distinct nodes of each element, shape (e, m), and the positions among them of the nodes of its three stencils
-    (e, 3, s).
+    (e, 3, s). nodes: nodes of the stencils, shape (e, 3, s).
 
     If an element has fewer than m nodes, the last one is repeated; its functions are stored at its first position.
     """

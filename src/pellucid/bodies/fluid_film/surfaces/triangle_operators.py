@@ -32,7 +32,7 @@ class SurfaceTables(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """The arrays of `Operators` that the kernel computes."""
+    """The arrays of `Operators` that the kernel `_fill` computes."""
 
     area: np.ndarray
     position: np.ndarray
@@ -105,8 +105,9 @@ def _fill(chunk, x, nodes, tables, filled):
 
 
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
-    """Return the operators for nodes at x [m], shape (n, 3). nodes: nodes of each triangle, shape (e, m); tables: their
-    functions."""
+    """Return geometry and strain operators of a surface with nodes at x [m], shape (n, 3). nodes: nodes of each triangle,
+    shape (e, m); tables: their shape functions.
+    """
     e, m = nodes.shape
     q = len(tables.weight)
     filled = Filled(

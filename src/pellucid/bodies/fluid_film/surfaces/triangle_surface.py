@@ -20,7 +20,9 @@ from pellucid.geometry.meshes.triangulation import vertex_normals
 
 
 class TriangleRule(NamedTuple):
-    """Points on a triangle as barycentric coordinates, shape (q, 3), and weights with the sum 1, shape (q,)."""
+    """Quadrature rule on a triangle: points as barycentric coordinates, shape (q, 3), and weights with the sum 1, shape
+    (q,).
+    """
 
     shares: np.ndarray
     weights: np.ndarray
@@ -31,10 +33,10 @@ SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
 
 
 class TriangleSurface(ABC):
-    """A closed surface of triangles (e, 3) between n nodes, counterclockwise seen from outside.
+    """A closed surface of triangles (e, 3) between n nodes, counterclockwise seen from outside, with a quadrature rule.
 
-    The parts of the film with a mass of their own are the cells of the nodes: the barycentric coordinates distribute each
-    quadrature point among the corners.
+    The parts of the film with a mass of their own are the cells (areas) around the nodes: the barycentric coordinates
+    distribute the area of each quadrature point among the corners.
     """
 
     axes: tuple[int, ...] = (0, 1, 2)
@@ -49,7 +51,9 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Interpolate a field with nodal values x, shape (n, k), to the points of the surface at its nodes, shape (n, k)."""
+        """Interpolate a field with nodal values x, shape (n, k), to the points of the surface that belong to its nodes, shape
+        (n, k). For positions x [m] these are the points through which the surface passes.
+        """
 
     @abstractmethod
     def through(self, places: np.ndarray) -> np.ndarray:
@@ -58,23 +62,26 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Return points of the surface with nodes at x, in triangles (k,) at barycentric coordinates (k, 3), shape (k, 3)
-        [m]."""
+        """Return points of the surface [m], shape (k, 3), with nodes at x [m], shape (n, 3), in triangles (k,) at barycentric
+        coordinates `share`, shape (k, 3).
+        """
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the operators of the surface for nodes at x [m], shape (n, 3)."""
+        """Return the geometry of the film at its quadrature points and the operators that map nodal velocities to strain rate,
+        slope and change of curvature (see `Operators`), for nodes at x [m], shape (n, 3).
+        """
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Return the outward unit normals of the surface at its nodes, shape (n, 3)."""
+        """Return the outward unit normals of the surface at its nodes, shape (n, 3), with nodes at x [m], shape (n, 3)."""
         return vertex_normals(self.places(x), self.rings.triangles)
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,), with nodes at x [m], shape (n, 3)."""
         return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
 
     def cells(self) -> Cells:
-        """Return the triangles of the surface."""
+        """Return the triangles of the surface, which the results contain as cells."""
         return Cells(triangles=self.rings.triangles)
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
@@ -89,8 +96,9 @@ class TriangleSurface(ABC):
         return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
-        """Return nodes of the same surface after a number of sweeps that move them along it towards the centroids of their
-        triangles."""
+        """Return the nodes [m], shape (n, 3), after a number of sweeps that move them along the surface towards the centroids
+        of the triangles around them. x: nodes before [m], shape (n, 3).
+        """
         for _ in range(sweeps):
             places = self.places(x)
             x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
@@ -103,11 +111,11 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that the functions depend on besides the nodes, for checkpoints."""
+        """Return the arrays for checkpoints on which the shape functions depend, in addition to the nodal positions."""
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore the shape functions from the arrays of a checkpoint (see `state_arrays`)."""
 
     def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
         return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))

@@ -1,1 +1,1 @@
-"""The contact surface of a meshless solid."""
+"""The contact surface (skin) of a meshless solid: its points, and the response of the body to contact."""

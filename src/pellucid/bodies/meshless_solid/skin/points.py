@@ -15,7 +15,7 @@ SMALLEST = 1e-12  # smallest weight that is kept: functions of nodes off a face 
 
 
 class SkinPoints(NamedTuple):
-    """m contact points of the surface: its nodes and, on faces longer than the limit, points of a lattice.
+    """m contact points on the surface of a solid: its nodes and, on faces longer than a limit, points of a lattice.
 
     The mass of a point is its effective mass in contact, a share of the masses of the nodes that move it. For each node a, Σ_k
     S_ka m_k ≤ m_a, so that contact adds no energy.
@@ -33,7 +33,8 @@ def skin_points(
 ) -> SkinPoints:
     """Return contact points at most `longest` [m] apart on the outer faces of a mesh with nodal masses [kg], shape (n,).
 
-    closed: masks, shape (n,), of sets of nodes that stay on a wall; faces with all nodes in one set have no contact.
+    evaluator: shape functions at any point; closed: masks, shape (n,), of sets of nodes that stay on a wall; faces with all
+    nodes in one set have no contact.
     """
     faces = outer_faces(mesh.cells)
     behind = [on_wall[faces].all(axis=1) for on_wall in closed]
@@ -91,8 +92,12 @@ def _lattice(n: int) -> tuple[list[tuple[np.ndarray, float]], np.ndarray]:
 
 
 def _least_depth(values: sparse.csr_array, share: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return the effective mass per area of each point [kg/m²]: the smallest value of m_a / Σ_k S_ka A_k among the nodes a
-    that move it, with the nodal masses m_a, the weights S_ka of the nodes in points k, and the point areas A_k."""
+    """Return the effective mass per area of each contact point [kg/m²], shape (m,): the smallest value of m_a / Σ_k S_ka A_k
+    among the nodes a that move it.
+
+    values: weights S_ka of the n nodes in the m points, shape (m, n); share: areas A_k of the points [m²]; mass: nodal masses
+    m_a [kg], shape (n,).
+    """
     of_node = values.T @ share
     depth = np.where(of_node > 0.0, mass / np.where(of_node > 0.0, of_node, 1.0), np.inf)
     return np.minimum.reduceat(depth[values.indices], values.indptr[:-1])

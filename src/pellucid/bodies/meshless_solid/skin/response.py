@@ -1,4 +1,4 @@
-"""Response of the surface of a solid to velocity increments of the grid nodes in contact.
+"""Response of the surface of a solid to velocity increments from contact at grid nodes.
 
 Increments Δv_I of grid nodes I are mapped to the points k of the surface and to the nodes a of the body; the resulting
 velocities of the points are mapped back to the nodes of the grid (symbols as in `skin`, with the grid functions N_I and masses
@@ -22,9 +22,14 @@ from pellucid.jit import kernel
 
 @kernel()
 def _list_weights(mapped, slot, near, listed, first, column, weight):
-    """List the surface points whose grid functions are not zero at the grid nodes numbered in `slot`: point numbers into
-    `listed`, starts of their entries into `first`, and numbers of the nodes and weights into `column` and `weight`. Returns the
-    number of points."""
+    """List the surface points whose grid functions are not zero at some grid nodes, as a sparse matrix: point numbers into
+    `listed`, starts of their entries into `first`, and numbers of the grid nodes and weights into `column` and `weight`.
+    Returns the number of points.
+
+    mapped: data of the surface points for transfers to the grid; slot: number of each of these grid nodes in the result,
+    negative for other nodes; near: 0 for first nodes of stencils (the nodes with non-zero functions at a point) that contain
+    none of these nodes.
+    """
     functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
     n = entries = 0
     for p in range(len(x)):
@@ -47,7 +52,7 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 
 
 class SkinResponse:
-    """Computes the velocity changes of a meshless body due to contact impulses at grid nodes.
+    """Computes the velocity changes of grid nodes that follow from contact impulses on a meshless body (see the module).
 
     surface: coupling of the surface points to the grid; mass: masses of the surface points [kg], shape (m,); values: shape
     functions S_ka of the n nodes at the surface points, shape (m, n); inertia: masses of the nodes [kg], shape (n,);
@@ -69,7 +74,9 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Prepare the response for the grid nodes `at` in contact, shape (k,); called after their momentum was advanced."""
+        """Compute the matrix K of the module for the grid nodes `at` in contact, shape (k,); called in each step after the
+        momentum of the grid nodes was advanced.
+        """
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)
         self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))
@@ -90,8 +97,9 @@ class SkinResponse:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Set the velocities of the grid nodes in contact from the response of the body to all velocity increments of this
-        step."""
+        """Set the velocities of the grid nodes in contact to the response of the body to all velocity increments from contact
+        in this step.
+        """
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

@@ -31,10 +31,10 @@ from pellucid.state import of_owner, with_owner
 
 
 class Skin(WarnsOfContact):
-    """The surface of a body on the grid for contact with other bodies.
+    """The contact surface of a meshless solid on the grid.
 
-    coupling: transfers of the nodal coefficients; arrays: arrays of the body, including masses; volume: nodal volumes,
-    shape (n,) [m³]; at_nodes: values of the shape functions at the nodes, shape (n, n).
+    coupling: transfers of the nodal coefficients; arrays: arrays of the body, including masses; volume: nodal volumes, shape
+    (n,) [m³]; at_nodes: values of the shape functions at the nodes, shape (n, n); points: contact points.
     """
 
     is_surface = False
@@ -70,10 +70,10 @@ class Skin(WarnsOfContact):
         self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, motion: NodalMotion, hard: bool) -> PointsOfFaces:
-        """Build the contact surface of the body.
+        """Build the contact surface between bodies, whose forces act at points of the outer faces.
 
-        Its forces are added to `loads` on the nodes [N], shape (n, 3). motion: motion of the nodes under these loads; hard:
-        True if all nodes are prescribed.
+        grid: the grid; loads: forces on the nodes [N], shape (n, 3), to which the contact forces are added; motion: motion of
+        the nodes under these loads; hard: True if all nodes are prescribed.
         """
 
         def take(force: np.ndarray) -> None:
@@ -89,13 +89,15 @@ class Skin(WarnsOfContact):
         return surface
 
     def _follow(self) -> None:
-        """Move the points with the material: the functions reproduce positions, Σ_a S_ka X_a = X_k."""
+        """Update positions and velocities of the surface points from the nodes. The functions reproduce positions, Σ_a S_ka
+        X_a = X_k.
+        """
         self._x[:], self._v[:] = self._values @ self._position, self._values @ self._velocity
         if self._field.touches_on_nodes:
             self._everywhere[:] = self._all @ self._position
 
     def begin(self) -> None:
-        """Sort the points by grid cell again if some have left their slab (layer) of cells."""
+        """Prepare a step: sort the surface points by grid cell again if some have left their slab (layer of cells)."""
         if self._field.touches_on_nodes:
             self.surface.sort_if_needed()
             self.whole.sort_if_needed()
@@ -142,25 +144,27 @@ class Skin(WarnsOfContact):
 
     @property
     def n_points(self) -> int:
-        """Number of points of the whole body."""
+        """Number of points that contact detection uses: all nodes of the body and the points on its faces."""
         return len(self._everywhere)
 
     @property
     def mapped(self) -> Bundle:
-        """Data of the points of the whole body for kernels."""
+        """Data of these points (see `n_points`) for transfers to the grid, for kernels."""
         return self.whole.mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs (layers of cells) by which the points of the whole body are sorted."""
+        """Number of slabs (layers of cells) by which these points (see `n_points`) are sorted."""
         return self.whole.n_slabs
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return 0: points lie on the surface."""
+        """Return zeros: contact begins at the points, which lie on the surface."""
         return 0.0, 0.0, 0.0
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Warn if outer faces in contact at these grid nodes are larger than the grid cells; None if not."""
+        """Return a warning if outer faces in contact at the grid nodes `nodes` are larger than the grid cells; None
+        otherwise.
+        """
         what, effect = (
             f"body {self.name} touches another, its outer face",
             "other bodies penetrate this face; refine the mesh near it",
@@ -170,7 +174,7 @@ class Skin(WarnsOfContact):
     # step and checkpoint
 
     def update(self) -> None:
-        """Move the surface points with the nodes of the body."""
+        """Move the surface points with the nodes of the body, at the end of a step."""
         self._follow()
         if self._field.touches_on_nodes:
             for coupling in (self.surface, self.whole):
