@@ -42,7 +42,8 @@ class Absorbing(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Set damping rates at the nodes; the momentum equation reads them, so no action is needed in a step."""
+        """Add the damping rates of the conditions to the nodes of the bodies' velocity fields. The nodal momentum update
+        reads these rates, so the returned sequence of conditions that act in each step is empty."""
         for absorbing in conditions:
             member = assembly.bodies[absorbing.body]
             speeds = member.model.wave_speeds()
@@ -54,7 +55,8 @@ class Absorbing(Condition):
         return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report bodies without waves at a face, and faces that are constrained or listed twice."""
+        """Yield findings about bodies that carry no waves to a face, and about faces that a support constrains or that are
+        listed twice (arguments as in `Part.problems`)."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
@@ -74,11 +76,13 @@ class Absorbing(Condition):
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:
-    """Return the damping rates of nodes at absorbing faces: momentum lost per time and momentum [1/s], shape (nodes, 3).
+    """Return the damping rates of the grid nodes at absorbing faces along x, y and z [1/s], shape (nodes, 3): the momentum
+    that a node loses per time, divided by its momentum.
 
-    faces: name of each face, with the speeds of pressure and shear waves there [m/s]. Only nodes on a face have shape
-    functions N that are nonzero on the face. With the part A of the face and the wave speed c, such a node has the mass m =
-    ρ A ∫N dx, integrated along the normal. It loses the momentum ρ c A v per time, i.e. m v c/∫N dx.
+    functions: shape functions of the grid along each axis; faces: name of each face, with the speeds of pressure and shear
+    waves there [m/s]. Only nodes on a face have shape functions N that are nonzero on the face. With the part A of the
+    face and the wave speed c, such a node has the mass m = ρ A ∫N dx, integrated along the normal. It loses the momentum ρ
+    c A v per time, i.e. m v c/∫N dx.
     """
     from pellucid.grid.momentum import ExternalAction  # numba is heavy
 
@@ -99,8 +103,8 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
 
 
 def _integral(function: GridFunction, n: int) -> float:
-    """Return the integral of the shape function of a node on a face along the normal of the face, in cells; n: number of
-    cells along this axis."""
+    """Return the integral of the shape function of a node on a face, along the normal of the face, in units of the cell size.
+    function: shape functions along the normal axis; n: number of cells along this axis."""
     reach = min(function.stencil, n)
     total = 0.0
     for sample in range(SAMPLES):

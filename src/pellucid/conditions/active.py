@@ -1,4 +1,5 @@
-"""All conditions of a case during a run: nodal forces, step limits, entering points, works and states for checkpoints."""
+"""All conditions of a case during a run: forces on nodes, step limits, points that enter the grid, work of the conditions,
+and their states for checkpoints."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
@@ -28,8 +29,8 @@ class BodiesAndConditions(Protocol):
 
 
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
-    """Return the layout of the array of works of a step: one column for each channel of a case's conditions and for each of
-    the other channels; touching: see `WorkLayout`."""
+    """Return the layout of the array that collects the work of each step: one column for each channel (entry of the energy
+    balance) of a case's conditions and for each of the `others`; touching: see `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
@@ -40,8 +41,8 @@ class ActiveConditions:
     """All conditions of a case during a run, built for its bodies.
 
     bodies: each body by name, with its velocity field (None without a grid); fields: all velocity fields; layout: columns
-    of the array of works. Attribute `actions`: for each velocity field the object through which conditions act on its
-    nodes.
+    of the array that collects the work of a step. Attribute `actions`: for each velocity field the object through which
+    conditions act on its nodes.
     """
 
     def __init__(
@@ -69,8 +70,8 @@ class ActiveConditions:
         """True if any condition applies impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Clear the external actions on the nodes, and let each condition set its actions for the step that begins at
-        `time` [s]."""
+        """Clear the external forces on the nodes, and let each condition set its forces or prescribed velocities for the step
+        that begins at `time` [s]; dt: see `ActiveCondition.begin`."""
         for actions in self.actions:
             actions.field.clear_external()
         for condition in self._active:
@@ -87,31 +88,33 @@ class ActiveConditions:
             condition.end(dt)
 
     def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
-        """Let each condition add points to bodies after the step (inflow); yield mass, momentum and energy of the new
-        points."""
+        """Let each condition insert points into bodies after step number `n_steps`, which ended at `time` [s] (inflow); yield
+        number, mass, momentum and energy of the new points."""
         for condition in self._active:
             yield from condition.enter(n_steps, time)
 
     def impulses(self) -> dict[str, np.ndarray]:
         """Return the impulses over the step that only the conditions record [N s], shape (3,), by the name under which
-        probes read them; nodes and bodies include these impulses in their sums, without names."""
+        probes (requested histories of a quantity) read them; impulses of other conditions are part of the sums of nodes
+        and bodies."""
         return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
 
     def step_limit(self) -> StepLimit:
-        """Return the smallest limit of the time step that a condition sets."""
+        """Return the smallest limit of the time step that a condition sets, with its reason; `NO_LIMIT` if there is none."""
         return tightest(condition.step_limit() for condition in self._active)
 
     def warnings(self) -> list[str | None]:
-        """Return the warnings of the conditions after the step."""
+        """Return for each condition its warning about the last step, or None."""
         return [condition.warning() for condition in self._active]
 
     def at_stake(self) -> float:
-        """Return the energy that the conditions store at the start and could release [J]; it is part of the reference of
-        the energy error."""
+        """Return the energy that the conditions store at the start and could release [J]; the energy error of a run is
+        relative to a reference energy that includes it."""
         return sum(condition.at_stake() for condition in self._active)
 
     def columns(self) -> dict[str, float]:
-        """Return the values that conditions write to the history, by the name of the column."""
+        """Return the values that conditions write to the history (a table with one row per output time) in SI units, by the
+        name of the column."""
         return {name: value for condition in self._active for name, value in condition.columns().items()}
 
     def state_numbers(self) -> list[dict[str, Any]]:
@@ -119,11 +122,12 @@ class ActiveConditions:
         return [dict(condition.state_numbers()) for condition in self._active]
 
     def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
-        """Restore the states of the conditions from a checkpoint."""
+        """Restore the states of the conditions from a checkpoint; numbers: as `state_numbers` returns them."""
         for condition, own in zip(self._active, numbers, strict=True):
             condition.restore(own)
 
     def works(self) -> list[StepWork]:
-        """Return work and impulses of the conditions over the step, except those that nodes and bodies record themselves."""
+        """Return work and impulses over the step of each condition, without conditions whose work the nodes or bodies record
+        themselves."""
         works = (condition.work() for condition in self._active)
         return [work for work in works if work is not None]

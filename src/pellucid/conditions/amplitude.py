@@ -30,7 +30,7 @@ class Amplitude(Model):
 
     @cached_property
     def _rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times [s] and fractions, as tuples, since arrays prevent the comparison of models."""
+        """Times [s] and fractions of the load at these times, as tuples, since models with arrays cannot be compared."""
         if self.path is not None:
             times, shares = read_rows(self.path, "share of the load").T.tolist()
             return tuple(times), tuple(shares)
@@ -68,11 +68,13 @@ class ChangesInTime(Model):
             raise ValueError("`rise` and `amplitude` cannot be combined; remove one")
 
     def _change(self) -> tuple[float, Amplitude | None]:
-        """Return the rise time [s] and the amplitude. Keys that the kind of load redefines are ignored."""
+        """Return the rise time [s] and the amplitude (None if not given). A key that a kind of load redefines
+        (`declared_anew`) counts as not given."""
         own = self.declared_anew
         return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
 
     def share(self, time: float) -> float:
-        """Return the fraction of the load that acts at a time [s]."""
+        """Return the fraction of the load that acts at a time [s], as defined by `rise` or `amplitude`; 1 if neither is
+        given."""
         rise, amplitude = self._change()
         return risen(time, rise) if amplitude is None else amplitude.at(time)

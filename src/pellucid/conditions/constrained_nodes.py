@@ -1,4 +1,4 @@
-"""Constraint of nodes by supports, for nodes of the grid and for nodes of bodies."""
+"""Constraint of velocities at nodes by supports, for nodes of the grid and for nodes of bodies with their own nodes."""
 
 from collections.abc import Collection, Sequence
 from math import inf
@@ -29,7 +29,10 @@ REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
 class Released(ActiveCondition):
-    """Releases nodes of grids and bodies when their supports end."""
+    """Releases nodes of grids and bodies when their supports end.
+
+    supports: each on at most one face; actions: actions on the nodes of each grid; bodies: bodies with their own nodes.
+    """
 
     def __init__(
         self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
@@ -38,8 +41,8 @@ class Released(ActiveCondition):
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
-        """Release the nodes of supports whose end time has passed. Nodes stay constrained while the load time does not
-        advance, e.g. during settling."""
+        """Release the nodes of supports whose end time is before `time` [s]. At the end time itself they stay constrained
+        while dt, the increment of the load time, is 0, e.g. during settling."""
         untils = [(number, support.until) for number, support in enumerate(self._supports)]
         gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:
@@ -50,7 +53,9 @@ class Released(ActiveCondition):
                 body.let_go(gone)
 
     def _constrain_again(self, grid: Grid, held: np.ndarray) -> None:
-        """Mark the nodes of a grid for the remaining supports; nodes that an opening wall has released stay free."""
+        """Mark the constrained directions of the nodes of a grid by the supports that have not ended; nodes that an opening
+        wall has released stay free. held: for each node and axis the number of the wall that holds it, shape (nodes, 3),
+        updated here."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
         held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
@@ -58,8 +63,9 @@ class Released(ActiveCondition):
 
 
 def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
-    """Constrain the nodes of all grids and of bodies with their own nodes, face by face. Returns the conditions that
-    release them in a run. Raises CaseError for a support without nodes."""
+    """Constrain the nodes of all grids and of bodies with their own nodes; a support that lists several faces counts as one
+    support for each face. Returns the conditions that act in a run: release of supports that end, no-slip walls and
+    opening walls. Raises CaseError for a support without nodes."""
     numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
     supports = [one for support in supports for one in support.on_each_face()]
     own: dict[NodalBody, list[NodalSupport]] = {}
@@ -85,8 +91,8 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
 
 
 def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid: GridCase) -> np.ndarray:
-    """Return for each point the number, counted from 1, of the support at rest that holds it in all directions within its
-    region, 0 if there is none, shape (n,), in the order of the point numbers."""
+    """Return for each point of a body the number, counted from 1, of the support at rest whose region contains the point and
+    which constrains all directions; 0 if there is none. Shape (n,), in the order of the point numbers."""
     of, rows = member.selectable(), np.zeros(member.body.n_points, np.int64)
     stored = rows.copy()
     for row, support in enumerate(supports):
@@ -99,7 +105,8 @@ def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid
 
 
 def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
-    """Return the opening walls of each velocity field that contains points."""
+    """Return, for each velocity field that contains points, the condition of its opening walls (walls that hold a body only
+    against motion into them)."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
     for actions in assembly.actions if faces else []:
@@ -144,8 +151,8 @@ def constrain_nodes(
 
 
 def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
-    """Return friction and opening data of the supports, and the nodes that walls with friction or opening walls hold;
-    constrained: number of the support that constrains each node along each axis."""
+    """Return friction and opening data of the supports, and which nodes are held by walls with friction or by opening walls;
+    constrained: 1 + index of the support that constrains each node along each axis, else 0, shape (nodes, 3)."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
     friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]
@@ -161,8 +168,8 @@ def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> Yieldin
 
 
 def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
-    """Return a support for a body with its own nodes. A face of the grid that is constrained along its normal acts as a
-    wall.
+    """Return a support as it acts on a body with its own nodes; number: index of the support in the case, for messages. A
+    face of the grid that is constrained along its normal acts as a wall.
 
     The support holds the nodes that are on the face at the start, unless it is an opening wall. Raises CaseError if the
     support names this body and a region without nodes of the body.
@@ -181,7 +188,8 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
 
 def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
-    """Return a support on at most one face as a `NodalSupport`; nodes: mask of the constrained nodes, shape (n,)."""
+    """Return a support that acts on at most one face as a `NodalSupport`; nodes: mask of the nodes that it constrains, shape
+    (n,)."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
     until = inf if support.until is None else support.until

@@ -28,11 +28,12 @@ class Contact(Sliding):
 
     @property
     def is_of_one_body(self) -> bool:
-        """True for contact of a body with itself."""
+        """True for self-contact, i.e. contact of a body with itself."""
         return len(self.between) == 1
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown bodies, bodies in one velocity field, bodies without self-contact, and repeated contacts or names."""
+        """Yield findings about unknown bodies, bodies that share one velocity field, bodies without self-contact, and
+        repeated contacts or names (arguments as in `Part.problems`)."""
         yield from parts.no_grid((*path, "between"), "contact needs a grid")
         for name in self.between:
             yield from parts.unknown(BodyModel, (*path, "between"), name)
@@ -51,7 +52,7 @@ class Contact(Sliding):
         yield from super().problems(path, parts)
 
     def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a contact of a body with itself if it cannot be computed for this body."""
+        """Yield a finding if self-contact cannot be computed for the body (arguments as in `Part.problems`)."""
         body = parts.named(BodyModel, self.between[0])
         if body is None:
             return
@@ -67,6 +68,6 @@ class Contact(Sliding):
             yield Finding((*path, "name"), text, "remove `name`")
 
     def _fields(self, parts: Parts) -> set[str] | None:
-        """Return the names of the velocity fields of the bodies, or None if a body is unknown."""
+        """Return the names of the velocity fields of the one or two bodies, or None if a body is unknown."""
         bodies = [parts.named(BodyModel, name) for name in self.between]
         return None if None in bodies else {body.field for body in bodies if body is not None}

@@ -27,8 +27,8 @@ class Damping(Condition):
         return [ActiveDamping(damping, assembly) for damping in conditions]
 
     def mean_rate(self, time: float, dt: float) -> float:
-        """Return the mean damping rate over a step dt [s] from `time` [s]; 0 if the load time does not advance, as in
-        settling."""
+        """Return the damping rate [1/s], averaged over a step dt [s] that begins at `time` [s]; 0 if dt is 0, as while bodies
+        settle."""
         if dt == 0.0:
             return 0.0
         return self.rate if self.until is None else self.rate * min(max((self.until - time) / dt, 0.0), 1.0)

@@ -1,8 +1,10 @@
-"""Driven points: material points with prescribed velocity and position, and their constraint of the nodes.
+"""Driven points: material points with prescribed velocity and position. They also constrain the grid nodes to which they
+contribute.
 
-The arguments of the kernels are the bundle of a body's `MappedPoints`, the bundle of a `DrivenPoints`, and the bundle of
-the `DrivenNodes` of `pellucid.grid.actions`. A *slab* is a set of points that one thread updates, in *blocks* of up to
-BLOCK points. A *group* is a sequence of points of a block with the same nodes and the same motion.
+The arguments of the kernels are: mapped, the bundle (arrays as the compiled code receives them) of a body's
+`MappedPoints`; drive, the bundle of a `DrivenPoints`; nodes, the bundle of the `DrivenNodes` of `pellucid.grid.actions`. A
+*slab* is a set of points that one thread updates, in *blocks* of up to BLOCK points. A *group* is a sequence of points of
+a block with the same nodes and the same motion.
 """
 
 from typing import Any, NamedTuple
@@ -41,7 +43,8 @@ class DrivenPoints(NamedTuple):
 
 @pointwise
 def _run_end(first_node, motion, q, n):
-    """Return the index after the last point of the group that starts at point q; n: number of points of the block."""
+    """Return the index after the last point of the group (see the module) that starts at point q of a block; first_node:
+    first node of each point; motion: number of the motion of each point; n: number of points of the block."""
     end, node, number = q + 1, first_node[q], motion[q]
     while end < n and first_node[end] == node and motion[end] == number:
         end += 1
@@ -50,11 +53,12 @@ def _run_end(first_node, motion, q, n):
 
 @pointwise
 def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares):
-    """Add the masses of the points q to `end` - 1, which form a group, to the shares of its nodes; return these nodes with
-    their weights (stencil).
+    """Distribute the masses of the points q to `end` - 1, which form a group, to its nodes: add them to `shares`, the mass of
+    the group at each node [kg]; return the nodes with their weights (stencil).
 
-    m: scratch array for the masses of the points; set to zero after the end of the group, so that whole vectors can be
-    read.
+    functions, found, first_node: shape functions of the grid and their values at the points of the block; index, mass:
+    storage indices and masses [kg] of the body's points; start: first point of the block; m: scratch array for the masses
+    of the points; set to zero after the end of the group, so that whole vectors can be read.
     """
     for r in range(q, end):
         m[uintp(r)] = mass[place_of(index, start + r)]
@@ -68,7 +72,8 @@ def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares
 
 @pointwise
 def _take_share(shares, number):
-    """Return the part of a group's mass that a node carries [kg], and reset it to zero."""
+    """Return the part of a group's mass that the node with index `number` in the stencil carries [kg], the sum over the
+    LANES entries of `shares` for this node, and reset these entries to zero."""
     share = total(load(shares, number * LANES))
     store(shares, number * LANES, splat(0.0))
     return share
@@ -83,8 +88,8 @@ class Prescribe(NamedTuple):
 
 
 class Run(NamedTuple):
-    """Group of points with the same nodes and the same motion: points `first` to `end` - 1 of a block, and the index of the
-    motion."""
+    """Group of points with the same nodes and the same motion: points `first` to `end` - 1 of a block, the index of the
+    motion, and the stencil."""
 
     first: int
     end: int
@@ -94,8 +99,9 @@ class Run(NamedTuple):
 
 @generic
 def at_run(task: Any, s: int, mapped: Any, drive: Any, nodes: Any, start: int, run: Any, m: Any, shares: Any) -> None:
-    """Apply a pass (`task`) to a group of points (`run`) of slab s. start: first point of the block of the group; m: masses
-    of the points [kg]; shares: part of the group's mass that each node carries."""
+    """Apply a pass (`task`: `Constrain` or `Prescribe`) to a group of points (`run`) of slab s. mapped, drive, nodes: see the
+    module; start: first point of the block of the group; m: masses of the points [kg]; shares: part of the group's mass
+    that each node carries [kg]."""
 
 
 @point_function(at_run, Constrain)
@@ -134,8 +140,9 @@ def _prescribe_velocities(task, s, mapped, drive, nodes, start, run, m, shares):
 
 @pointwise
 def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
-    """Return the impulse on the nodes of a group of points [N s]: the sum over the nodes of the impulse per unit mass times
-    the part of the group's mass that the node carries (`shares`). Sets the shares to zero."""
+    """Return the impulse on the nodes of a group of points along x, y and z [N s]: the sum over the nodes of `nodal_impulse`
+    (impulse per unit mass [m/s], shape (nodes, 3)) times the part of the group's mass that the node carries (`shares`
+    [kg]). Sets the shares to zero. about: stencil of the group; lattice: layout of the grid nodes."""
     x = y = z = 0.0
     number = 0
     for a in range(len(about.wx)):
@@ -178,14 +185,15 @@ def _constrain_nodes_of(n, mapped, drive, nodes):
 
 
 def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
-    """Add the mass and prescribed momentum of the driven points in n slabs to the nodes."""
+    """Add the mass and prescribed momentum of the driven points in n slabs to `nodes.mass` and `nodes.momentum`; arguments as
+    in the module."""
     joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), lambda: [nodes.mass, nodes.momentum])
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
-    """Set the prescribed velocities of the driven points in n slabs. Add work, lost energy and impulses to `drive.taken`,
-    including the impulses on nodes."""
+    """Set the prescribed velocities of the driven points in n slabs (arguments as in the module). Add the work of the
+    motions, the kinetic energy lost, and the impulses on points and nodes to `drive.taken`."""
     joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
@@ -201,7 +209,7 @@ def _prescribed(rule, mapped, p, dt):
 
 
 class To(NamedTuple):
-    """Rule for displacing points in a step (`pellucid.grid.passes.moving`): each point is moved to its target position."""
+    """Rule by which `pellucid.grid.passes.moving` displaces points in a step: each point is moved to its target position."""
 
     target: np.ndarray  # (n, 3) [m]
 

@@ -34,7 +34,8 @@ class Rotations(Model):
 
 
 def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
-    """Report problems of a motion that prescribes a rigid body or a rotation; others: the motions listed before it."""
+    """Yield findings about a motion that prescribes the motion of a rigid body or a rotation. body: model of the body of the
+    motion; path, parts: as in `Part.problems`; others: the motions listed before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
         text = f"body {body.name} is not rigid: its points can only follow displacements"
@@ -53,7 +54,8 @@ def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, o
 
 
 def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report rotations about axes about which bodies cannot rotate in plane or one-dimensional problems."""
+    """Yield a finding about rotations about `axes` (names of axes) that are impossible because the grid is one cell thick
+    along another axis; path: key for the finding; parts: all parts of the case."""
     thin = {axis for axis, counts in zip(AXES, parts.active_axes, strict=True) if not counts}
     if strange := sorted(axis for axis in axes if thin - {axis}):
         along = listed(sorted(thin))
@@ -63,7 +65,8 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
 
 
 def plane_way_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a motion with displacements along axes along which the grid is one cell thick."""
+    """Yield findings about prescribed displacements along axes along which the grid is one cell thick; path, parts: as in
+    `Part.problems`."""
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

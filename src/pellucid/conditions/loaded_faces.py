@@ -1,4 +1,5 @@
-"""Faces of a body on which tractions and pressures act, and the resulting forces on its nodes or points."""
+"""Faces of a body in a region, on which tractions and pressures act, and the resulting forces on nodes or points of the
+body."""
 
 from collections.abc import Iterator, Sequence
 
@@ -28,8 +29,9 @@ class LoadedFaces:
     def __init__(
         self, member: AssembledBody, where: Where, path: Path, by_centre: bool = False, each_step: bool = False
     ) -> None:
-        """by_centre: see `Region.faces`; each_step: select the faces in each step. Raises CaseError, with the path of the
-        region, if it contains no face at the start."""
+        """member: the body; where: region that selects the faces; path: path of the region in the case; by_centre: see
+        `Region.faces`; each_step: select the faces in each step. Raises CaseError, with the path, if the region contains
+        no face at the start."""
         self.body, start = member.body, member.selectable_by_number()
         refuse(faults(where, start, path, self.body.name, member.active_axes, True, by_centre))
         self._now = (where, start, member.active_axes) if each_step else None
@@ -40,8 +42,8 @@ class LoadedFaces:
         """True if faces are selected in each step and, in this step, the region contains no face."""
 
     def shares(self) -> FaceShares:
-        """Return the weights that distribute loads on the faces to nodes; they can be computed once all conditions have
-        been built."""
+        """Return the weights that distribute loads on the faces to nodes of the body; they are computed at the first call,
+        which must come after all conditions have been built."""
         if self._shares is None:
             body = self.body
             self._shares = body.face_shares(self.faces) if isinstance(body, HasMesh) else FaceShares.linear(self.faces)
@@ -65,8 +67,8 @@ class LoadedFaces:
         return self._stored(shares, -pressure * vector_areas(places, faces), failed_points(self.body))
 
     def _stored(self, shares: FaceShares, on_faces: np.ndarray, without: Sequence[int] | np.ndarray = ()) -> np.ndarray:
-        """Return the nodal forces [N] of the forces on the faces, shape (n, 3), in storage order; without: numbers of
-        points that get no force."""
+        """Return the nodal forces [N], shape (n, 3), in storage order, of forces on the faces (`on_faces` [N], shape (m, 3));
+        shares: weights that distribute them to nodes; without: numbers of points that get no force."""
         forces = shares.at_nodes(on_faces, self.body.n_points)
         if len(without):
             forces[without] = 0.0
@@ -74,8 +76,8 @@ class LoadedFaces:
 
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:
-    """Report the reason why loads cannot act on faces of a body in a region: the body has no persistent faces, or no faces
-    in the region."""
+    """Yield findings if loads cannot act on the faces of a body (`name`) in a region (`where`), since the body has no
+    persistent faces, or none in the region. path: path of the region in the case; by_centre: see `Region.faces`."""
     body = parts.named(BodyModel, name)
     if body is None:
         return
@@ -90,6 +92,7 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: 
 
 
 def in_plane_problem(path: Path, name: str) -> Finding:
-    """Return the finding that faces of a membrane in a plane problem cannot be selected."""
+    """Return the finding that faces of a membrane cannot be selected in a plane problem; path: key for the finding; name:
+    name of the body."""
     text = f"body {name} is a membrane in a plane problem: its faces extend through the slice and cannot be selected"
     return Finding(path, text, "use a grid that is more than one cell thick along every axis")

@@ -51,7 +51,7 @@ Inside = Callable[[np.ndarray], np.ndarray]
 
 
 class WallSurface(NamedTuple):
-    """Surface of a region, described by data at the nodes near it."""
+    """Surface of a region on which a fluid does not slip, described by data at the nodes near it."""
 
     node: np.ndarray  # (n,) numbers of the nodes, ascending
     held: np.ndarray  # (n,) mask of the nodes that the support holds
@@ -68,7 +68,7 @@ class WallSurface(NamedTuple):
 
 
 class NoSlipWall(ActiveCondition):
-    """No-slip wall of one support in one velocity field."""
+    """Active condition of the no-slip wall that one support makes in one velocity field (see the module)."""
 
     def __init__(
         self,
@@ -80,7 +80,9 @@ class NoSlipWall(ActiveCondition):
         faces: "Sequence[Support]",
         assembly: Assembly,
     ) -> None:
-        """row: index of the support in the list of supports in which each acts on at most one face; faces: this list."""
+        """actions: actions on the nodes of the velocity field; row: index of the support in `faces`, the list of supports in
+        which each acts on at most one face; region: region of the support; viscosity: of the fluid [Pa s]; rigid: rigid
+        bodies in the velocity field."""
         self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
         self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
         self._no_slip = NoSlip(grid)
@@ -96,13 +98,15 @@ class NoSlipWall(ActiveCondition):
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
-        """Release the nodes near the surface from the constraint by the support, except near rigid bodies."""
+        """Free the nodes near the surface, which the support constrains, for this step; nodes near rigid bodies stay
+        constrained."""
         wall, constrained = self._wall, self._field.grid.nodes.constrained
         self._acts[:] = ~self._near_rigid()
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
 
     def _near_rigid(self) -> np.ndarray:
-        """Return a mask of the nodes near the surface to which points of rigid bodies may contribute, shape (n,)."""
+        """Return a mask of the wall's nodes near which points of rigid bodies lie, so that these bodies may contribute to
+        them, shape (n,)."""
         grid, reached = self._field.grid, np.zeros(len(self._wall.node), bool)
         cell, thin = grid.lattice.cell, np.array(grid.thin)
         periods = np.array(grid.periods)
@@ -121,7 +125,8 @@ class NoSlipWall(ActiveCondition):
         return reached
 
     def act_on_nodes(self, dt: float) -> None:
-        """Apply the traction of the surface to the fluid, and stop the normal motion of the region's nodes."""
+        """Apply the impulse of the surface traction over the step dt [s] to the fluid, and give the nodes of the region the
+        wall's velocity along the normal."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
         window, at, surface = wall.window, wall.node, wall.surface
         of_window, old = (
@@ -149,8 +154,9 @@ class NoSlipWall(ActiveCondition):
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
-        """Return the impulses on the nodes, after part of the impulses on nodes with little mass, whose volume points fill
-        only partially, has been transferred to neighbouring nodes."""
+        """Return the impulses on the nodes [N s], shape (n, 3), after part of them has been moved from nodes whose volume
+        the points fill only partially to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes [kg],
+        shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -159,8 +165,8 @@ class NoSlipWall(ActiveCondition):
         return np.asarray(impulse - rest + weights.T @ (rest / np.maximum(total, MASS_EPS)[:, None]))
 
     def work(self) -> StepWork:
-        """Return the reaction of the wall and its work; its impulse is subtracted from the external impulses of the
-        velocity field."""
+        """Return the reaction of the wall and its work; the impulse is counted as a reaction of the support instead of an
+        external impulse of the velocity field."""
         done = self._layout.no_work()
         done.reactions[self._row] += self._impulse
         done.impulse[:] -= self._impulse
@@ -169,7 +175,8 @@ class NoSlipWall(ActiveCondition):
 
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
-    """Return the no-slip walls of supports, each on at most one face, in all velocity fields with suitable fluids."""
+    """Return the active no-slip walls in all velocity fields with suitable fluids (see the module); supports: each acts on
+    at most one face."""
     walls = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
@@ -194,7 +201,8 @@ def _shape_of(support: "Support") -> Shape | None:
 
 
 def _viscosity_of(member: AssembledBody) -> float:
-    """Return the explicit viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies."""
+    """Return the viscosity [Pa s] of a fluid of material points with APIC, if it is not solved implicitly; 0 for other
+    bodies."""
     viscosity = float(getattr(getattr(member.model, "material", None), "viscosity", 0.0))
     is_fluid = member.model.kind == "material-points" and getattr(member.model.material, "kind", "") == "fluid"
     apic = isinstance(getattr(member.body, "transfer", None), Apic)
@@ -202,7 +210,8 @@ def _viscosity_of(member: AssembledBody) -> float:
 
 
 def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
-    """Return the surface of a region, with the nodes near it that are free or that the support with index `row` constrains."""
+    """Return the surface of a region, described at the nodes near it that are free or that the support with index `row`
+    constrains. no_slip: computes surfaces on the grid; actions, faces: as in `NoSlipWall.__init__`."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
     x, y, z = grid.thin
@@ -269,8 +278,9 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
 
 
 def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions mirrored into the domain at planes of symmetry, and factors of -1 along the axes of these planes and
-    1 along others, both of shape (n, 3)."""
+    """Return positions mirrored into the domain at planes of symmetry [m], and the factors of the velocity components there:
+    -1 along the normals of these planes, else 1; both of shape (n, 3). lower, upper: corners of the domain [m]; mirrors:
+    mask of the faces that are planes of symmetry, shape (3, 2), by axis and end."""
     place, signs = place.copy(), np.ones(place.shape)
     for axis, end in np.argwhere(mirrors):
         face = (lower, upper)[end][axis]
@@ -280,8 +290,8 @@ def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: 
 
 
 def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
-    """Return the weights of the neighbours of each node, within one cell along the axes and without the node itself;
-    sparse matrix of shape (n, n)."""
+    """Return a sparse matrix of shape (n, n): in each row the weights of the neighbours of a node, at most one cell away
+    along each active axis, without the node itself. node: sorted node numbers, shape (n,)."""
     rows, columns, weights = [], [], []
     for steps in np.ndindex(*np.where(active, 3, 1)):
         by = np.where(active, np.array(steps) - 1, 0)
@@ -303,7 +313,9 @@ def _find_shares(
     """Return, for a node at each position, the fraction of its volume that a region fills, shape (n,), and the gradient of
     this fraction, shape (n, 3) [1/cell].
 
-    half: half of the width of the shape functions in cells.
+    no_slip: provides the shape functions; contains: function that returns which positions lie in the region; place:
+    positions [m], shape (n, 3); cell: cell size [m]; half: half of the width of the shape functions in cells; active:
+    axes along which the grid is more than one cell thick.
     """
     axes = np.flatnonzero(active)
     offsets = (np.arange(-half * SAMPLES, half * SAMPLES) + 0.5) / SAMPLES
@@ -326,8 +338,9 @@ def _find_shares(
 
 
 def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signed distances of positions from the surface of a region along given normals [m], and a mask of the
-    positions that have a surface within the distance `most` [m]."""
+    """Return the signed distances of positions from the surface of a region along given unit normals [m], positive outside,
+    and a mask of the positions that have a surface within the distance `most` [m]. contains: function that returns which
+    positions lie in the region."""
     inside = contains(place)
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class NormalMotions(ActiveCondition):
-    """Prescribed normal motions of one film. The film counts their work and impulses."""
+    """Prescribed displacements of nodes of one fluid film along its normal. The film counts their work and impulses."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
         self._functions = [motion.along_normal() for motion in motions]
@@ -27,5 +27,6 @@ class NormalMotions(ActiveCondition):
         self._body.add_normal_motions([motion.name for motion in motions], numbers)
 
     def begin(self, time: float, dt: float) -> None:
-        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements."""
+        """Set the mean normal velocities over a step dt [s] from `time` [s], so that the nodes end exactly at the prescribed
+        displacements."""
         self._body.set_normal_velocities(np.array([(of(time + dt) - of(time)) / dt for of in self._functions]))

@@ -1,4 +1,4 @@
-"""Gaps between bodies and opening walls: a wall acts only on bodies that have reached it."""
+"""Gaps between bodies and opening walls (walls that bodies can leave): such a wall acts only on bodies that have reached it."""
 
 from collections.abc import Iterable
 
@@ -20,10 +20,11 @@ NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
 
 @parallel_loop_by_colour(gives="walls.gap")
 def _measure_gaps(s, mapped, walls, face, radius, near):
-    """Compute for each node of an opening wall the smallest gap between the wall and the points that contribute to the
-    node. The extent of each point and the distance `near` [m] are subtracted.
+    """Compute for each node of an opening wall the smallest gap [m] between the wall and the points of slab s that
+    contribute to the node; write it to `walls.gap`. The extent of each point and the distance `near` [m] are subtracted.
 
-    face: axis of the wall, direction into the grid, position [m].
+    mapped: bundle of the body's `MappedPoints`; walls: bundle of the `YieldingWalls`; face: axis of the wall, direction
+    into the grid, position [m]; radius: data from which `reach_of_point` computes the half width of a point.
     """
     functions, lattice, slabs, x = mapped.functions, mapped.lattice, mapped.slabs, mapped.points.position
     axis, inward, wall = face
@@ -47,7 +48,8 @@ Face = tuple[int, int]
 
 
 class OpenWalls(ActiveCondition):
-    """Opening walls of one velocity field, and the bodies in the field. faces: axis and end of each wall."""
+    """Active condition of the opening walls of one velocity field: measures their gaps to bodies. grid: of the field; walls:
+    data of the walls; faces: axis and end of each wall; bodies: bodies in the field."""
 
     def __init__(self, grid: Grid, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
         lattice = grid.lattice

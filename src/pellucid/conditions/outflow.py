@@ -56,11 +56,11 @@ class Outflow(GivenFlow, Condition):
 
     @property
     def is_led(self) -> bool:
-        """True if points leave with a prescribed flow."""
+        """True if the points leave with a prescribed flow (velocity or flow rate)."""
         return len(self.sizes()) > 0
 
     def _allows_turning(self) -> bool:
-        """Return True unless a flow is prescribed, since a pressure may have any sign."""
+        """Return True unless a flow is prescribed: a pressure may have either sign."""
         return not self.is_led
 
     def opens_face(self, face: str) -> bool:
@@ -85,7 +85,8 @@ class Outflow(GivenFlow, Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Activate pressures and flows at faces. Bodies remove their points themselves."""
+        """Open the faces for the points of the bodies, which then remove points that cross them; return the active
+        conditions of pressures and prescribed flows."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
         active: list[ActiveCondition] = []
         for number, outflow in enumerate(conditions):
@@ -100,7 +101,8 @@ class Outflow(GivenFlow, Condition):
         return active
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:
-        """Return the active conditions that apply the pressure or the prescribed flow to bodies at the faces."""
+        """Return the active conditions that apply the pressure or the prescribed flow at the faces to bodies (names); path:
+        path of the outflow in the case, for messages."""
         if self.pressure is not None:
             from pellucid.conditions.open_faces.outlet_pressure import OutletPressure
 
@@ -112,7 +114,8 @@ class Outflow(GivenFlow, Condition):
         return []
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faces that cannot be open, and bodies that cannot lose points."""
+        """Yield findings about faces that cannot be open, and bodies that cannot lose points (arguments as in
+        `Part.problems`)."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)
@@ -130,7 +133,8 @@ class Outflow(GivenFlow, Condition):
         yield from self._body_problems((*path, "body"), parts)
 
     def _repeated(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report another outflow with a pressure or a flow at the same face."""
+        """Yield a finding if another outflow with a pressure or a flow has the same face (its name); path, parts: as in
+        `Part.problems`."""
         for place, other in parts.placed(Outflow):
             acts = [one.is_led or one.pressure is not None for one in (self, other)]
             if place < path[:2] and face in other.where and all(acts):

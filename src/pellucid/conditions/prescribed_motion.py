@@ -69,7 +69,8 @@ class Motion(Condition):
             )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or cannot follow a prescribed motion."""
+        """Yield findings about a body that does not exist or cannot follow a prescribed motion (arguments as in
+        `Part.problems`)."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._signal_problems((*path, "displacement"))
         yield from plane_way_problems(self, path, parts)
@@ -84,7 +85,8 @@ class Motion(Condition):
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
     def _signal_problems(self, path: Path) -> Iterator[Finding]:
-        """Report signals that are invalid at the start."""
+        """Yield findings about displacements or rotations that are invalid functions of time at the start; path: path of the
+        key `displacement` of the motion."""
         for axis in WAYS:
             signal = getattr(self.displacement, axis)
             if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
@@ -95,7 +97,8 @@ class Motion(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Activate the motions of each body together; motions of a film are along its normal."""
+        """Build one active condition for all motions of a body; motions of a fluid film act along its normal. Rigid bodies
+        follow their motions by a condition of their own."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints
 

@@ -1,4 +1,5 @@
-"""Prescribed motions in a run: constraints on points of a body, and on the nodes that these points reach."""
+"""Prescribed motions of points in a run: they constrain the points of a body, and the nodes to which these points
+contribute."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -28,8 +29,8 @@ ROUNDING = 1e-9  # relative to a mass: smaller remainders are rounding
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
-    """Return 1 + the index of the motion that each point of the body follows, 0 if there is none, shape (n,), in storage
-    order. Raises CaseError for parts that overlap or contain no point."""
+    """Return 1 + the index in `motions` of the motion that each point of the body follows, 0 if there is none, shape (n,),
+    in storage order. Raises CaseError if the parts of two motions overlap or a part contains no point."""
     body, of = member.body, member.selectable()
     driven = np.zeros(len(of.position), np.int64)
     for number, motion in enumerate(motions, start=1):
@@ -49,7 +50,8 @@ class PrescribedPoints(ActiveCondition):
     """Prescribed motions of one body.
 
     Arrays of the body: `driven`, the index of a point's motion plus one, or 0; `start`, the initial position of a point
-    [m]. On the grid, the nodes around driven points are constrained, so that other points and contact do not move them.
+    [m]. On the grid, the nodes around points with a prescribed motion are constrained, so that other points and contact
+    do not move them.
     """
 
     by_slabs = True
@@ -86,8 +88,8 @@ class PrescribedPoints(ActiveCondition):
         body.constrain(self)
 
     def begin(self, time: float, dt: float) -> None:
-        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements; zero if the
-        load time does not advance."""
+        """Set the mean velocities over a step dt [s] from `time` [s], so that the points end exactly at the prescribed
+        displacements; zero if dt is 0."""
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 reached = function(time + dt)
@@ -108,8 +110,8 @@ class PrescribedPoints(ActiveCondition):
         return np.asarray(axes[driven] * driven[:, None])
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Exclude nodes of the grid, shape (k,), from the constraint by driven points. Only contributions of points at
-        their current positions are excluded, so that these points must stay at rest."""
+        """Exclude nodes of the grid (numbers, shape (k,)) from the constraint by points with a prescribed motion. Only
+        contributions of points at their current positions are excluded, so that these points must stay at rest."""
         if self._points is None or self._nodes is None:
             return
         rows, arrays = self.rows() > 0, self.body.arrays
@@ -124,13 +126,14 @@ class PrescribedPoints(ActiveCondition):
         driven_mass[self._released] = np.where(left > ROUNDING * self._released_mass, left, 0.0)
 
     def prescribe_velocities(self) -> None:
-        """Set the prescribed velocities of the points, and record the impulses on the points and the nodes around them."""
+        """Set the prescribed velocities of the points, and record the impulses that this requires on the points and the nodes
+        around them."""
         if self._points is not None:
             self._taken.fill(0.0)
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities_again(self) -> None:
-        """Set the prescribed velocities again after contact has applied its second impulses, and record the further
+        """Set the prescribed velocities again after the second of two contact stages of a step, and record the further
         impulses."""
         taken = self._taken.copy()
         self.prescribe_velocities()

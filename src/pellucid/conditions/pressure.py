@@ -78,7 +78,8 @@ class Pressure(ChangesInTime, Condition):
             raise ValueError("`choose` belongs to `where`: add a region, or remove `choose`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or has no normal, and faces that do not exist."""
+        """Yield findings about a body that does not exist or has no normal, and faces that do not exist (arguments as in
+        `Part.problems`)."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is None:
@@ -96,7 +97,8 @@ class Pressure(ChangesInTime, Condition):
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
-        """Report problems of a pressure that acts on a region of a membrane."""
+        """Yield findings about a pressure that acts on a region (`where`) of a membrane; path, parts: as in `Part.problems`;
+        body: model of the membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
@@ -107,7 +109,7 @@ class Pressure(ChangesInTime, Condition):
             yield from faults(where, start, path, self.body, faces=True, by_centre=True)
 
     def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report problems of a membrane with prescribed volume."""
+        """Yield findings about a membrane with a prescribed volume (`given`); path, parts: as in `Part.problems`."""
         wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
         yield from wrong
         body = parts.named(BodyModel, self.body)
@@ -152,7 +154,7 @@ class Pressure(ChangesInTime, Condition):
         return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
-        """Build the active condition; number: its index among the pressures of the case."""
+        """Build the condition that applies the pressure in a run; number: index of this pressure in the case."""
         if self.volume is not None:
             return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
         member, channel = assembly.bodies[self.body], self.load_channel()
@@ -172,7 +174,7 @@ class Pressure(ChangesInTime, Condition):
         return (self.value or 0.0) * self.share(time)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
-        """Return the force per unit current area [Pa], shape (..., 3), at surface points and a time [s]."""
+        """Return the force per unit current area [Pa], shape (..., 3), at points of a film surface and a time [s]."""
         return self.at(time) * points.normal
 
 
@@ -189,7 +191,7 @@ class PressedMembrane(AtEachStep):
 
 
 def _holes(body: Body) -> str | None:
-    """Return a warning about points of a membrane that have failed."""
+    """Return a warning about the failed points of a membrane, through which no flow is computed; None if none has failed."""
     if not (failed := len(failed_points(body))):
         return None
     return (
@@ -205,8 +207,8 @@ class PressedFaces(ActiveCondition):
     def __init__(
         self, faces: LoadedFaces, pressure: Callable[[float], float], add: Callable[[np.ndarray], object], path: Path
     ) -> None:
-        """pressure: pressure against the outward normals as a function of time [s]; add: function that applies forces [N],
-        shape (n, 3); path: path of the region."""
+        """faces: faces that the region selects; pressure: pressure against the outward normals [Pa] as a function of time
+        [s]; add: function that applies forces [N], shape (n, 3), to the body; path: path of the region in the case."""
         self._faces, self._pressure, self._add, self._path = faces, pressure, add, path
         self._misses = False
 

@@ -37,7 +37,8 @@ class Sliding(Condition):
             raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a name that another condition already has, since a probe reads the force of a contact or wall by its name."""
+        """Yield a finding about a name that another condition already has, since a probe reads the force of a contact or
+        wall by its name (arguments as in `Part.problems`)."""
         for place, other in parts.placed(Condition):
             later = isinstance(other, Sliding) and place >= path
             if self.name is not None and other.reaction() == self.name and not later:

@@ -97,13 +97,14 @@ class Support(Condition):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
 
     def _wall_keys(self) -> list[str]:
-        """Return the given keys that make the support a wall with friction or an opening wall."""
+        """Return the names of the given keys that make the support a wall with friction or an opening wall (which bodies can
+        leave)."""
         given = {"friction": self.friction is not None, "stick": self.stick, "opens": self.opens is not None}
         return [key for key, is_given in given.items() if is_given]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body without its own nodes, a face that does not exist, a region without nodes, and invalid keys of
-        friction or opening."""
+        """Yield findings about a body without its own nodes, a face that does not exist, a region without nodes, and invalid
+        keys of friction or opening (arguments as in `Part.problems`)."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         yield from self._velocity_problems(path, parts)
@@ -130,7 +131,7 @@ class Support(Condition):
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
     def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faces that do not exist or are named twice."""
+        """Yield findings about faces that do not exist or are named twice (arguments as in `Part.problems`)."""
         if self.faces():
             yield from parts.no_grid(path, "faces belong to a grid")
         for number, face in enumerate(self.faces()):
@@ -143,7 +144,8 @@ class Support(Condition):
                 yield Finding(here, text, 'remove it, or use "all-nodes"')
 
     def _wetting_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a contact angle where there is no wall or no surface tension, and different angles on one face."""
+        """Yield findings about a contact angle where there is no wall or no surface tension, and different angles on one
+        face (arguments as in `Part.problems`)."""
         if self.contact_angle is None:
             return
         held = [face for face in self.faces() if self.face_velocity(face) is not None]
@@ -165,7 +167,8 @@ class Support(Condition):
                 yield Finding(path, text, "set one contact angle per face")
 
     def _velocity_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report another velocity of the same face along the same axis."""
+        """Yield findings if another support prescribes a different velocity of the same face along the same axis (arguments
+        as in `Part.problems`)."""
         for place, other in parts.placed(Support):
             meets = self.body is None or other.body in (None, self.body)
             if place >= path or not meets or self.until is not None or other.until is not None:
@@ -184,8 +187,8 @@ class Support(Condition):
                         return
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report keys of friction or opening that contradict each other, on supports that are not walls, or for bodies that
-        they cannot act on."""
+        """Yield findings about keys of friction or opening that contradict each other, on supports that are not walls, or
+        for bodies that they cannot act on (arguments as in `Part.problems`)."""
         keys = self._wall_keys()
         if keys and self.fix != "normal":
             text = (
@@ -223,8 +226,8 @@ class Support(Condition):
         return region is not None and needs_mesh(region)
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a support whose region refers to the mesh of a body (named set, normal or boundary) if it names no body
-        and the case has no single body with its own nodes."""
+        """Yield a finding if the region refers to the mesh of a body (named set, normal or boundary), but the support names
+        no body and the case has no single body with its own nodes (arguments as in `Part.problems`)."""
         text, bodies = 'named sets, normals and "boundary" belong to a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
@@ -246,8 +249,8 @@ class Support(Condition):
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
 
     def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a support, not restricted to one body, that constrains no node; only for cases without a grid in which
-        all nodes are known."""
+        """Yield a finding if the support, not restricted to one body, constrains no node; only for cases without a grid in
+        which all nodes are known (arguments as in `Part.problems`)."""
         region = self.region()
         nodes = [selectable_of(body, parts) for body in parts.of(BodyModel)]
         known = [selectable for selectable in nodes if selectable is not None]
@@ -266,14 +269,15 @@ class Support(Condition):
                 yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the energy balance for a support: energy lost when points get its velocity, and friction
-        heat."""
+        """Return the channels (entries of the energy balance) that a support needs: energy lost when points get its
+        velocity, and friction heat."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Constrain nodes of all grids, also along thin axes, and nodes of bodies with their own nodes."""
+        """Constrain nodes of all grids, also along axes where the grid is one cell thick, and nodes of bodies with their own
+        nodes; return the conditions that act in a run (see `constrain_all`)."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
         only = {"body": next(iter(assembly.bodies))}  # for supports that refer to a body but do not name it
@@ -291,10 +295,11 @@ class Support(Condition):
         return self.velocity if held else None
 
     def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
-        """Return a mask of the grid nodes that the region of the support constrains along an axis, shape (n,); all False
-        for a support without a region or with a body.
+        """Return a mask of the grid nodes that the region of the support constrains along an axis, shape (n,); all False for
+        a support without a region or with a body.
 
-        reach: distance by which nodes may lie outside a box [m].
+        nodes: nodes from which the region selects; active: mask of the axes along which the grid is more than one cell
+        thick; reach: distance by which nodes may lie outside a box [m].
         """
         region = self.region()
         if region is None or needs_mesh(region) or self.body is not None or not self.axes()[axis]:
@@ -336,7 +341,7 @@ class Support(Condition):
     # of a support on at most one face
 
     def axes(self) -> tuple[bool, bool, bool]:
-        """Return the constrained directions."""
+        """Return for x, y and z True if the support constrains this direction."""
         face = self.face()
         if self.fix == "normal" and face is not None:
             return face[0] == 0, face[0] == 1, face[0] == 2

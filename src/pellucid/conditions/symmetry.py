@@ -1,4 +1,4 @@
-"""Planes of symmetry at faces of the grid, and seams of periodic grids."""
+"""Planes of symmetry at faces of the grid, and seams (pairs of opposite faces that are identified) of periodic grids."""
 
 from collections.abc import Sequence
 
@@ -23,6 +23,6 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
 
 
 def seams(grid: GridCase) -> list[Seam]:
-    """Return the seams of a periodic grid."""
+    """Return the seams of a periodic grid, one for each periodic axis."""
     ends = enumerate(zip(grid.lower, grid.periods(), strict=True))
     return [Seam(axis, low, period) for axis, (low, period) in ends if period > 0.0]

@@ -30,5 +30,5 @@ class Choice(Model):
         return data
 
     def chosen(self) -> Any:
-        """Return the value of the selected alternative."""
+        """Return the value of the key that selects the alternative."""
         return next(value for name in self.alternatives() if (value := getattr(self, name)) is not None)

@@ -46,8 +46,8 @@ class Survey:
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
     """Return a report on a mesh file. A file with solid elements is treated as a solid, any other file as a surface.
 
-    repair: True to repair the mesh first. metres: unit of the file [m]. close_holes: largest number of edges of a hole that
-    is closed by the repair. Raises Refusal if the file cannot be read.
+    repair: True to repair the mesh first. close_holes: largest number of edges of a hole that the repair closes. metres:
+    unit of length of the file [m]. Raises Refusal if the file cannot be read.
     """
     contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)
@@ -105,7 +105,7 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
 
 
 def _guess(largest: float) -> str:
-    """Return a text on the probable unit of a mesh with this extent."""
+    """Return a text for the user on the probable unit of a mesh whose largest extent, in the unit of its file, is `largest`."""
     if largest < METRES:
         return f"the file does not define its unit; metres are assumed, as an extent below {METRES:g} is usually in metres"
     unit, other = ("mm", "um") if largest < MILLIMETRES else ("um", "mm")
@@ -114,7 +114,8 @@ def _guess(largest: float) -> str:
 
 
 def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]]:
-    """Return a row with the shortest, mean and longest edge length and the position of the shortest edge."""
+    """Return the row "edges" of the table: shortest, mean and longest edge length and the position of the shortest edge.
+    corners: node numbers of the elements of each kind."""
     solid = len(corners) == 1
     pairs = [elements[:, pair] for elements in corners for pair in combinations(range(4), 2)] if solid else []
     edges = np.concatenate(pairs or [directed_edges(elements) for elements in corners])
@@ -173,7 +174,8 @@ def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
 
 
 def surface_qualities(mesh: Mesh) -> np.ndarray:
-    """Return the quality of the elements of a surface, from 0 (flat) to 1 (regular), shape (q + t,)."""
+    """Return the quality of the elements of a surface (see `pellucid.geometry.checks.quality`), from 0 (flat) to 1
+    (regular), shape (q + t,): quadrilaterals, then triangles."""
     return np.concatenate([quad_qualities(mesh.vertices, mesh.quads), triangle_qualities(mesh.vertices, mesh.triangles)])
 
 

@@ -31,7 +31,7 @@ CONSTRAINS_NOTHING = "constrains nothing: no node of a body lies in it at the st
 
 
 class Selectable(NamedTuple):
-    """The points or nodes of a body, with its mesh data, among which a region selects."""
+    """The points or nodes of a body from which a region selects, with the faces and named sets of its mesh."""
 
     position: np.ndarray  # (n, 3) positions of the points or nodes [m]
     faces: np.ndarray = np.zeros((0, 3), np.int64)  # triangles of its surface, counterclockwise about the outward normal
@@ -43,7 +43,7 @@ class Selectable(NamedTuple):
 
     @classmethod
     def of_solid(cls, mesh: SimplexMesh) -> "Selectable":
-        """Return the nodes and outer faces of a tetrahedral mesh."""
+        """Return the selectable nodes, outer faces and named node sets of a tetrahedral mesh."""
         faces = outer_faces(mesh.cells)
         return cls(mesh.nodes, faces, np.unique(faces), mesh.sets)
 
@@ -51,8 +51,8 @@ class Selectable(NamedTuple):
     def of_membrane(
         cls, position: np.ndarray, triangles: np.ndarray, sets: Mapping[str, np.ndarray] | None = None
     ) -> "Selectable":
-        """Return the nodes [m], shape (n, 3), and triangles of a membrane. Its boundary is the edges that belong to only one
-        triangle."""
+        """Return the selectable nodes [m], shape (n, 3), triangles and named node sets of a membrane. Its boundary is the
+        edges that belong to only one triangle."""
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         once, count = np.unique(edges, axis=0, return_counts=True)
         return cls(position, triangles, np.unique(once[count == 1]), sets or {})
@@ -110,8 +110,8 @@ class Region(Shape):
         return None if name is None else Shape(**{name: getattr(self, name)}, rotate=self.rotate)
 
     def nodes(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
-        """Return a mask of the selected nodes, shape (n,). The extent of shapes along axes that are not `active` is
-        ignored.
+        """Return a mask of the nodes of a body (`of`) that the region selects, shape (n,). The extent of shapes along axes
+        that are not `active` is ignored.
 
         reach: largest distance of a selected node from a box [m]; at least 1e-9 of the extent of all nodes.
         """
@@ -123,10 +123,10 @@ class Region(Shape):
         return chosen
 
     def faces(self, of: Selectable, active: ActiveAxes, by_centre: bool = False) -> np.ndarray:
-        """Return a mask of the selected faces, shape (f,).
+        """Return a mask of the faces of a body (`of`) that the region selects, shape (f,); active: as in `nodes`.
 
-        by_centre: True if the shape selects the faces whose centres lie in it; otherwise all corners must lie in it, and the
-        selected area is systematically smaller than the shape.
+        by_centre: True if the shape selects the faces whose centres lie in it; otherwise all corners must lie in it, and
+        the selected area is systematically smaller than the shape.
         """
         if by_centre:
             chosen = np.ones(len(of.faces), bool) if self.set_ is None else self._named(of)[of.faces].all(axis=1)
@@ -149,11 +149,12 @@ class Region(Shape):
         return named
 
     def _facing(self, of: Selectable) -> np.ndarray:
-        """Return a mask of the faces that match `normal`, shape (f,)."""
+        """Return a mask of the faces whose outward normal matches the key `normal`, shape (f,)."""
         return np.asarray(self._cosines(of) >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
 
     def _cosines(self, of: Selectable) -> np.ndarray:
-        """Return the cosines of the angles between the outward normals of the faces and `normal`, shape (f,)."""
+        """Return the cosines of the angles between the outward normals of the faces and the direction in the key `normal`,
+        shape (f,)."""
         areas, direction = vector_areas(of.position, of.faces), np.array(self.normal)
         size = np.linalg.norm(areas, axis=1) * np.linalg.norm(direction)
         return np.asarray(areas @ direction / np.maximum(size, 1e-300))
@@ -164,12 +165,12 @@ Where = Literal["boundary"] | Region
 
 
 def needs_mesh(where: Where) -> bool:
-    """Return True if the region exists only for bodies with their own mesh."""
+    """Return True if the region refers to a boundary, set or normal, which only bodies with their own mesh have."""
     return isinstance(where, str) or where.needs_mesh
 
 
 def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, reach: float = 0.0) -> np.ndarray:
-    """Return a mask of the nodes selected by a condition, shape (n,); see `Region.nodes`."""
+    """Return a mask of the nodes of a body (`of`) in the region of a condition, shape (n,); arguments as in `Region.nodes`."""
     if isinstance(where, Region):
         return where.nodes(of, active, reach)
     chosen = np.zeros(len(of.position), bool)
@@ -178,7 +179,7 @@ def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, 
 
 
 def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, by_centre: bool = False) -> np.ndarray:
-    """Return a mask of the faces selected by a condition, shape (f,); see `Region.faces`."""
+    """Return a mask of the faces of a body (`of`) in the region of a condition, shape (f,); arguments as in `Region.faces`."""
     if isinstance(where, Region):
         return where.faces(of, active, by_centre)
     return np.asarray(chosen_nodes(where, of)[of.faces].all(axis=1))
@@ -193,9 +194,11 @@ def faults(
     faces: bool = False,
     by_centre: bool = False,
 ) -> Iterator[Finding]:
-    """Yield the faults of a region of body `name`, given at a path: an unknown set, or an empty selection.
+    """Yield findings about a region of the body `name`: an unknown set, or an empty selection.
 
-    faces: the condition acts on faces, not on nodes; by_centre: it acts on faces whose centres lie in the shape.
+    of: nodes and faces of the body; path: path of the region in the case; active: axes along which the grid is more than
+    one cell thick; faces: the condition acts on faces, not on nodes; by_centre: it acts on faces whose centres lie in the
+    shape.
     """
     if isinstance(where, Region) and (turns := list(plane_problems(where.rotate, path, active))):
         yield from turns
@@ -218,7 +221,7 @@ def faults(
 
 
 def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) -> tuple[str, str]:
-    """Return the reason why a region is empty, and a remedy."""
+    """Return the reason why a region selects nothing, and a remedy; arguments as in `faults`."""
     if not isinstance(where, Region):
         return ": a closed surface has no rim", "use a shape, a set or a normal"
     if where.normal is not None and not where._facing(of).any():
@@ -235,7 +238,8 @@ def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) ->
 
 
 def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float, periods: Vector) -> np.ndarray:
-    """Return a mask of positions [m], shape (n, 3), that lie in a shape or have a periodic image in it, shape (n,)."""
+    """Return a mask of positions [m], shape (n, 3), that lie in a shape or have a periodic image in it, shape (n,). active,
+    periods: as in `within`; reach: largest distance from a box at which a position counts as inside [m]."""
     inside = np.zeros(len(position), bool)
     if not len(position):
         return inside
@@ -249,7 +253,8 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
     """Yield the periodic shifts of a body [m], shape (3,), for which the shifted body overlaps a box; only zero if no axis
     is periodic.
 
-    periods: [m]; body, place: lower and upper corners [m] of the body and of the box.
+    periods: periods of the grid [m], 0 if not periodic; body, place: lower and upper corners [m] of the body and of the
+    box.
     """
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):
@@ -259,7 +264,8 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
 
 
 def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
-    """Return a mask of positions [m], shape (n, 3), that lie in a region or have a periodic image in it, shape (n,)."""
+    """Return a mask of positions [m], shape (n, 3), that lie in a shape or have a periodic image in it, shape (n,). active:
+    axes along which the grid is more than one cell thick; periods: periods of the grid [m], 0 if not periodic."""
     inside = np.zeros(len(places), bool)
     if len(places):
         for way in images(periods, (places.min(axis=0), places.max(axis=0)), region.bounds()):

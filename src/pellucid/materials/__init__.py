@@ -1,4 +1,4 @@
-"""Materials: one file each, with the user's parameters, the law, its wave speed and its energy.
+"""Materials: one file each, with the user's parameters, the material law, its wave speed and its energy.
 
 The kinds that a case can name are registered here, one line each.
 """

@@ -17,7 +17,7 @@ C1, C2, C3, C4, C5 = 1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 
 
 @invariant_based
 class ArrudaBoyceSurface(NamedTuple):
-    """Parameters of the law: modulus μ [N/m] and the number n of links of a chain."""
+    """Parameters of the Arruda-Boyce law: modulus μ [N/m] and the number n of links of a chain."""
 
     mu: float
     n: float

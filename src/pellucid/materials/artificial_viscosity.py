@@ -7,9 +7,9 @@ from pellucid.model import Model, parameter
 
 
 class ArtificialViscosity(NamedTuple):
-    """Artificial pressure q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion, with the density ρ, the cell
-    size l, the sound speed a and the rate of deformation D. Fields: c₀ (`quadratic`), c₁ (`linear`), and `work`, which is 1
-    if q heats the fluid, else 0."""
+    """Parameters of the artificial pressure q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion, with the
+    density ρ, the cell size l, the sound speed a and the rate of deformation D. Fields: c₀ (`quadratic`), c₁ (`linear`),
+    and `work`, which is 1 if q heats the fluid, else 0."""
 
     quadratic: float
     linear: float
@@ -29,8 +29,8 @@ class ArtificialViscosityCase(Model):
 
 @pointwise
 def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: float, length: float) -> float:
-    """Return the artificial pressure q [Pa] at the sound speed a [m/s] and the volume rate tr D [1/s]; length: cell size
-    [m]."""
+    """Return the artificial pressure q [Pa] (see `ArtificialViscosity`) at the density [kg/m³], the sound speed a [m/s] and
+    the volume rate trD = tr D [1/s]; av: its coefficients; length: cell size [m]."""
     if trD >= 0.0:
         return 0.0
     return density * length * (av.quadratic * length * trD * trD - av.linear * a * trD)
@@ -39,7 +39,7 @@ def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: 
 @pointwise
 def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: float) -> float:
     """Return the contribution Q = c₁ a + c₀ l |tr D| of artificial viscosity to the signal speed [m/s]; the signal speed
-    becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
+    becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual). Arguments as in `artificial_pressure`."""
     if trD >= 0.0:
         return 0.0
     return av.linear * a - av.quadratic * length * trD

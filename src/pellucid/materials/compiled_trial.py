@@ -1,5 +1,5 @@
-"""Search for the function of a user's law that numba cannot compile. Numba's own message names a kernel instead of the user's
-line."""
+"""Search for the function of a user's material law that numba cannot compile. Numba's own message names a kernel instead of
+the user's line."""
 
 import os
 import re
@@ -17,8 +17,8 @@ NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Us
 
 
 def why_not_compiled(material: Any) -> str:
-    """Return a text that names the first function of a material's law that cannot be compiled, its place and the reason; an
-    empty text if all functions can be compiled."""
+    """Return a text that names the first function of a material's law that numba cannot compile, its file and line, and the
+    reason; an empty text if all functions can be compiled."""
     from numba import njit
 
     for operation, call in _calls(material).items():
@@ -39,7 +39,7 @@ def _calls(material: Any) -> dict[Any, Call]:
 
 
 def _place(message: str) -> str:
-    """Return the innermost line of a user's code named in a numba message; an empty text if none."""
+    """Return file and line of the innermost line of a user's code that a numba message names; an empty text if none."""
     found = re.findall(r'File "([^"]+)", line (\d+)', message) + re.findall(r"(?:from|at) (\S+) \((\d+)\)", message)
     users = [(os.path.abspath(file), int(line)) for file, line in found if is_users(os.path.abspath(file))]
     return line_at(*users[0]) if users else ""

@@ -46,38 +46,39 @@ class PointMaterial(BodyMaterial):
 
     @abstractmethod
     def law(self) -> Law:
-        """Return the law for kernels."""
+        """Return the material law in the form for kernels (a NamedTuple of its parameters, see `pellucid.materials.law`)."""
 
     @abstractmethod
     def initial_state(self) -> PointState:
-        """Return the initial state of every point."""
+        """Return the initial state (stress, energy, ...) that every point has at the start."""
 
     def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Return the shear and second viscosities μ and λ [Pa s] of a fluid whose viscous stress is solved for on the nodes
-        instead of computed by its law; None for other materials."""
+        """Return the shear viscosity μ and the second viscosity λ [Pa s] of a fluid whose viscous stress is solved for on
+        the nodes instead of computed by its law; None for other materials."""
         return None
 
     def too_soft(self, density: float) -> str | None:
         """Return a description of the problem if the mean density of a liquid [kg/m³] exceeds the limit of compression for
-        which its law is meant; None otherwise."""
+        which its law is meant, since its sound speed is too small for the loads; None otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return the arrays of points of a liquid after its pressure is increased by `more` [Pa]; for other materials, the
-        arrays unchanged."""
+        """Return the state arrays of points of a liquid, by name, after its pressure is increased by `more` [Pa]; for other
+        materials, the arrays unchanged."""
         return arrays
 
     def with_implicit_viscosity(self) -> Self | None:
-        """Return a copy of the material with implicit viscosity; None if this is not possible or already set."""
+        """Return a copy of the material whose viscous stress is solved for implicitly; None if this is not possible or
+        already set."""
         return None
 
     def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
-        """Return the density [kg/m³] and state of a point with an initial stress [Pa]. Raises ValueError if there is no
-        such state."""
+        """Return the density [kg/m³] and the state of a point with an initial Cauchy stress [Pa], as a 6-tuple. Raises
+        ValueError if there is no such state."""
         raise ValueError(f'a material of kind "{self.kind}" cannot have an initial stress')
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-        """Return the densities [kg/m³], shape (n,), and state arrays of a fluid at rest under gravity.
+        """Return the densities [kg/m³], shape (n,), and the state arrays, by name, of a fluid at rest under gravity.
 
         gravity: magnitude [m/s²]; depth: depth below the level of the initial state [m], shape (n,). Raises ColumnEnds if
         the fluid has no state at a depth.
@@ -85,7 +86,8 @@ class PointMaterial(BodyMaterial):
         raise NotImplementedError(f'a material of kind "{self.kind}" is not a fluid at rest under its pressure')
 
     def signals(self, length: float) -> tuple[float, float]:
-        """Return the signal speed [m/s] and the kinematic viscosity [m²/s] in the initial state; length: cell size [m]."""
+        """Return the signal speed (sound speed with artificial viscosity) [m/s] and the kinematic viscosity [m²/s] in the
+        initial state; length: cell size [m]."""
         law = self.law()
         return signal_speed(law, self.initial_state(), self.density, ZERO_GRADIENT, length), diffusivity(law, self.density)
 
@@ -95,11 +97,12 @@ class PointMaterial(BodyMaterial):
         return signal_speed(self.law(), self.initial_state(), self.density, SQUEEZED, length)
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """Yield the problems of keys that are invalid together: key, text, remedy."""
+        """Yield key, text and remedy for each problem of keys that are invalid together."""
         yield from ()
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """Return the functions that must be registered for the law and for each of its component laws."""
+        """Return the functions of `pellucid.materials.law` that must be registered for the law and for each of its component
+        laws."""
         return {law: RATE_FORM}
 
     @check

@@ -23,7 +23,7 @@ class Undamaged(NamedTuple):
 
 
 class Elastodamage(NamedTuple):
-    """Parameters of the damage law: elastic limit S_L, stiffness loss c₀, rate c₁ and the failure strain."""
+    """Parameters of the damage law (see the module): elastic limit S_L, stiffness loss c₀, rate c₁ and the failure strain."""
 
     elastic_limit: float
     stiffness_loss: float
@@ -61,25 +61,27 @@ class DamageCase(Model):
             raise ValueError(f"{text}; set failure_strain above elastic_limit")
 
     def law(self) -> Elastodamage:
-        """Return the damage law for kernels."""
+        """Return the damage law in the form for kernels."""
         return Elastodamage(self.elastic_limit, self.stiffness_loss, self.rate, self.failure_strain)
 
 
 @pointwise
 def stiffness(law, damage):
-    """Return the fraction of the initial stiffness that remains at the damage ω."""
+    """Return the fraction of the initial stiffness that remains at the damage ω, 1 + c₀ (exp(-c₁ ω) - 1), at least 0; law:
+    its parameters."""
     return max(0.0, 1.0 + law.stiffness_loss * (exp(-law.rate * damage) - 1.0))
 
 
 @generic
 def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
-    """Return True if point p has failed and carries no stress."""
+    """Return True if point p has failed, so that it carries no stress; law: damage law of the membrane; record: damage state
+    of its points."""
 
 
 @generic
 def upright(law: Law, along: float) -> bool:
-    """Return True if a triangle is used to find the orientation of the surface; along: component of its normal along the
-    previous normal at its corner.
+    """Return True if a triangle contributes to the orientation (normal) of the surface at its corner; law: damage law;
+    along: component of the normal of the triangle along the previous normal at the corner.
 
     Near a tear, triangles turn over or vanish while other triangles at the corner still carry stress.
     """
@@ -87,20 +89,20 @@ def upright(law: Law, along: float) -> bool:
 
 @generic
 def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
-    """Return the strain that drives damage, for a membrane with the elastic law `elastic` and this in-plane shape (see
-    `pellucid.materials.membrane`)."""
+    """Return the strain that drives damage by the damage law `law`: the largest principal strain of the in-plane shape (see
+    `pellucid.materials.membrane`) of a membrane with the elastic law `elastic`."""
 
 
 @generic
 def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float, float]:
-    """Update the damage of point p for the strain that drives damage. Return the stiffness divided by the initial stiffness,
-    and divided by the stiffness before the step."""
+    """Update the damage of point p in the record for the strain that drives damage (`driving_strain`). Return the stiffness
+    divided by the initial stiffness, and divided by the stiffness before the step."""
 
 
 @generic
 def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
-    """Add the energy dissipated by damage to the record of point p; work: work of the stress so far [J/kg]; kept: stiffness
-    divided by the stiffness before the step."""
+    """Add the energy per unit mass dissipated by damage in the step [J/kg] to the record of point p; work: work of the
+    stress so far [J/kg]; kept: stiffness divided by the stiffness before the step."""
 
 
 @point_function(has_failed, Undamaged)

@@ -19,18 +19,19 @@ from pellucid.tensors import IDENTITY, Symmetric, Tensor, determinant, largest_r
 
 @generic
 def isochoric_energy(law: Law, F: Tensor) -> float:
-    """Return W_iso per unit reference volume [J/m³]; it depends on F̄ only."""
+    """Return the isochoric energy W_iso per unit reference volume [J/m³]; it depends on the isochoric part F̄ of the
+    deformation gradient F only."""
 
 
 @generic
 def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
-    """Return the isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa], a deviator."""
+    """Return the isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa] at the deformation gradient F, a deviator."""
 
 
 @generic
 def isochoric_stiffness(law: Law, F: Tensor) -> float:
-    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² over unit vectors m and n [Pa], or an upper bound: the isochoric part of ρ₀
-    c² for the speed c of plane waves."""
+    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² at ε = 0 over unit vectors m and n [Pa], or an upper bound: the isochoric
+    part of ρ₀ c² for the speed c of plane waves."""
 
 
 class DecoupledMaterial(HyperelasticMaterial):
@@ -65,7 +66,8 @@ class BulkMaterial(DecoupledMaterial):
 
 
 def decoupled(law: type[LawType]) -> type[LawType]:
-    """Class decorator: like `hyperelastic`, for a law that defines only its isochoric part."""
+    """Class decorator: like `hyperelastic`, for a law that defines only the isochoric part of energy and stress; the
+    volumetric part follows from the bulk modulus."""
     hyperelastic(law)
     point_function(energy, law)(_energy)
     point_function(cauchy_stress, law)(_cauchy_stress)
@@ -77,7 +79,8 @@ def decoupled(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def total_stress(law: Any, J: float, isochoric: Symmetric) -> Symmetric:
-    """Return the Cauchy stress [Pa] for an isochoric Kirchhoff stress [Pa] and the volume ratio J."""
+    """Return the Cauchy stress [Pa], the sum of isochoric and volumetric stress, for an isochoric Kirchhoff stress [Pa] and
+    the volume ratio J; law: parameters with the bulk modulus."""
     s, mean = scale(1.0 / J, isochoric), volumetric_stress(law, J)
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
 
@@ -106,14 +109,14 @@ def _volumetric_stress(law, J):
 
 @pointwise
 def principal_bounds(s: Symmetric) -> tuple[float, float]:
-    """Return an upper and a lower bound on the eigenvalues of a positive semidefinite symmetric tensor (Gershgorin)."""
+    """Return an upper and a lower bound on the eigenvalues of a positive semidefinite symmetric tensor s (Gershgorin)."""
     return largest_row_sum(s), max(-largest_row_sum(scale(-1.0, s)), 0.0)
 
 
 @pointwise
 def linear_stiffness(high: float, low: float, tr: float) -> float:
-    """Return an upper bound on the stiffness (as in `isochoric_stiffness`) of the energy ½ S:C̄ with constant S, from the trace
-    of t = F̄ S F̄ᵀ and bounds on its eigenvalues.
+    """Return an upper bound on the stiffness (as in `isochoric_stiffness`) of the energy ½ S:C̄ with constant S, from the
+    trace `tr` of t = F̄ S F̄ᵀ and the bounds `high` and `low` on its eigenvalues [Pa].
 
     For m = a n + s e with e perpendicular to n, the stiffness is a² (5/9 tr t - 1/3 n·tn) - 4/3 a s n·te + s² n·tn, with
     |n·te| ≤ (high - low)/2.

@@ -23,7 +23,7 @@ from pellucid.tensors import determinant, deviator, left_cauchy_green, scale, tr
 
 @decoupled
 class DecoupledNeoHookean(NamedTuple):
-    """Parameters of the law: shear and bulk modulus [Pa], initial density [kg/m³]."""
+    """Parameters of the decoupled neo-Hookean law: shear and bulk modulus [Pa], initial density [kg/m³]."""
 
     mu: float
     kappa: float

@@ -6,7 +6,7 @@ from pellucid.model import Model, parameter
 
 
 def lame(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
-    """Return Lamé's constants λ and μ [Pa]."""
+    """Return Lamé's constants λ and μ [Pa] for Young's modulus [Pa] and Poisson's ratio."""
     mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
     return 2.0 * mu * poisson_ratio / (1.0 - 2.0 * poisson_ratio), mu
 

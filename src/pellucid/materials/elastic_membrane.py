@@ -16,7 +16,7 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """Return the elastic law for kernels, without wrinkling: the membrane also carries compression."""
+        """Return the elastic law in the form for kernels, without wrinkling: the membrane also carries compression."""
 
     def plain_law(self, thickness: float) -> Law:
         return self.elastic_law()
@@ -29,6 +29,7 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
         return self.poisson_ratio
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Return the wave speeds of plane stress at the start [m/s]: the thickness may change."""
+        """Return the speeds of in-plane pressure and shear waves at the start [m/s], in plane stress: the thickness may
+        change freely. They do not depend on the thickness [m]."""
         plane = self.young_modulus / (1.0 - self.poisson_ratio**2)
         return sqrt(plane / self.density), super().wave_speeds()[1]

@@ -31,7 +31,7 @@ class ClosedEnergy(NamedTuple):
 
 
 class ExplicitEnergy(NamedTuple):
-    """Option `explicit`: forward Euler with the old stress."""
+    """Option `explicit`: forward Euler with the stress at the start of the step."""
 
     unused: int = 0
 
@@ -44,7 +44,7 @@ class IteratedEnergy(NamedTuple):
 
 
 class MidpointEnergy(NamedTuple):
-    """Option `midpoint`: mean of old and new stress, solved exactly."""
+    """Option `midpoint`: mean of the stresses at the start and the end of the step, solved exactly."""
 
     unused: int = 0
 
@@ -65,9 +65,10 @@ def new_energy(
     """Return the specific energy at the end of the step [J/kg]; nan if an iteration does not converge or the compression in
     the step is too large for backward Euler.
 
-    energy: specific energy before the update [J/kg]; density: at the end of the step [kg/m³]; old_work: work dt/ρ σ_k:D of
-    the stress σ_k at the start of the step [J/kg]; other_work: work dt/ρ (τ - q I):D of the viscous stress τ and the
-    artificial pressure q, i.e. without the pressure P [J/kg].
+    mode: option of the module; eos: equation of state; energy: specific energy before the update [J/kg]; density: at the
+    end of the step [kg/m³]; trD: volume rate tr D [1/s]; old_work: work dt/ρ σ_k:D of the stress σ_k at the start of the
+    step [J/kg]; other_work: work dt/ρ (τ - q I):D of the viscous stress τ and the artificial pressure q, i.e. without the
+    pressure P [J/kg]; dt: step [s].
     """
 
 
@@ -75,8 +76,8 @@ def new_energy(
 def energy_of_pressure(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Return the specific energy for the pressure at the end of the step [J/kg], when the density is known; energy: result
-    of `new_energy`; other parameters: see there."""
+    """Return the specific energy [J/kg] for which the pressure at the end of the step is computed, when the density is
+    known; energy: result of `new_energy`; other arguments as there."""
 
 
 @default_function(energy_of_pressure)
@@ -86,7 +87,8 @@ def _same(mode, eos, energy, density, trD, old_work, other_work, dt):
 
 @pointwise
 def pressure(eos, density, energy):
-    """Return the pressure P [Pa], limited from below by `lowest_pressure`."""
+    """Return the pressure P [Pa] at a density [kg/m³] and a specific energy [J/kg], limited from below by `lowest_pressure`;
+    eos: equation of state."""
     A, B = pressure_line(eos, density)
     return max(A + B * energy, lowest_pressure(eos))
 
@@ -120,9 +122,9 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
 
 @point_function(energy_of_pressure, ConservativeEnergy)
 def _ahead(mode, eos, energy, density, trD, old_work, other_work, dt):
-    """Return the specific energy advanced by half a step [J/kg]. The conservative energy includes work up to the middle of
-    the step, since it uses mean nodal velocities, whereas the density is at the end of the step. Without this correction
-    sound waves would grow."""
+    """Return the specific energy advanced by half a step [J/kg]; arguments as in `new_energy`. The conservative energy
+    includes work up to the middle of the step, since it uses mean nodal velocities, whereas the density is at the end of
+    the step. Without this correction sound waves would grow."""
     return _backward_euler(eos, energy, density, trD, 0.5 * other_work, 0.5 * dt)
 
 

@@ -12,7 +12,7 @@ from pellucid.model import parameter
 
 
 class EvansSkalakSurface(NamedTuple):
-    """Parameters of the law: area modulus K and shear modulus G [N/m]."""
+    """Parameters of Evans and Skalak's law: area modulus K and shear modulus G [N/m]."""
 
     K: float
     G: float

@@ -40,7 +40,8 @@ LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may com
 
 @rate_type
 class NewtonianFluid(NamedTuple):
-    """Parameters of the law: equation of state, energy update, artificial viscosity, shear and second viscosity [Pa s].
+    """Parameters of the compressible viscous fluid: equation of state, energy update, artificial viscosity, shear and second
+    viscosity [Pa s].
 
     The types of `eos` and `energy_update`, both NamedTuples, select the functions that compute pressure and energy.
     """
@@ -139,8 +140,8 @@ class FluidMaterial(PointMaterial):
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return the arrays of points of a liquid, i.e. with a pressure that depends only on the density, after isentropic
-        compression that raises the pressure by `more` [Pa]; for other fluids, the arrays unchanged."""
+        """Return the state arrays, by name, of points of a liquid, i.e. with a pressure that depends only on the density,
+        after isentropic compression that raises the pressure by `more` [Pa]; for other fluids, the arrays unchanged."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
         if not self.is_liquid:
@@ -163,7 +164,8 @@ class FluidMaterial(PointMaterial):
         }
 
     def law(self) -> NewtonianFluid:
-        """Return the law for kernels. It does not contain a viscosity that is solved for implicitly on the nodes."""
+        """Return the law in the form for kernels. It does not contain a viscosity that is solved for implicitly on the
+        nodes."""
         mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),
@@ -191,7 +193,8 @@ class FluidMaterial(PointMaterial):
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-        """Return densities and states of an isentropic column in hydrostatic equilibrium."""
+        """Return densities and states of an isentropic column in hydrostatic equilibrium; arguments and result as in
+        `PointMaterial.at_rest`."""
         eos = self.law().eos
         density, energy = states_at_rest(eos, self.density, self.initial_state().internal_energy, gravity, depth)
         stress = np.zeros((len(depth), 6))
@@ -205,7 +208,7 @@ class FluidMaterial(PointMaterial):
         return self.signals(1.0)[0], 0.0
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """Report a tension at which the equation of state has no real sound speed."""
+        """Yield key, text and remedy if the equation of state has no real sound speed under the tension that it allows."""
         if self.pressure < 0.0 and not self.signals(1.0)[0]:
             text = f"the fluid has no real sound speed at density {self.density:g} kg/m^3"
             yield "pressure", text, "increase the pressure, or p_infinity if the equation has one"

@@ -24,8 +24,8 @@ from pellucid.model import check, parameter
 
 
 class FluidMembrane(NamedTuple):
-    """Parameters of the law: tension γ [Pa], area stiffness K [Pa], viscosities μ, λ [Pa s]. Each is the surface quantity
-    divided by the initial thickness."""
+    """Parameters of the law of a fluid membrane: tension γ [Pa], area stiffness K [Pa], viscosities μ, λ [Pa s]. Each is the
+    surface quantity divided by the initial thickness."""
 
     gamma: float
     K: float
@@ -54,12 +54,13 @@ class FluidMembraneMaterial(MembraneMaterial):
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray:
         """Return the recoverable energy per unit mass [J/kg], shape (n,): γ (A - 1) + K (A - 1 - ln A) per unit initial
-        volume, divided by the density. shape: in-plane shapes, (n, 4)."""
+        volume with the area ratio A, divided by the density. shape: in-plane shapes of the points (A and the rate of
+        deformation), (n, 4)."""
         area = shape[:, 0]
         return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Return the speed of dilatational waves [m/s]; there are no shear waves."""
+        """Return the speed of dilatational (area-changing) waves [m/s], and 0: there are no shear waves."""
         return sqrt(self.stiffness / self.density), 0.0
 
 

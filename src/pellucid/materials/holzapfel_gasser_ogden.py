@@ -28,8 +28,9 @@ from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, larg
 
 @decoupled
 class HolzapfelGasserOgden(NamedTuple):
-    """Parameters of the law: shear modulus μ of the matrix [Pa], stiffness k₁ [Pa], exponent k₂ and dispersion of the
-    fibres, unit vectors along the fibre families (concatenated), bulk modulus [Pa], initial density [kg/m³]."""
+    """Parameters of the Holzapfel-Gasser-Ogden law: shear modulus μ of the matrix [Pa], stiffness k₁ [Pa], exponent k₂ and
+    dispersion of the fibres, unit vectors along the fibre families (concatenated), bulk modulus [Pa], initial density
+    [kg/m³]."""
 
     mu: float
     k1: float
@@ -78,7 +79,8 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
 
 @pointwise
 def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric, float]:
-    """Return (F a)⊗(F a) for the direction a of a family of fibres, and a·a, which is 1 up to rounding."""
+    """Return (F a)⊗(F a) for the unit direction a of a family of fibres, as a 6-tuple, and a·a, which is 1 up to rounding.
+    F: deformation gradient; fibres: directions of all families, concatenated; family: index of the family."""
     x, y, z = fibres[3 * family], fibres[3 * family + 1], fibres[3 * family + 2]
     u = F[0] * x + F[1] * y + F[2] * z
     v = F[3] * x + F[4] * y + F[5] * z
@@ -88,7 +90,8 @@ def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric
 
 @pointwise
 def _structure(law: HolzapfelGasserOgden, b: Symmetric, F: Tensor, J: float, family: int) -> tuple[Symmetric, float]:
-    """Return the tensor h = d b̄ + (1-3d) ā⊗ā of a family of fibres, and its strain E = tr h - 1, exactly 0 at rest."""
+    """Return the tensor h = d b̄ + (1-3d) ā⊗ā of a family of fibres with dispersion d, as a 6-tuple, and its strain E = tr h
+    - 1, exactly 0 at rest. b: left Cauchy-Green tensor F Fᵀ; J: volume ratio; b̄ and ā are computed with F̄ = J^(-1/3) F."""
     d, factor = law.dispersion, power(J, -2.0 / 3.0)
     fibre, one = _along(F, law.fibres, family)
     strain = d * (factor * trace(b) - 3.0) + (1.0 - 3.0 * d) * (factor * trace(fibre) - one)

@@ -25,8 +25,8 @@ from pellucid.units import in_degrees
 
 
 class HolzapfelGasserOgdenSurface(NamedTuple):
-    """Parameters of the law: shear modulus G of the matrix [N/m], stiffness k₁ [N/m], exponent k₂ and dispersion of the
-    fibres, cosine and sine of the fibre angle θ."""
+    """Parameters of the Holzapfel-Gasser-Ogden law of a sheet: shear modulus G of the matrix [N/m], stiffness k₁ [N/m],
+    exponent k₂ and dispersion of the fibres, cosine and sine of the fibre angle θ."""
 
     G: float
     k1: float
@@ -93,8 +93,8 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
 
 @pointwise
 def _matrix(F: Shape) -> tuple[InPlane, float, float]:
-    """Return three values for the matrix: the derivative ∂I/∂C pushed forward to the current surface, b - I/J²; I - 3; and
-    J⁻²."""
+    """Return three values for the matrix at the in-plane deformation gradient F: the derivative ∂I/∂C pushed forward to the
+    current surface, b - I/J² with the unit tensor I; the excess I - 3 of the invariant I of the module; and J⁻²."""
     b, J = left_stretch_squared(F), F[0] * F[3] - F[1] * F[2]
     inverse = 1.0 / (J * J)
     return (b[0] - inverse, b[1] - inverse, b[2]), (b[0] - 1.0) + (b[1] - 1.0) + (inverse - 1.0), inverse
@@ -102,8 +102,8 @@ def _matrix(F: Shape) -> tuple[InPlane, float, float]:
 
 @pointwise
 def _family(law: HolzapfelGasserOgdenSurface, F: Shape, side: float) -> tuple[InPlane, float]:
-    """Return the derivative ∂E/∂C pushed forward to the current surface, and E, for the fibres on one side of the axis; side:
-    1 or -1."""
+    """Return the derivative of the fibre strain E by C pushed forward to the current surface, F ∂E/∂C Fᵀ, and E, for the
+    fibres on one side of the axis at the in-plane deformation gradient F; side: 1 or -1."""
     x, y = law.cosine, side * law.sine
     u, v = F[0] * x + F[1] * y, F[2] * x + F[3] * y
     matrix, excess, _ = _matrix(F)

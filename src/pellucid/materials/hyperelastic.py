@@ -45,7 +45,7 @@ class HyperelasticMaterial(PointMaterial):
         return FiniteStrainState(NO_STRESS, IDENTITY)
 
     def stressed(self, stress: Symmetric) -> tuple[float, FiniteStrainState]:
-        """Return the density and the state of a point that is stretched so that it has this stress."""
+        """Return the density [kg/m³] and the state of a point that is stretched so that it has this Cauchy stress [Pa]."""
         F = stretch_under(self.law(), stress)
         return self.density / determinant(F), FiniteStrainState(stress, F)
 
@@ -54,14 +54,15 @@ class HyperelasticMaterial(PointMaterial):
 
 
 def finite_strain(law: type[LawType]) -> type[LawType]:
-    """Class decorator: like `rate_type`, for a law that integrates the deformation gradient, F ← (I + dt L) F."""
+    """Class decorator: register the default functions of `rate_type` for a law that integrates the deformation gradient, F ←
+    (I + dt L) F, with the velocity gradient L."""
     point_function(volume_growth, rate_type(law))(_volume_growth)
     return law
 
 
 def hyperelastic(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the rate form and the first Piola-Kirchhoff stress of a law, derived from its energy, Cauchy
-    stress and wave speed."""
+    """Class decorator: register the rate form of a law (functions of the velocity gradient) and its first Piola-Kirchhoff
+    stress, derived from its energy, Cauchy stress and wave speed."""
     finite_strain(law)
     point_function(update, law)(_update)
     point_function(signal_speed, law)(_signal_speed)

@@ -14,7 +14,7 @@ from pellucid.materials.wrinkling import natural_width
 
 @generic
 def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
-    """Return f and its derivatives f' and f'' as functions of I - 3 [N/m]."""
+    """Return the energy f per unit area and its derivatives f' and f'' as functions of I - 3 (`excess`), each in N/m."""
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:
@@ -25,7 +25,8 @@ def incompressible(law: type[LawType]) -> type[LawType]:
 
 
 def invariant_based(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the functions of an incompressible law that follow from `of_first_invariant`."""
+    """Class decorator for an incompressible law that depends on the first invariant only: register its other functions,
+    which follow from `of_first_invariant`."""
     point_function(stretch_energy, law)(_energy)
     point_function(stretch_slopes, law)(_slopes)
     point_function(stretch_curvatures, law)(_curvatures)
@@ -34,7 +35,8 @@ def invariant_based(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def invariant_excess(a: float, b: float) -> float:
-    """Return I - 3 for the principal stretches a, b, accurate also for small values."""
+    """Return I - 3, with the first invariant I of the module, for the principal stretches a, b, accurate also for small
+    values."""
     x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
     J = a * b
     return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)

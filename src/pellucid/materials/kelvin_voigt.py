@@ -30,7 +30,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, add, deform
 
 @finite_strain
 class KelvinVoigt(NamedTuple):
-    """Parameters of the law: law of the hyperelastic solid, viscosity η [Pa s], initial density [kg/m³]."""
+    """Parameters of the Kelvin-Voigt law: law of the hyperelastic solid, viscosity η [Pa s], initial density [kg/m³]."""
 
     elastic: Law
     viscosity: float
@@ -39,7 +39,7 @@ class KelvinVoigt(NamedTuple):
 
 @point_state()
 class KelvinVoigtState(NamedTuple):
-    """State of a point: Cauchy stress [Pa], deformation gradient, energy dissipated so far [J/kg]."""
+    """State of a point of a Kelvin-Voigt solid: Cauchy stress [Pa], deformation gradient, energy dissipated so far [J/kg]."""
 
     stress: Symmetric
     deformation_gradient: Tensor

@@ -26,7 +26,8 @@ compression."""
 
 
 class Law(Protocol):
-    """A material law in the form for kernels: a NamedTuple of its parameters."""
+    """A material law in the form for kernels (compiled loops): a NamedTuple of its parameters, whose type selects the
+    functions."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...
@@ -37,9 +38,9 @@ LawType = TypeVar("LawType", bound=Law)
 
 @generic
 def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, length: float) -> PointState:
-    """Return the state after a step dt [s] with the velocity gradient L [1/s].
+    """Return the state of a point after a step dt [s] with the velocity gradient L [1/s].
 
-    density: at the end of the step [kg/m³]; length: cell size [m], for artificial viscosity.
+    state: before the step; density: at the end of the step [kg/m³]; length: cell size [m], for artificial viscosity.
     """
 
 
@@ -50,34 +51,37 @@ def volume_growth(law: Law, L: Tensor, dt: float) -> float:
 
 @generic
 def signal_speed(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
-    """Return the fastest signal speed relative to the material [m/s], with artificial viscosity; it limits the time step."""
+    """Return the fastest signal speed relative to the material [m/s], with artificial viscosity; it limits the time step.
+    density [kg/m³]; L: velocity gradient [1/s]; length: cell size [m]."""
 
 
 @generic
 def diffusivity(law: Law, density: float) -> float:
-    """Return the kinematic viscosity (2μ + λ)/ρ of plane waves [m²/s]."""
+    """Return the kinematic viscosity (2μ + λ)/ρ [m²/s] that damps plane pressure waves, with the shear viscosity μ, the
+    second viscosity λ and the density ρ [kg/m³]."""
 
 
 @generic
 def stored_energy(law: Law, state: PointState, density: float) -> float:
-    """Return the internal or strain energy per unit mass [J/kg]."""
+    """Return the internal energy of a fluid or the strain energy of a solid per unit mass [J/kg]; density [kg/m³]."""
 
 
 @generic
 def dissipated_energy(law: Law, state: PointState, density: float) -> float:
     """Return the work of the stress per unit mass dissipated so far [J/kg], for laws that separate it from the stored
-    energy; `stored_energy` excludes it."""
+    energy; `stored_energy` excludes it. density [kg/m³]."""
 
 
 @generic
 def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Return the power of the artificial viscosity per unit mass [W/kg]; it is part of the rate of internal energy and
-    recorded separately."""
+    recorded separately. Arguments as in `signal_speed`."""
 
 
 @generic
 def point_pressure(law: Law, state: PointState, density: float) -> float:
-    """Return the pressure for results [Pa]: from the equation of state for a fluid, minus the mean stress for a solid."""
+    """Return the pressure for results [Pa] at a state and a density [kg/m³]: from the equation of state for a fluid, minus
+    the mean stress for a solid."""
 
 
 @generic
@@ -88,29 +92,31 @@ def energy(law: Law, F: Tensor | PlaneTensor) -> float:
 
 @generic
 def cauchy_stress(law: Law, F: Tensor) -> Symmetric:
-    """Return the Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
+    """Return the Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa] at the deformation gradient F, with the energy W of `energy` and J =
+    det F."""
 
 
 @generic
 def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
-    """Return the first Piola-Kirchhoff stress P = ∂W/∂F [Pa]: current force per reference area."""
+    """Return the first Piola-Kirchhoff stress P = ∂W/∂F [Pa], i.e. current force per reference area, at the deformation
+    gradient F, with the energy W of `energy`."""
 
 
 @generic
 def energy_and_stress(law: Law, F: Tensor) -> tuple[float, Tensor]:
-    """Return `energy` and `first_piola_kirchhoff` together; a law registers it if both need the same costly intermediate
-    results."""
+    """Return `energy` and `first_piola_kirchhoff` at the deformation gradient F together; a law registers this function if
+    both need the same costly intermediate results."""
 
 
 @generic
 def wave_speed(law: Law, F: Tensor) -> float:
-    """Return the speed of the fastest plane wave relative to the material in the current configuration [m/s], or an upper
-    bound."""
+    """Return the speed of the fastest plane wave relative to the material in the configuration with the deformation gradient
+    F [m/s], or an upper bound."""
 
 
 @generic
 def volumetric_energy(law: Law, J: float) -> float:
-    """Return U(J), the part of the strain energy per unit reference volume [J/m³] that depends only on the volume ratio."""
+    """Return U(J), the part of the strain energy per unit reference volume [J/m³] that depends only on the volume ratio J."""
 
 
 @generic

@@ -13,7 +13,7 @@ from pellucid.tensors import NO_STRESS, Symmetric, double_dot, rotate, spin_rota
 
 @rate_type
 class LinearElastic(NamedTuple):
-    """Parameters of the law: Lamé's constants [Pa]."""
+    """Parameters of linear elasticity in rate form: Lamé's constants [Pa]."""
 
     lam: float
     mu: float
@@ -21,7 +21,8 @@ class LinearElastic(NamedTuple):
 
 @point_state()
 class HypoelasticState(NamedTuple):
-    """State of a point of a rate-form solid: Cauchy stress [Pa] and work done on it per unit mass [J/kg].
+    """State of a point of a solid whose law is a rate form (stress rate as a function of the rate of deformation): Cauchy
+    stress [Pa] and work done on it per unit mass [J/kg].
 
     A rate form has no strain energy function; the work of its stress counts as stored energy.
     """
@@ -42,7 +43,8 @@ class LinearElasticMaterial(ElasticMaterial, PointMaterial):
         return HypoelasticState(NO_STRESS, 0.0)
 
     def stressed(self, stress: Symmetric) -> tuple[float, HypoelasticState]:
-        """Return the density and the state of a point with this stress, whose stored energy is σ:ε/2 of linear elasticity."""
+        """Return the density [kg/m³] and the state of a point with this Cauchy stress [Pa]; its stored energy is that of
+        linear elasticity, σ:ε/2 per unit volume."""
         trace = stress[0] + stress[1] + stress[2]
         squares = sum(value * value for value in stress[:3]) + 2.0 * sum(value * value for value in stress[3:])
         energy = 0.5 * ((1.0 + self.poisson_ratio) * squares - self.poisson_ratio * trace * trace) / self.young_modulus

@@ -25,7 +25,7 @@ from pellucid.materials.wrinkling import unwrinkled
 
 
 class LinearMembrane(NamedTuple):
-    """Parameters of the law: Young's modulus [Pa] and Poisson's ratio."""
+    """Parameters of the linear elastic membrane: Young's modulus [Pa] and Poisson's ratio."""
 
     E: float
     nu: float

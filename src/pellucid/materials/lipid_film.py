@@ -39,12 +39,13 @@ class LipidFilm(BodyMaterial):
         return np.asarray(self.stiffness * np.sign(excess) * np.abs(excess) ** self.exponent)
 
     def pressure_slope(self, density: np.ndarray) -> np.ndarray:
-        """Return dp/dρ = a c |ρ - ρ₀|^(c-1) [m²/s²]."""
+        """Return the derivative of the surface pressure by the surface density, dp/dρ = a c |ρ - ρ₀|^(c-1) [m²/s²], at
+        surface densities [kg/m²]."""
         return np.asarray(self.stiffness * self.exponent * np.abs(density - self.density) ** (self.exponent - 1.0))
 
     def stored_energy(self, density: np.ndarray) -> np.ndarray:
-        """Return the stored energy per unit mass, ∫ p(r)/r² dr over the density r from ρ₀ to ρ [J/kg], by 24 Gauss points:
-        exact to rounding for c = 1 within a factor 4 of ρ₀."""
+        """Return the stored energy per unit mass [J/kg] at surface densities ρ [kg/m²], ∫ p(r)/r² dr over the density r from
+        ρ₀ to ρ, by 24 Gauss points: exact to rounding for c = 1 within a factor 4 of ρ₀."""
         half = 0.5 * (density - self.density)
         r = self.density + half[..., None] * (1.0 + POINTS)
         return np.asarray(half * ((self.pressure(r) / (r * r)) @ WEIGHTS))

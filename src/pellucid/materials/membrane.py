@@ -18,8 +18,8 @@ Shape = tuple[float, float, float, float]  # strain or deformation gradient in t
 
 @pointwise
 def turned_to(a11, a22, a12, major, minor):
-    """Return the symmetric tensor (11, 22, 12) with the principal directions of the tensor `a` and the principal values
-    `major` and `minor`."""
+    """Return the symmetric in-plane tensor (11, 22, 12) with the principal directions of the tensor a = (a11, a22, a12) and
+    the principal values `major` and `minor`."""
     half = 0.5 * (a11 - a22)
     radius = sqrt(half * half + a12 * a12)
     cosine, sine = (half / radius, a12 / radius) if radius > 0.0 else (1.0, 0.0)  # of twice the angle
@@ -29,48 +29,49 @@ def turned_to(a11, a22, a12, major, minor):
 
 @generic
 def stretched(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) after a step with the rate of deformation D
-    [1/s]."""
+    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) after a step dt [s] with the in-plane rate of
+    deformation D [1/s] in the local frame."""
 
 
 @generic
 def stretched_midway(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """Return the in-plane shape after a step like `stretched`, for D in the geometry at the middle of the step: second
-    order in dt."""
+    """Return the in-plane shape after a step like `stretched`, for a rate of deformation D computed in the geometry at the
+    middle of the step: second order in dt."""
 
 
 @generic
 def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
-    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) for two principal stretches along the
-    principal directions of the tensor `axes`."""
+    """Return the in-plane shape (strain or deformation gradient, as a 4-tuple) with the principal stretches `major` and
+    `minor` along the principal directions of the symmetric tensor `axes` (11, 22, 12)."""
 
 
 @generic
 def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
     """Return the principal stretches of a shape after its wrinkles are flattened, from its stretches `major` and `minor`;
-    for laws without wrinkles, these stretches."""
+    for laws without wrinkling, the same stretches."""
 
 
 @generic
 def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
     """Return the stress in the local frame of a point [Pa] and the ratio of the thickness to its value at rest, (σ11, σ22,
-    σ12, ratio), for a membrane without damage."""
+    σ12, ratio), for a membrane without damage; shape: see the module."""
 
 
 @generic
 def largest_strain(law: Law, shape: Shape) -> float:
-    """Return the largest in-plane principal strain; for finite strain, the logarithmic strain."""
+    """Return the largest in-plane principal strain of a shape (see the module); for laws of finite strain, the logarithmic
+    strain."""
 
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Return the speed of the fastest in-plane wave [m/s] from the stiffness alone, i.e. from the tangent of the Kirchhoff
-    stress; tension, which increases the speed, is not included."""
+    """Return the speed of the fastest in-plane wave [m/s] at a shape (see the module) and a density [kg/m³] from the
+    stiffness alone, i.e. from the tangent of the Kirchhoff stress; tension, which increases the speed, is not included."""
 
 
 @pointwise
 def principal_tension(s11, s22, s12):
-    """Return the larger in-plane principal stress [Pa], or 0 if it is compressive."""
+    """Return the larger in-plane principal value of the stress (s11, s22, s12) [Pa], or 0 if it is compressive."""
     larger = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
     return larger if larger > 0.0 else 0.0
 
@@ -78,19 +79,21 @@ def principal_tension(s11, s22, s12):
 @pointwise
 def fastest_wave(wave, tension, density):
     """Return the speed of the fastest small wave on a membrane [m/s]. wave: speed from the stiffness alone [m/s]; tension:
-    largest principal stress [Pa]."""
+    largest principal stress [Pa]; density [kg/m³]."""
     return sqrt(wave * wave + tension / density)
 
 
 def wave_in_shape(law: Law, shape: Shape, density: float) -> float:
-    """Return the speed of the fastest small wave on a membrane with this shape and density [m/s]."""
+    """Return the speed of the fastest small wave on a membrane with this in-plane shape (see the module) and density
+    [kg/m³], in m/s."""
     s11, s22, s12, _ = plane_response(law, shape)
     return float(fastest_wave(plane_wave_speed(law, shape, density), principal_tension(s11, s22, s12), density))
 
 
 @generic
 def plane_diffusivity(law: Law, shape: Shape, density: float) -> float:
-    """Return the kinematic viscosity (2μ + λ)/ρ of in-plane waves [m²/s]; default: 0."""
+    """Return the kinematic viscosity (2μ + λ)/ρ of in-plane pressure waves [m²/s], with the viscosities μ and λ [Pa s], at a
+    shape (see the module) and a density ρ [kg/m³]; default: 0."""
 
 
 @default_function(plane_diffusivity)
@@ -100,8 +103,8 @@ def _no_diffusivity(law, shape, density):
 
 @generic
 def damped_rate(law: Law, rate: float, spread: float) -> float:
-    """Return the inverse of the largest stable step [1/s]; rate: frequency of waves [1/s]; spread: rate ν/h² of momentum
-    diffusion with the kinematic viscosity ν over a length h [1/s]."""
+    """Return the inverse of the largest stable step [1/s]; rate: the same without viscosity, half the frequency of waves
+    [1/s]; spread: rate ν/h² of momentum diffusion with the kinematic viscosity ν over a length h [1/s]."""
 
 
 @default_function(damped_rate)
@@ -111,8 +114,8 @@ def _of_waves_alone(law, rate, spread):
 
 @generic
 def with_viscosity(law: Law, stress: InPlane, D: InPlane, ratio: float) -> InPlane:
-    """Return the stress plus the viscous stress, both in the local frame of a point [Pa]; D: rate of deformation [1/s];
-    ratio: ratio of the thickness to its value at rest."""
+    """Return the elastic stress plus the viscous stress, (11, 22, 12) in the local frame of a point [Pa]; D: in-plane rate
+    of deformation [1/s]; ratio: ratio of the thickness to its value at rest."""
 
 
 @default_function(with_viscosity)
@@ -122,7 +125,8 @@ def _without_viscosity(law, stress, D, ratio):
 
 @generic
 def record_loss(law: Law, dissipated: np.ndarray, p: int, D: InPlane, ratio: float, scale: float) -> None:
-    """Add the viscous dissipation per unit volume [W/m³], times `scale`, to `dissipated` at point or element p."""
+    """Add the viscous dissipation per unit volume [W/m³], times `scale`, to `dissipated` at point or element p; D, ratio: as
+    in `with_viscosity`."""
 
 
 @default_function(record_loss)

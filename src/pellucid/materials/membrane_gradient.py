@@ -1,4 +1,5 @@
-"""Laws of membranes whose in-plane shape is the deformation gradient F, (11, 12, 21, 22), from initial axes to the frame."""
+"""Laws of membranes whose in-plane shape is the in-plane deformation gradient F, (11, 12, 21, 22), from the initial axes of
+a point to its local frame."""
 
 from math import log, sqrt
 
@@ -19,8 +20,8 @@ from pellucid.materials.wrinkling import natural_width, unwrinkled
 
 
 def by_gradient(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the functions of a law that follow from F being the in-plane shape; the width of a wrinkled
-    strip follows from `natural_width`, if the law defines it."""
+    """Class decorator: register the functions of a law whose in-plane shape is the deformation gradient F. The width of a
+    wrinkled strip follows from `natural_width`, if the law defines it."""
     point_function(initial_shape, law)(_undeformed)
     point_function(stretched, law)(_stretched)
     point_function(stretched_midway, law)(_stretched_midway)
@@ -39,7 +40,7 @@ def left_stretch_squared(F: Shape) -> InPlane:
 
 @pointwise
 def larger_principal(s: InPlane) -> float:
-    """Return the larger principal value of a symmetric tensor."""
+    """Return the larger principal value of a symmetric in-plane tensor (11, 22, 12)."""
     half = 0.5 * (s[0] - s[1])
     return 0.5 * (s[0] + s[1]) + sqrt(half * half + s[2] * s[2])
 

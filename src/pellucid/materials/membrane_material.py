@@ -15,7 +15,7 @@ class MembraneMaterial(BodyMaterial):
 
     @abstractmethod
     def law(self, thickness: float) -> Law:
-        """Return the law for kernels, for a membrane of this thickness at rest [m]."""
+        """Return the material law in the form for kernels, for a membrane of this thickness at rest [m]."""
 
     @abstractmethod
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
@@ -30,12 +30,12 @@ class MembraneMaterial(BodyMaterial):
 
     @property
     def direction(self) -> np.ndarray | None:
-        """Direction whose projection onto the surface is the first initial axis, shape (3,); None if the axes are
-        arbitrary."""
+        """Direction whose projection onto the surface is the first initial axis of anisotropic laws, shape (3,); None if the
+        axes are arbitrary."""
         return None
 
     def damage_law(self) -> Elastodamage | Undamaged:
-        """Return the damage law for kernels."""
+        """Return the damage law in the form for kernels; `Undamaged` without damage."""
         return Undamaged()
 
     @property
@@ -45,7 +45,7 @@ class MembraneMaterial(BodyMaterial):
         return None
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray | None:
-        """Return the recoverable energy per unit mass of points with given in-plane shapes, (n, 4): [J/kg], shape (n,);
+        """Return the energy per unit mass that points with given in-plane shapes, (n, 4), can give back [J/kg], shape (n,);
         None if all energy is recoverable, or if losses are recorded."""
         return None
 

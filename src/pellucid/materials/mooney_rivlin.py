@@ -25,7 +25,7 @@ from pellucid.tensors import add, cofactor, determinant, deviator, left_cauchy_g
 
 @decoupled
 class MooneyRivlin(NamedTuple):
-    """Parameters of the law: coefficients c₁, c₂ and bulk modulus [Pa], initial density [kg/m³]."""
+    """Parameters of the Mooney-Rivlin law: coefficients c₁, c₂ and bulk modulus [Pa], initial density [kg/m³]."""
 
     c1: float
     c2: float

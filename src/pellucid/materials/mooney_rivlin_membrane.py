@@ -15,7 +15,8 @@ from pellucid.model import parameter
 
 @incompressible
 class MooneyRivlinSurface(NamedTuple):
-    """Parameters of the law: shear modulus G at rest [N/m], and the ratio c = C₂/C₁ of the two terms."""
+    """Parameters of the Mooney-Rivlin law of a surface: shear modulus G at rest [N/m], and the ratio c = C₂/C₁ of the two
+    terms."""
 
     G: float
     ratio: float

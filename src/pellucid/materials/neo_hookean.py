@@ -16,7 +16,7 @@ from pellucid.tensors import determinant, largest_row_sum, left_cauchy_green
 
 @hyperelastic
 class NeoHookean(NamedTuple):
-    """Parameters of the law: Lamé's constants [Pa] and initial density [kg/m³]."""
+    """Parameters of the compressible neo-Hookean law: Lamé's constants [Pa] and initial density [kg/m³]."""
 
     lam: float
     mu: float

@@ -17,7 +17,7 @@ MOST_ITERATIONS = 50
 
 @by_gradient
 class NeoHookeanMembrane(NamedTuple):
-    """Parameters of the law: Lamé's constants [Pa]."""
+    """Parameters of the compressible neo-Hookean law of a membrane: Lamé's constants [Pa]."""
 
     lam: float
     mu: float
@@ -34,7 +34,8 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
 
 @pointwise
 def _free_stretch_squared(law, held, share):
-    """Return the squared stretch c in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0.
+    """Return the squared stretch c in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0 with Lamé's
+    constants λ, μ of the law.
 
     held: product of the given stretches; share: exponent of c in the volume ratio J = held c^share. Newton's method in ln
     c, which converges monotonically.
@@ -51,8 +52,8 @@ def _free_stretch_squared(law, held, share):
 
 @pointwise
 def _thickness_squared(law, area):
-    """Return the squared ratio of the thickness of a membrane to its thickness at rest, for a ratio of present to initial
-    area."""
+    """Return the squared ratio of the thickness of a membrane to its thickness at rest, for a ratio `area` of present to
+    initial area."""
     return _free_stretch_squared(law, area, 0.5)
 
 

@@ -27,7 +27,8 @@ from pellucid.tensors import Symmetric, determinant, left_cauchy_green, piola_tr
 
 @decoupled
 class Ogden(NamedTuple):
-    """Parameters of the law: moduli μ_p [Pa] and exponents α_p of the terms, bulk modulus [Pa], initial density [kg/m³]."""
+    """Parameters of the Ogden law: moduli μ_p [Pa] and exponents α_p of the terms, bulk modulus [Pa], initial density
+    [kg/m³]."""
 
     moduli: tuple[float, ...]
     exponents: tuple[float, ...]
@@ -36,7 +37,7 @@ class Ogden(NamedTuple):
 
 
 def check_terms(moduli: tuple[float, ...], exponents: tuple[float, ...]) -> None:
-    """Check the moduli and exponents of the terms. Raises ValueError if the numbers of moduli and exponents differ, or if a
+    """Check the moduli [Pa] and exponents of the terms of an Ogden law. Raises ValueError if their numbers differ, or if a
     term has no positive stiffness."""
     if moduli and len(moduli) != len(exponents):
         raise ValueError(f"shear_moduli has {len(moduli)} numbers but exponents {len(exponents)}: give one of each per term")
@@ -70,8 +71,8 @@ class OgdenMaterial(BulkMaterial):
 
 @pointwise
 def _strains(of: Spectrum) -> tuple[Triple, float]:
-    """Return the isochoric logarithmic principal strains ln λ̄ for the eigenvalues x = λ² of b, and the difference between
-    the second and the third."""
+    """Return the isochoric logarithmic principal strains ln λ̄, from the spectrum of b = F Fᵀ with the eigenvalues x = λ²,
+    and the difference between the second and the third of them."""
     above = 0.5 * log1p(of.distance / of.values[2])
     a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
     mean = THIRD * (a + c + c + above)
@@ -80,7 +81,8 @@ def _strains(of: Spectrum) -> tuple[Triple, float]:
 
 @pointwise
 def _energy_and_deviator(law: Ogden, of: Spectrum) -> tuple[float, Symmetric]:
-    """Return the isochoric energy W_iso [J/m³] and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2) [Pa]."""
+    """Return the isochoric energy W_iso [J/m³] and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2) [Pa], from the
+    spectrum of b = F Fᵀ."""
     (first, _, third), above = _strains(of)
     stored = apart = slope = 0.0  # slope: of the stress over the strain from the third to the second
     for p in range(len(law.moduli)):
@@ -144,6 +146,8 @@ def _isochoric_stiffness(law, F):
 
 @pointwise
 def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
-    """Return the shear stiffness k_ij defined by the comment in `_isochoric_stiffness`; k_ji = λ_i²/λ_j² k_ij."""
+    """Return the shear stiffness k_ij [Pa] of the directions i and j (see the comment in `_isochoric_stiffness`); k_ji =
+    λ_i²/λ_j² k_ij. x: squared principal stretches; y: principal Kirchhoff stresses [Pa], up to a common value; slope:
+    their derivatives by the logarithmic strains [Pa]."""
     d = x[i] / x[j] - 1.0
     return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

@@ -19,7 +19,7 @@ from pellucid.model import parameter
 
 @incompressible
 class OgdenSurface(NamedTuple):
-    """Parameters of the law: moduli m_p [N/m] and exponents α_p of the terms."""
+    """Parameters of the Ogden law of a surface: moduli m_p [N/m] and exponents α_p of the terms."""
 
     moduli: tuple[float, ...]
     exponents: tuple[float, ...]

@@ -20,7 +20,7 @@ SHARED = ("stress", "internal_energy", "strain_energy", "dissipated_energy", "de
 
 
 class PointState(Protocol):
-    """State of a point under any law: a NamedTuple whose fields include the Cauchy stress [Pa]."""
+    """State of a point under any material law: a NamedTuple whose fields include the Cauchy stress [Pa]."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...
@@ -36,7 +36,7 @@ StateType = TypeVar("StateType", bound=PointState)
 
 @generic
 def load(arrays: PointState, p: int) -> PointState:
-    """Return the state of point p."""
+    """Return the state of point p from the arrays of a body."""
 
 
 @generic
@@ -45,7 +45,7 @@ def store(arrays: PointState, p: int, state: PointState) -> None:
 
 
 def initial_arrays(state: PointState, n: int) -> dict[str, np.ndarray]:
-    """Return the arrays, by name, of n points that are all in one state."""
+    """Return the arrays, by field name with one row per point, of n points that all have one state."""
     values = {name: np.array(value, dtype=float) for name, value in zip(state._fields, state, strict=True)}
     return {name: np.full((n, *value.shape), value) for name, value in values.items()}
 
@@ -98,7 +98,8 @@ def _declare_field(state: type, name: str, size: int, unit_and_meaning: tuple[st
 
 
 def _register(state: type, sizes: dict[str, int]) -> None:
-    """Generate `load` and `store` for a state: numba needs every component written out."""
+    """Generate the functions `load` and `store` for a class of states: numba needs every component written out. sizes:
+    number of components of each field."""
     values, lines = [], []
     for name, size in sizes.items():
         places = [f"arrays.{name}[p]"] if size == 1 else [f"arrays.{name}[p, {k}]" for k in range(size)]

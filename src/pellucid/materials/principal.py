@@ -62,7 +62,7 @@ def _discriminant(a: Symmetric, b: Symmetric) -> float:
 
 @pointwise
 def spectrum(a: Symmetric) -> Spectrum:
-    """Return the `Spectrum` of a positive tensor a. If a is not finite, the eigenvalues are not finite."""
+    """Return the `Spectrum` of a positive tensor a (6-tuple). If a is not finite, the eigenvalues are not finite."""
     m = trace(a) / 3.0
     s = (a[0] - m, a[1] - m, a[2] - m, a[3], a[4], a[5])
     p, least = sqrt(SIXTH * double_dot(s, s)), ROUNDING * m
@@ -103,8 +103,8 @@ def spectrum(a: Symmetric) -> Spectrum:
 
 @pointwise
 def isotropic_deviator(of: Spectrum, apart: float, slope: float) -> Symmetric:
-    """Return dev f(a) of an isotropic function; apart: f(x₁) - f(x₂); slope: (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) if both
-    are equal."""
+    """Return dev f(a), the deviator of an isotropic function f of a tensor a with the given spectrum (eigenvalues x₁, x₂,
+    x₃); apart: f(x₁) - f(x₂); slope: (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) if both are equal."""
     bend = (apart - slope * of.across[0]) / (of.across[0] * of.across[1])
     slope += bend * of.first  # of a, in (a - x₂)(a - x₃) too
     s, q = of.deviator, of.square

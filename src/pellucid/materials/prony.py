@@ -48,8 +48,8 @@ from pellucid.tensors import (
 
 @finite_strain
 class Prony(NamedTuple):
-    """Parameters of the law: law of the hyperelastic solid, shares and relaxation times [s] of the branches, initial
-    density [kg/m³]."""
+    """Parameters of finite linear viscoelasticity with a Prony series: law of the hyperelastic solid, shares and relaxation
+    times [s] of the branches, initial density [kg/m³]."""
 
     elastic: Law
     shares: tuple[float, ...]

@@ -20,8 +20,8 @@ strain rates at the start and end of the step [1/s]; duration of the step [s].""
 
 @generic
 def relaxed(state: PointState, law: Law, F: Tensor, isochoric: Symmetric, step: Step) -> PointState:
-    """Return the state after a step to the deformation gradient F; isochoric: isochoric Kirchhoff stress of the
-    hyperelastic solid at F [Pa]."""
+    """Return the state of a point after a step to the deformation gradient F; isochoric: isochoric Kirchhoff stress of the
+    hyperelastic solid at F [Pa]; step: data of the step, see `Step`."""
 
 
 @generic
@@ -39,8 +39,8 @@ def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, 
     """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work done
     on the branch in it [J/kg].
 
-    q, stored: overstress and stored energy before the step; share, time: share and relaxation time [s] of the branch; rho0:
-    initial density [kg/m³].
+    q, stored: overstress and stored energy before the step; share, time: share and relaxation time [s] of the branch;
+    rho0: initial density [kg/m³]; step: data of the step, see `Step`.
     """
     carry, change, before, after, dt = step
     x = dt / time
@@ -53,7 +53,7 @@ def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, 
 @pointwise
 def total_stress(law: Any, J: float, isochoric: Symmetric, q: Symmetric) -> Symmetric:
     """Return the Cauchy stress σ [Pa] at the volume ratio J, from the isochoric Kirchhoff stress of the hyperelastic solid
-    and the sum of the overstresses, q = Σ q_k [Pa]."""
+    [Pa] and the sum of the overstresses, q = Σ q_k [Pa]; law: parameters of the material."""
     s = scale(1.0 / J, add(isochoric, deviator(q)))
     mean = volumetric_stress(law.elastic, J)
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
@@ -84,7 +84,7 @@ def branch_energy(state):
 
 
 def _state(n: int) -> Any:
-    """Declare and return the class for the states of points with n branches."""
+    """Declare and return the class for the states of points of a law with n branches (terms of the Prony series)."""
     numbers = range(1, n + 1)
     name = f"PronyState{n}"
     own = {f"overstress_energy_{k}": ("J/kg", f"energy that branch {k} of the Prony series stores") for k in numbers}
@@ -118,7 +118,8 @@ def _state(n: int) -> Any:
 
 
 def _nested(terms: list[str]) -> str:
-    """Return source text that adds the tensors in `terms`, which are source texts too, by nested calls of `add`."""
+    """Return source text that adds the tensors in `terms`, which are source texts too, by nested calls of the function
+    `add`."""
     return terms[0] if len(terms) == 1 else f"add({terms[0]}, {_nested(terms[1:])})"
 
 

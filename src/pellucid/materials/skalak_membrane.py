@@ -17,7 +17,7 @@ from pellucid.model import check, parameter
 
 
 class SkalakSurface(NamedTuple):
-    """Parameters of the law: shear modulus G [N/m], and the factor C of the resistance to a change of area."""
+    """Parameters of Skalak's law: shear modulus G [N/m], and the factor C of the resistance to a change of area."""
 
     G: float
     C: float

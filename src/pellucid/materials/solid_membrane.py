@@ -34,7 +34,8 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @abstractmethod
     def plain_law(self, thickness: float) -> Law:
-        """Return the law of a membrane of this thickness at rest [m] that carries compression, without viscosity."""
+        """Return the elastic law of a membrane of this thickness at rest [m], without wrinkling (it also carries
+        compression) and without viscosity."""
 
     def law(self, thickness: float) -> Law:
         plain = self.plain_law(thickness)
@@ -44,7 +45,8 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @abstractmethod
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """Return the functions that must be registered for the law and for each of its component laws."""
+        """Return the functions of `pellucid.materials.membrane` or `pellucid.materials.surface_law` that must be registered
+        for the law and for each of its component laws."""
 
     @check
     def _law_is_whole(self) -> None:

@@ -10,7 +10,8 @@ PROBE = 1e-6  # stretch by which the stiffness at rest is measured
 
 
 def stretch_under(law: Law, stress: Symmetric) -> Tensor:
-    """Return a deformation gradient without rotation and with this Cauchy stress [Pa]. Raises ValueError if none is found."""
+    """Return a deformation gradient without rotation (9-tuple) at which the law of a hyperelastic solid has this Cauchy
+    stress [Pa]. Raises ValueError if none is found."""
     from scipy.optimize import root
 
     at_rest, wanted = np.array(cauchy_stress(law, IDENTITY)), np.array(stress)
@@ -34,7 +35,7 @@ def stretch_under(law: Law, stress: Symmetric) -> Tensor:
 
 
 def _possible(strain: np.ndarray) -> bool:
-    """Return True if the strain belongs to a finite deformation with positive volume."""
+    """Return True if the strain (xx, yy, zz, yz, xz, xy), shape (6,), belongs to a finite deformation with positive volume."""
     F = np.array(_symmetric(strain)).reshape(3, 3)
     return bool(np.isfinite(F).all() and np.linalg.det(F) > 0.0)
 

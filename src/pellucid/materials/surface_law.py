@@ -42,18 +42,21 @@ def surface_energy(law: Law, F: Shape) -> float:
 
 @generic
 def surface_tension(law: Law, F: Shape) -> InPlane:
-    """Return τ = J T in the local frame of a point, i.e. the tension T times the area ratio J: components 11, 22, 12 [N/m]."""
+    """Return τ = J T in the local frame of a point at an in-plane deformation gradient F, i.e. the tension T times the area
+    ratio J: components 11, 22, 12 [N/m]."""
 
 
 @generic
 def surface_stiffness(law: Law, F: Shape) -> float:
-    """Return the stiffness [N/m] that determines the speed of plane waves and, multiplied by a sum of squared gradients of
-    shape functions, the frequency of elements. It follows from the tangent of τ; tension is added separately."""
+    """Return the stiffness [N/m] at an in-plane deformation gradient F that determines the speed of plane waves and,
+    multiplied by a sum of squared gradients of shape functions, the frequency of elements. It follows from the tangent of
+    τ (see the module); tension is added separately."""
 
 
 @pointwise
 def _principal(F: Shape) -> tuple[InPlane, float, float]:
-    """Return the left Cauchy-Green tensor b = F Fᵀ, and the principal stretches, the larger first."""
+    """Return the left Cauchy-Green tensor b = F Fᵀ, (11, 22, 12), and the principal stretches, the larger first, of an
+    in-plane deformation gradient F."""
     b = left_stretch_squared(F)
     major = sqrt(larger_principal(b))
     return b, major, (F[0] * F[3] - F[1] * F[2]) / major
@@ -102,10 +105,11 @@ def _stiffness(law, F):
 
 @default_function(natural_width)
 def by_search(law, stretch):
-    """Return the width of a strip with zero transverse tension, at a stretch along it, relative to its width at rest.
+    """Return the width of a strip with zero transverse tension, at a stretch along it, relative to its width at rest;
+    default for `natural_width`.
 
-    Uses Newton's method for the logarithm of the width, between bounds; at a width equal to `stretch` a sheet in tension is
-    taut.
+    Uses Newton's method for the logarithm of the width, between bounds; at a width equal to `stretch` a sheet in tension
+    is taut.
     """
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high

@@ -16,7 +16,7 @@ class SurfaceMembraneMaterial(SolidMembraneMaterial):
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """Return the surface law for kernels."""
+        """Return the surface law (see `pellucid.materials.surface_law`) in the form for kernels."""
 
     @abstractmethod
     def surface_moduli(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from pellucid.model import parameter
 
 @invariant_based
 class SurfaceNeoHookean(NamedTuple):
-    """Parameter of the law: shear modulus G at rest [N/m]."""
+    """Parameter of the neo-Hookean law of a surface: shear modulus G at rest [N/m]."""
 
     G: float
 

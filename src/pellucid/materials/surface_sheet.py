@@ -18,7 +18,7 @@ from pellucid.materials.wrinkling import natural_width
 
 @by_gradient
 class SurfaceSheet(NamedTuple):
-    """Parameters of the law: surface law and thickness at rest [m]."""
+    """Parameters of a membrane with a surface law and a thickness: the surface law, and the thickness at rest [m]."""
 
     law: Law
     thickness: float

@@ -1,5 +1,5 @@
-"""Trial of a law, once, at rest and in plain Python: errors of a user's material are reported before any kernel is
-compiled."""
+"""Trial of a material law: its functions are called once, at rest and in plain Python, so that errors of a user's material
+are reported before any kernel is compiled."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
@@ -84,13 +84,13 @@ DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, 
 
 
 class Call(NamedTuple):
-    """A function of a law, and the arguments with which it is tried."""
+    """A function of a material law, and the arguments with which it is tried."""
 
     operation: Operation
     arguments: tuple[Any, ...]
 
     def result(self) -> Any:
-        """Return the result of the call. Raises ValueError if the operation fails."""
+        """Return the result of the call. Raises ValueError if the function fails."""
         name = self.operation.__name__
         with failing_as(lambda why: ValueError(f"`{name}` of the law {_named(self.arguments[0])} fails at rest: {why}")):
             return self.operation(*self.arguments)
@@ -101,7 +101,8 @@ class Call(NamedTuple):
 
 
 def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation, Call]:
-    """Return each function of a law in rate form with its arguments for a point at rest: zero time step, cells of 1 m."""
+    """Return each function of a law of material points with the arguments of its trial call, for a point in the initial
+    state `state` at rest: zero time step, cells of 1 m."""
     density = material.density
     arguments = {
         update: (law, state, density, ZERO_GRADIENT, 0.0, 1.0),
@@ -171,8 +172,8 @@ def try_membrane(material: "SolidMembraneMaterial") -> None:
 
 
 def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:
-    """Return each function of a membrane law with its arguments for a point at rest and a zero time step: first the
-    functions of its surface law, if any, then those of the law itself."""
+    """Return each function of a membrane law with the arguments of its trial call, for a point at rest and a zero time step:
+    first the functions of its surface law, if any, then those of the law itself."""
     of_surface = {
         operation: Call(operation, (part, *SURFACE[operation][1]))
         for part, operations in material.operations().items()
@@ -196,7 +197,8 @@ def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Opera
 
 
 def _check_parameters(law: Any, name: str) -> None:
-    """Raise ValueError unless the law is a NamedTuple of numbers, tuples of numbers and other laws."""
+    """Raise ValueError unless the law is a NamedTuple of numbers, tuples of numbers and other laws; name: method or field
+    that contains the law, for the message."""
     if not hasattr(law, "_fields"):
         raise ValueError(f"{name} gives the law {law!r}; it must be a NamedTuple of its parameters")
     for field, value in zip(law._fields, law, strict=True):
@@ -211,7 +213,8 @@ def _check_parameters(law: Any, name: str) -> None:
 
 
 def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
-    """Raise ValueError unless every function is registered for the law that needs it."""
+    """Raise ValueError unless every function is registered for the law that needs it; operations: functions that each law
+    needs."""
     for law, wanted in operations.items():
         lacking = [operation for operation in wanted if type(law) not in implementations(operation)]
         if lacking:
@@ -224,7 +227,8 @@ def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
 
 
 def _check_state(found: Any, wanted: Any, what: str) -> None:
-    """Raise ValueError unless the state `found` has the type of the initial state `wanted` and contains finite numbers."""
+    """Raise ValueError unless the state `found` has the type of the initial state `wanted` and contains finite numbers;
+    what: function that returned the state, for the message."""
     if type(found) is not type(wanted):
         raise ValueError(f"{what} returns {_named(found)}; it must return a {type(wanted).__name__}")
     for name, value in zip(wanted._fields, found, strict=True):
@@ -259,5 +263,5 @@ def _number(value: Any, least: float, what: str) -> float:
 
 
 def _named(law: Any) -> str:
-    """Return the name of a law or state, and its file."""
+    """Return the name of the class of a law or state and its file, as text for messages."""
     return f"{type(law).__name__} ({file_of(type(law))})" if hasattr(law, "_fields") else f"a {type(law).__name__}"

@@ -44,5 +44,6 @@ class ViscoelasticMaterial(PointMaterial):
 
 
 def lost_so_far(law, state, density):
-    """Return `dissipated_energy` for a law that stores it in the state of points."""
+    """Return the energy dissipated so far per unit mass [J/kg], as implementation of `dissipated_energy` for a law that
+    stores it in the state of points."""
     return state.dissipated_energy

@@ -22,7 +22,8 @@ from pellucid.materials.membrane import (
 
 @around
 class ViscousMembrane(NamedTuple):
-    """Parameters of the law: elastic law of the membrane, surface viscosities μ and λ [N s/m], thickness at rest [m]."""
+    """Parameters of an elastic membrane with surface viscosity: elastic law of the membrane, surface viscosities μ and λ [N
+    s/m], thickness at rest [m]."""
 
     law: Law
     mu: float

@@ -27,13 +27,14 @@ class TensionField(NamedTuple):
 
 @generic
 def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
-    """Return the in-plane shape after the wrinkles are flattened, a 4-tuple, and the ratio of its area to the area of the
-    given shape."""
+    """Return the in-plane shape (4-tuple) that the material has on the wavy surface, i.e. after the wrinkles of `shape` are
+    flattened, and the ratio of its area to the area of the given shape."""
 
 
 @generic
 def natural_width(law: Law, stretch: float) -> float:
-    """Return the width of a strip with free sides that is pulled to a stretch, relative to its width at rest."""
+    """Return the width of a strip with free sides that is pulled to a stretch (length relative to its length at rest),
+    relative to its width at rest."""
 
 
 @point_function(smoothed, TensionField)

@@ -15,7 +15,7 @@ from pellucid.model import parameter
 
 @invariant_based
 class YeohSurface(NamedTuple):
-    """Parameters of the law: shear modulus G at rest and coefficient C₃ of the cubic term [N/m]."""
+    """Parameters of the Yeoh law of a surface: shear modulus G at rest and coefficient C₃ of the cubic term [N/m]."""
 
     G: float
     C3: float

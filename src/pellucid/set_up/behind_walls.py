@@ -25,7 +25,7 @@ REMEDY = (
 
 
 def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError if a body starts behind a wall that acts on it.
+    """Raise CaseError if a body starts behind a wall (a rigid plane of the case) that acts on it.
 
     going_on: names of the bodies that continue from an earlier run; they are not checked.
     """
@@ -50,7 +50,8 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
 
 
 def with_room_behind_walls(case: Case) -> Case:
-    """Return the case; if a wall lies on or close in front of a face of the grid, a copy of the case with a larger grid.
+    """Return the case. If a plane wall lies on or close in front of a face of the grid, return a copy of the case with a
+    larger grid.
 
     A wall pushes points back, so that points of bodies in contact pass it only by a small fraction of a cell. Layers of
     cells are added to contain them. A face that a condition names is not moved. A second call changes nothing more.
@@ -66,16 +67,16 @@ def with_room_behind_walls(case: Case) -> Case:
 
 
 def _extended(grid: GridCase, axis: int, end: str) -> GridCase:
-    """Return a copy of the grid with one more layer of cells at a face, given by its axis and end."""
+    """Return a copy of the grid with one more layer of cells at a face, given by its axis and end ("lower" or "upper")."""
     corners = {"lower": list(grid.lower), "upper": list(grid.extent_upper())}
     corners[end][axis] += grid.cell if end == "upper" else -grid.cell
     return grid.model_copy(update={key: tuple(corner) for key, corner in corners.items()})
 
 
 def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
-    """Return True if the grid needs more cells at a face.
+    """Return True if the grid needs more cells at a face, given by its axis and end ("lower" or "upper").
 
-    This is so if no condition names the face, and walls closer than ROOM to it act on a body whose motion is free.
+    This is so if no condition names the face, and walls closer than ROOM cells to it act on a body whose motion is free.
     """
     parts, face = parts_of(case), f"{'xyz'[axis]}-{end}"
     if any(one.constrains_face(face) or one.opens_face(face) for one in parts.of(Condition)):
@@ -89,7 +90,8 @@ def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
 
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
-    """Return True if walls that face into the grid are less than ROOM cells away from a face of the grid.
+    """Return True if walls that face into the grid are less than ROOM cells away from a face of the grid, given by its axis
+    and end ("lower" or "upper").
 
     places: sampled positions on the face [m], shape (n, 3). The position that is least deep behind the walls is used.
     """
@@ -106,7 +108,7 @@ def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: 
 
 
 def _places_of_face(grid: GridCase, axis: int, end: str) -> np.ndarray:
-    """Return sampled positions on a face of the grid [m], shape (n, 3)."""
+    """Return sampled positions on a face of the grid, given by its axis and end ("lower" or "upper") [m], shape (n, 3)."""
     ends = [
         np.linspace(low, high, 1 if thin else min(n, MOST_PLACES) + 1)
         for low, high, thin, n in zip(grid.lower, grid.extent_upper(), grid.thin(), grid.counts(), strict=True)

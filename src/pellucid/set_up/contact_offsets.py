@@ -1,11 +1,12 @@
-"""Output lines for the user about the contact offsets of membranes."""
+"""Lines for the user about the distances at which membranes come into contact."""
 
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.case import Case
 
 
 def contact_offsets(case: Case) -> list[str]:
-    """Return a line for each membrane that may be in contact with others: its contact distance and the reason for it."""
+    """Return a line of text for each membrane that may be in contact with others: the distance at which contact starts and
+    the reason for it."""
     if case.grid_or_none is None or not (case.wall or len({body.field for body in case.body}) > 1):
         return []
     return [_line(body) for body in case.body if isinstance(body, MembraneCase)]

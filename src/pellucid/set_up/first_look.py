@@ -20,8 +20,8 @@ from pellucid.set_up.supports import crossing_supports, leading_out
 
 
 def stand(case: Case) -> dict[str, Standing]:
-    """Return the initial points of each body (`Standing`) by name, without bodies that continue from an earlier run. Raises
-    CaseError."""
+    """Return the initial points of each body by name, without bodies that continue from an earlier run. Raises CaseError if
+    a body cannot be placed."""
     names = {body.name for body in case.body}
     if case.start is not None:
         names -= set(case.start.body or names)
@@ -31,8 +31,8 @@ def stand(case: Case) -> dict[str, Standing]:
 
 
 def look(case: Case) -> Iterator[str]:
-    """Yield the warnings about a case that can be found quickly, without setting it up. Raises CaseError if a run would
-    refuse it."""
+    """Yield the warnings about a case that can be found quickly, without building its bodies. Raises CaseError if a run
+    would refuse the case."""
     for body in case.body:
         body.check_set_up()
     standing = stand(case)
@@ -42,7 +42,7 @@ def look(case: Case) -> Iterator[str]:
 
 
 def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError if bodies start inside each other or behind walls. For the parameters see `warnings_of`."""
+    """Raise CaseError if bodies start inside each other or behind walls. Arguments as in `warnings_of`."""
     refuse_overlaps(case.body, standing, case.grid_or_none, going_on)
     refuse_behind_walls(case, going_on)
 
@@ -74,7 +74,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
 
 
 def late_pictures(case: Case) -> Iterator[str]:
-    """Yield a warning for each picture with times later than the end of the run."""
+    """Yield a warning for each picture that the case requests at times later than the end of the run."""
     for picture in case.picture:
         late = [f"{time:g} s" for time in picture.times if case.time.passed(time)]
         if late:

@@ -51,7 +51,8 @@ def _displaces(body: Floating) -> bool:
 
 
 def _is_inside(other: SeededBody, body: Floating) -> bool:
-    """Return True if the bounding box of a body of material points lies within the bounding box of a membrane."""
+    """Return True if the bounding box of a body of material points (`other`) lies within the bounding box of a membrane
+    (`body`)."""
     if not isinstance(body, MembraneCase):
         return False
     (low, high), (lower, upper) = other.bounds(), body.bounds()
@@ -61,8 +62,8 @@ def _is_inside(other: SeededBody, body: Floating) -> bool:
 def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
     """Return True if a body may float in a liquid.
 
-    This is so if it is lighter than the liquid, or extends above it without resting on the floor. A membrane filled by the
-    liquid does not float.
+    This is so if it is lighter than the liquid, or extends above it without resting on the floor. A membrane that
+    contains the liquid does not float.
     """
     if isinstance(body, MembraneCase) and body.name not in liquid.outside:  # the liquid fills it
         return False
@@ -73,7 +74,8 @@ def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
 
 
 def _mean_density(body: Floating, case: Case) -> float:
-    """Return the mean density [kg/m³]: of a solid, or of a membrane with its contents in the enclosed volume."""
+    """Return the mean density [kg/m³] of a solid, or of a membrane together with its contents, over the volume that it
+    displaces."""
     if isinstance(body, SeededBody):
         return body.material.density
     volume, (vertices, triangles) = body.occupied().measure((True, True, True)), body.surface.triangulate()
@@ -94,8 +96,8 @@ def _top(body: Floating, up: np.ndarray) -> float:
 
 
 def _stands(body: Floating, case: Case) -> bool:
-    """Return True if a body starts in contact with a face of the grid, in the direction of gravity, whose normal velocity
-    is prescribed by a support."""
+    """Return True if a body is at the start in contact with a face of the grid below it (in the direction of gravity) whose
+    normal velocity a support prescribes."""
     lower, upper = body.bounds()
     slack = ON_FLOOR * case.grid.cell
     for axis, pull in enumerate(case.gravity):
@@ -136,6 +138,6 @@ def _is_free(body: Floating, case: Case) -> bool:
 
 
 def _free_field(case: Case, name: str) -> str:
-    """Return a name for a new velocity field, derived from the body name, that is not in use."""
+    """Return a name for a new velocity field, derived from the body name, that no body of the case uses."""
     fields = {body.field for body in case.body}
     return next(option for option in (name, f"{name}-field", f"{name}-alone") if option not in fields)

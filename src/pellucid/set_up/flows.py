@@ -80,7 +80,7 @@ def _is_liquid(body: SeededBody) -> bool:
 
 
 def _is_closed(case: Case) -> bool:
-    """Return True if every face of the grid has a support for its normal velocity or an open-face condition.
+    """Return True if every face of the grid has a support for its normal velocity or an inflow or outflow.
 
     Faces on thin and periodic axes are ignored.
     """
@@ -95,7 +95,7 @@ def _is_closed(case: Case) -> bool:
 
 
 def _entered(inflow: Inflow, body: SeededBody, case: Case, times: np.ndarray) -> np.ndarray:
-    """Return the volume that an inflow has added until the given times [m³]; same shape as `times` [s]."""
+    """Return the volume that an inflow of a body has added until the given times [m³]; same shape as `times` [s]."""
     rate = inflow.flow_rate
     if rate is None:
         face = OpenFace.of(inflow.where, case.grid)
@@ -123,7 +123,8 @@ def _volume(body: object, case: Case) -> float:
 
 
 def _closed_vents(case: Case) -> Iterator[str]:
-    """Yield a warning for each vent whose opening pressure the gas or liquid cannot reach, if nothing compresses it."""
+    """Yield a warning for each vent whose opening pressure the gas or liquid in the membrane cannot reach, if nothing
+    compresses it."""
     parts, bodies = parts_of(case), {body.name: body for body in case.body}
     quiet = all(
         isinstance(one, Enclosed) or (isinstance(one, Support) and not any(one.velocity)) for one in parts.of(Condition)
@@ -150,6 +151,7 @@ def _closed_vents(case: Case) -> Iterator[str]:
 
 
 def _is_at_rest(membrane: object) -> bool:
-    """Return True if a membrane neither moves nor is under tension at the start, so that it does not shrink."""
+    """Return True if a membrane has neither an initial velocity nor initial tension or inflation, so that it does not
+    shrink."""
     is_slack = isinstance(membrane, MembraneCase) and membrane.tension == 0.0 and membrane.inflation == 0.0
     return is_slack and not (any(membrane.velocity) or membrane.initial)  # type: ignore[attr-defined]

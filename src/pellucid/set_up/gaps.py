@@ -30,7 +30,7 @@ Covers = Callable[[np.ndarray], np.ndarray]
 
 
 class Border(NamedTuple):
-    """Boundary that material cannot penetrate."""
+    """Boundary that material cannot penetrate: a body that does not deform, a wall, or a face of the grid."""
 
     name: str
     covers: Covers
@@ -45,9 +45,10 @@ class Border(NamedTuple):
 def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
     """Yield a warning for each pair of boundaries with a gap of fewer than FEWEST cells between them.
 
-    Boundaries are hard bodies, walls, and faces of the grid with a fixed normal velocity. There is a warning only if
-    another body starts in the gap, or if the boundaries keep their distance, so that another body may enter it. going_on:
-    names of the bodies that continue from an earlier run; they are left out because their positions differ from the case.
+    Boundaries are hard bodies (bodies that do not deform), walls, and faces of the grid with a fixed normal velocity.
+    There is a warning only if another body starts in the gap, or if the boundaries keep their distance, so that another
+    body may enter it. going_on: names of the bodies that continue from an earlier run; they are left out because their
+    positions differ from the case.
     """
     grid = case.grid
     hard = [body for body in hard_bodies(case) if not body.is_surface]
@@ -142,8 +143,9 @@ def _across(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points of one boundary that face another across a gap of fewer than FEWEST cells.
 
-    The result contains positions [m] and normals, shape (n, 3) each, and gap widths [m], shape (n,). place, normal: points
-    and normals of the first boundary. theirs: points and normals of the other boundary; None for a plane.
+    The result contains positions [m] and normals, shape (n, 3) each, and gap widths [m], shape (n,). place, normal:
+    points and normals of the first boundary `one`; theirs: points and normals of the boundary `other`; None for a plane;
+    cell: cell size [m].
     """
     none = place[:0], normal[:0], np.zeros(0)
     reach = FEWEST * (0.5 if other.is_mirror else 1.0) * cell

@@ -28,8 +28,8 @@ class _Holding(NamedTuple):
 
 
 def held_edges(case: Case) -> Iterator[str]:
-    """Yield a warning for each support or motion that acts as a hinge, and for each clamp at a distance from the edge of
-    its region.
+    """Yield a warning for each support or motion that acts as a hinge, and for each clamp whose region ends at a distance
+    from the last row of nodes that it clamps.
 
     A support or motion that constrains a single row of nodes of a membrane with bending stiffness is a hinge.
     """
@@ -48,7 +48,7 @@ def _bends(body: MembraneCase) -> bool:
 
 
 def _find_mirrored(case: Case, of: Selectable) -> np.ndarray:
-    """Return a mask of the nodes that lie in planes of symmetry, shape (n,)."""
+    """Return a mask of the nodes of a membrane (`of`) that lie in planes of symmetry, shape (n,)."""
     mirrored = np.zeros(len(of.position), bool)
     for support in on_each_face(case.support):
         if support.fix == "normal" and support.face() is not None and case.grid_or_none is not None:
@@ -94,14 +94,16 @@ def _warnings(body: str, holding: _Holding, of: Selectable, mirrored: np.ndarray
 
 
 def _find_row_width(position: np.ndarray, edges: np.ndarray, beside: np.ndarray) -> float:
-    """Return the width of a row of elements at the rim: the largest distance of the third corners of triangles from
-    their edges on the rim [m]."""
+    """Return the width of a row of elements at the rim: the largest distance of the third corners of triangles from their
+    edges on the rim [m]. position: nodes [m], shape (n, 3); edges: node numbers of the edges, shape (e, 2); beside:
+    number of the third corner for each edge, shape (e,)."""
     along, away = position[edges[:, 1]] - position[edges[:, 0]], position[beside] - position[edges[:, 0]]
     return float((np.linalg.norm(np.cross(along, away), axis=1) / np.linalg.norm(along, axis=1)).max())
 
 
 def _distance_warning(body: str, holding: _Holding, of: Selectable, clamped: np.ndarray) -> Iterator[str]:
-    """Yield a warning if the region of a support ends well beyond the last row of nodes that it clamps."""
+    """Yield a warning if the region of a support ends well beyond the last row of nodes that it clamps. body: name of the
+    membrane; holding: the support; of: nodes of the membrane; clamped: mask of the clamped nodes."""
     from scipy.spatial import cKDTree
 
     region = holding.region

@@ -1,5 +1,5 @@
-"""Warnings about hard bodies that are too small for the cells or elements of a soft body, so that their contact force is
-too large."""
+"""Warnings about hard bodies (bodies that do not deform) that are too small for the cells or elements of a soft body, so
+that their contact force is too large."""
 
 from collections.abc import Iterator, Sequence
 
@@ -22,8 +22,8 @@ Faces = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def coarse_indenters(case: Case) -> Iterator[str]:
-    """Yield a warning for each pair of a hard body and a solid of another velocity field whose mesh or points are too
-    coarse for the shape of the hard body."""
+    """Yield a warning for each pair of a hard body and a solid of another velocity field whose mesh or points are too coarse
+    for the shape of the hard body."""
     planes = symmetry_planes(case.support, case.grid)
     hard = hard_bodies(case)
     names = {body.name for body in hard}
@@ -72,7 +72,8 @@ def coarse_sheets(case: Case) -> Iterator[str]:
 
 
 def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
-    """Return the centres, vector areas and edge lengths of the triangles of a membrane, each triangle once for either side.
+    """Return the centres [m], vector areas [m²] and edge lengths [m] of the triangles of a membrane (`sheet`), each triangle
+    once for either side.
 
     For a square cut into two triangles, the edge length is the side of the square.
     """
@@ -84,11 +85,11 @@ def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
 
 
 def _radius_and_spacing(hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:
-    """Return the smallest half extent of a hard body across the direction to a soft one, and the mesh length of the soft
-    one there [m].
+    """Return the smallest half extent of a hard body across the direction to a soft one, and the mesh length of the soft one
+    there [m]. hard, soft: bounding boxes; faces: loaded faces of the soft body, None for material points.
 
-    If the bodies are separate along several axes, the axis with the largest half extent is used, because they may approach
-    along any axis.
+    If the bodies are separate along several axes, the axis with the largest half extent is used, because they may
+    approach along any axis.
     """
     (lower, upper), (low, high), active = hard, soft, ~np.array(grid.thin())
     apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)

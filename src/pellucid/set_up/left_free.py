@@ -9,7 +9,8 @@ from pellucid.parts.condition import is_driven
 
 
 def free_turns(case: Case) -> Iterator[str]:
-    """Yield a warning for each rigid body whose translation is fully prescribed but whose rotation is not specified."""
+    """Yield a warning for each rigid body whose translation is fully prescribed, but whose motions have neither the key
+    `rotation` nor `hold_rotation`."""
     parts = parts_of(case)
     for body in case.body:
         motions = [motion for motion in case.motion if motion.body == body.name]
@@ -34,7 +35,7 @@ def free_turns(case: Case) -> Iterator[str]:
 
 
 def passed_walls(case: Case) -> Iterator[str]:
-    """Yield a warning for each wall without a list of bodies that does not act on all bodies."""
+    """Yield a warning for each plane wall that names no bodies and does not act on all bodies."""
     parts = parts_of(case)
     for number, wall in enumerate(case.wall):
         passing = [body.name for body in case.body if body.why_no_wall() and not is_driven(body.name, parts)]

@@ -1,4 +1,5 @@
-"""Warnings about slits in solids of material points that are too narrow for both sides to separate or slide."""
+"""Warnings about slits in solids of material points that are too narrow: both sides contribute to the same nodes, so that
+they cannot separate or slide."""
 
 from collections.abc import Iterator
 from collections.abc import Set as AbstractSet

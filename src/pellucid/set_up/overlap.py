@@ -2,7 +2,7 @@
 
 Between velocity fields this is an error, because contact could not find the normal. Within one velocity field, an overlap
 of two volumes contains the mass of both; this is a warning. A body that continues from an earlier run is located by its
-points, not by its description in the case. Two continued bodies are not checked again.
+points, not by its description in the case. Two bodies that both continue are not checked again.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -68,7 +68,8 @@ def overlaps_within_fields(
     grid: GridCase | None,
     going_on: AbstractSet[str] = frozenset(),
 ) -> Iterator[str]:
-    """Yield a warning for each pair of bodies of one velocity field whose volumes overlap."""
+    """Yield a warning for each pair of bodies of one velocity field whose volumes overlap. Arguments as in
+    `refuse_overlaps`."""
     if grid is None:
         return
     for body, other in _near(models, standing, grid, going_on):
@@ -88,7 +89,8 @@ def overlaps_within_fields(
 def _near(
     models: Sequence[BodyModel], standing: Mapping[str, Standing], grid: GridCase, going_on: AbstractSet[str]
 ) -> list[tuple[BodyModel, BodyModel]]:
-    """Return the pairs of bodies whose bounding boxes are less than a cell apart, except pairs of two continued bodies."""
+    """Return the pairs of bodies whose bounding boxes are less than a cell apart, except pairs of two bodies that continue
+    from an earlier run. Arguments as in `refuse_overlaps`."""
     known = [model.with_others(models) for model in models if model.name in standing]
     if len(known) < 2:
         return []
@@ -101,9 +103,10 @@ def _near(
 
 
 def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
-    """Return a function that tests whether positions lie inside a body.
+    """Return a function that tests which positions [m], shape (n, 3), lie inside a body.
 
-    The body is its shape or, if it continues from an earlier run, the union of cubes with the volumes of its points.
+    standing: initial points of the body; going_on: names of the bodies that continue from an earlier run. The body is its
+    shape or, if it continues from an earlier run, the union of cubes with the volumes of its points.
     """
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:
@@ -122,11 +125,11 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
 
 
 def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np.ndarray:
-    """Return a mask of the positions, shape (n, 3), that lie inside a body by more than DEPTH cells along axes and
-    diagonals.
+    """Return a mask, shape (n,), of the positions [m], shape (n, 3), that lie inside a body by more than DEPTH cells along
+    axes and diagonals; contains: function that tests which positions lie in the body.
 
-    From a position on an edge of a region that the body leaves out, steps along the axes stay in faces of the region, where
-    rounding decides the result; a diagonal step leads into the region.
+    From a position on an edge of a region that the body leaves out, steps along the axes stay in faces of the region,
+    where rounding decides the result; a diagonal step leads into the region.
     """
     steps = np.array(list(product(*((0.0,) if thin else (0.0, 1.0, -1.0) for thin in grid.thin()))))
     steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1.0)

@@ -26,7 +26,8 @@ class _Numbered(NamedTuple):
 
 
 def crossing_supports(case: Case) -> Iterator[str]:
-    """Yield a warning for each pair of supports if one overrules the other at common nodes."""
+    """Yield a warning for each pair of supports that prescribe different velocities at common nodes, so that one has
+    precedence over the other."""
     supports = [
         _Numbered(one, support.label(number)) for number, support in enumerate(case.support) for one in support.on_each_face()
     ]
@@ -39,7 +40,7 @@ def crossing_supports(case: Case) -> Iterator[str]:
 
 
 def leading_out(case: Case) -> Iterator[str]:
-    """Yield a warning for each face whose support would move points of bodies out of the grid."""
+    """Yield a warning for each face of the grid whose support would move points of bodies out of the grid."""
     grid, parts = case.grid_or_none, parts_of(case)
     led = [body.name for body in case.body if body.moves and not body.owns_nodes(is_alone(body, parts))]
     if grid is None or not led:
@@ -59,8 +60,8 @@ def leading_out(case: Case) -> Iterator[str]:
 
 
 def _differ(one: Support, other: Support, axis: int) -> bool:
-    """Return True if two supports prescribe different velocities along an axis at the same time, and one overrules the
-    other."""
+    """Return True if two supports prescribe different velocities along an axis at the same time, and one has precedence over
+    the other."""
     if one.until is not None or other.until is not None or not (one.axes()[axis] and other.axes()[axis]):
         return False
     if None not in (one.body, other.body) and one.body != other.body:
@@ -77,7 +78,8 @@ def _differ(one: Support, other: Support, axis: int) -> bool:
 
 
 def _warnings(case: Case, one: _Numbered, other: _Numbered, axes: list[int]) -> Iterator[str]:
-    """Yield the warnings about a pair of supports, for nodes of the grid and for nodes of bodies that have their own nodes."""
+    """Yield the warnings about two supports, for nodes of the grid and for nodes of bodies that have their own nodes; axes:
+    axes along which both prescribe different velocities."""
     parts, grid = parts_of(case), case.grid_or_none
     if grid is not None and one.support.body is None and other.support.body is None:
         of = Selectable(_common_nodes(grid, one.support, other.support), periods=grid.periods())

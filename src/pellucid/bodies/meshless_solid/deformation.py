@@ -18,8 +18,9 @@ def _turned(x, y, z, K, at, step):
 
 @kernel(inner=True)
 def deform(pack, mesh, u, F, at, step):
-    """Write the deformation gradients of a pack of points to F: the first component at index `at`, the others at a fixed step
-    apart; u: nodal displacements of the block."""
+    """Write the deformation gradients of a pack (four quadrature points) to F: the first component at index `at`, the others
+    at a fixed step apart. mesh: data of `Solid`; u: nodal displacements of the block [m], LANES numbers per node.
+    """
     G, first, end = mesh.gradients.numbers, mesh.gradients.first[pack], mesh.gradients.first[pack + 1]
     place, zero = mesh.gradients.place[first:end], splat(0.0)
     a, b, c, d, e, f, g, h, i = zero, zero, zero, zero, zero, zero, zero, zero, zero
@@ -45,10 +46,11 @@ def deform(pack, mesh, u, F, at, step):
 
 @kernel(inner=True)
 def pull(pack, mesh, P, at, f):
-    """Subtract P ∇p_a, with the first Piola-Kirchhoff stress P, from the forces f on the nodes a of a block.
+    """Subtract P ∇p_a, with the first Piola-Kirchhoff stress P, from the forces f on the nodes a of a block, for a pack (four
+    quadrature points).
 
-    The array P contains the stresses of the pack times the quadrature weights: the first component at index `at`, the others
-    COLUMN apart.
+    mesh: data of `Solid`; P: stresses of the pack times the quadrature weights, the first component at index `at`, the others
+    COLUMN apart; f: forces [N], LANES numbers per node.
     """
     K, k = mesh.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -71,7 +73,9 @@ def pull(pack, mesh, P, at, f):
 
 @kernel(inner=True, allocates=True)
 def displacements(start, m, mesh):
-    """Return the displacements of the m nodes of a block [m], padded to one SIMD vector for each node."""
+    """Return the displacements of the m nodes of a block [m], padded to one SIMD vector for each node. start: index of its
+    first node in the node list of the blocks; mesh: data of `Solid`.
+    """
     u = np.zeros(LANES * m)
     for k in range(m):
         for d in range(3):
@@ -81,7 +85,9 @@ def displacements(start, m, mesh):
 
 @kernel(inner=True)
 def deform_block(block, mesh):
-    """Compute the deformation gradients at the points of a block, and its contributions to the volumes around the nodes."""
+    """Compute the deformation gradients at the points of a block (see the module), and its contributions to the volumes around
+    the nodes; both are stored in `mesh` (data of `Solid`).
+    """
     start, end = mesh.blocks.first[block], mesh.blocks.first[block + 1]
     u, volume, corners = displacements(start, end - start, mesh), mesh.block_volume[start:end], mesh.corners
     volume[:] = 0.0
@@ -96,7 +102,9 @@ def deform_block(block, mesh):
 
 @kernel(inner=True)
 def components(s, at, step):
-    """Return the nine components of a tensor, as vectors read from `s`: the first at index `at`, the others a step apart."""
+    """Return the nine components of a tensor, as SIMD vectors read from the array s: the first at index `at`, the others a
+    step apart.
+    """
     first = (load(s, at), load(s, at + step), load(s, at + 2 * step), load(s, at + 3 * step), load(s, at + 4 * step))
     last = (load(s, at + 5 * step), load(s, at + 6 * step), load(s, at + 7 * step), load(s, at + 8 * step))
     return (first[0], first[1], first[2], first[3], first[4], last[0], last[1], last[2], last[3])

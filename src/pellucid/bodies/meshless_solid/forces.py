@@ -41,18 +41,19 @@ from pellucid.tensors import cofactor, determinant
 
 @generic
 def find_stresses(points: Any, first: int, n: int, solid: Any, dt: float, keep: bool, averaged: bool, s: Any) -> float:
-    """Compute the stresses of a batch of n packs of four quadrature points each, starting with pack `first`.
+    """Compute the stresses of a batch of n packs (of four quadrature points each), starting with pack `first`.
 
-    Reads the deformation gradients and weights from the columns of s, and writes to its columns: stored energy and first
-    Piola-Kirchhoff stress P, both times the weights, and the volume ratio. Returns the energy dissipated so far at these points
-    [J]. dt: length of the step that ended with the present deformation gradients [s]; keep: True to store the new states of the
-    material; averaged: True if the volume ratio is averaged.
+    points: material points with their law; solid: `SolidInKernels`; dt: length of the step that ended with the present
+    deformation gradients [s]; keep: True to store the new states of the material; averaged: True if the volume ratio is
+    averaged; s: work array of columns. Reads the deformation gradients and weights from the columns, and writes to them stored
+    energy and first Piola-Kirchhoff stress P, both times the weights, and the volume ratio. Returns the energy dissipated so
+    far at these points [J].
     """
 
 
 @kernel(inner=True)
 def gradient_at(s, i):
-    """Return the deformation gradient of point i of a batch, read from the columns of s."""
+    """Return the deformation gradient of point i of a batch, nine components, from the columns of the work array s."""
     return (
         s[i],
         s[COLUMN + i],
@@ -68,8 +69,12 @@ def gradient_at(s, i):
 
 @kernel(inner=True)
 def keep_stress(s, i, law, averaged, F, J, stored, P):
-    """Store, for point i of a batch, the energy per unit volume and P, both times its weight, and the volume ratio. If the
-    volume ratio is averaged, the volumetric part of the law is evaluated at the mean."""
+    """Store, for point i of a batch, the energy per unit volume and P, both times its weight, and the volume ratio in the
+    columns of the work array s. If the volume ratio is averaged, the volumetric part of the law is evaluated at the mean.
+
+    law: hyperelastic law; F, J: deformation gradient and its determinant; stored: energy per unit volume [J/m³]; P: first
+    Piola-Kirchhoff stress [Pa].
+    """
     w, extra = s[WEIGHT * COLUMN + i], 0.0
     if averaged:
         stored -= volumetric_energy(law, J)
@@ -90,8 +95,10 @@ def keep_stress(s, i, law, averaged, F, J, stored, P):
 
 @kernel(inner=True)
 def _elastic_stresses(law, averaged, s):
-    """Compute the stresses of a batch of elastic points. Writes to the columns of s: stored energy and P, times the
-    weights, and the volume ratio."""
+    """Compute the stresses of a batch of points with a hyperelastic law. Writes to the columns of the work array s: stored
+    energy and first Piola-Kirchhoff stress, times the weights, and the volume ratio. averaged: True if the volume ratio is
+    averaged.
+    """
     for i in range(COLUMN):  # columns a constant apart, and no other array: the compiler takes several points at a time
         F = gradient_at(s, i)
         stored, P = energy_and_stress(law, F)
@@ -106,7 +113,9 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 @kernel(inner=True)
 def _average_chunk(chunk, solid):
-    """Compute the averaged volume ratios of a chunk of nodes, and their volumetric energies and stresses."""
+    """Compute the averaged volume ratios of a chunk of nodes, and their volumetric energies and stresses; all are stored in
+    the mesh of `solid` (`SolidInKernels`).
+    """
     mesh, law = solid.mesh, solid.law
     blocks, least, stored = mesh.blocks, np.inf, 0.0
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mesh.volume))):
@@ -122,8 +131,12 @@ def _average_chunk(chunk, solid):
 
 @kernel(inner=True)
 def _fill_batch(first, n, mesh, averaged, mean, u, s):
-    """Copy deformation gradients, weights and averaged volumetric stresses of n packs to the columns of s. u, mean:
-    displacements and mean volumetric stresses of the nodes of the block."""
+    """Copy deformation gradients, weights and averaged volumetric stresses of n packs, starting with pack `first`, to the
+    columns of the work array s.
+
+    mesh: data of `Solid`; averaged: True if the volume ratio is averaged; mean, u: mean volumetric stresses [Pa] and
+    displacements [m] of the nodes of the block.
+    """
     corners = mesh.corners
     for k in range(n):
         pack, here = first + k, 9 * LANES * (first + k)
@@ -141,7 +154,9 @@ def _fill_batch(first, n, mesh, averaged, mean, u, s):
 
 @kernel(inner=True, allocates=True)
 def _mean_stresses(start, m, mesh):
-    """Return the mean volumetric stresses of the m nodes of a block; zero unless the volume ratio is averaged."""
+    """Return the mean volumetric stresses of the m nodes of a block [Pa]; zero unless the volume ratio is averaged. start:
+    index of its first node in the node list of the blocks; mesh: data of `Solid`.
+    """
     mean = np.zeros(m)
     if len(mesh.block_volume) > 0:
         for k in range(m):
@@ -162,8 +177,10 @@ def _pull_batch(first, n, mesh, s, f, found):
 
 @kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
-    """Compute the forces that the points of a block exert on its nodes; also the deformation gradients, unless the volume ratio
-    is averaged."""
+    """Compute the forces that the points of a block (group of packs that one thread processes) exert on its nodes; also the
+    deformation gradients, unless the volume ratio is averaged. Results are stored in the mesh of `solid` (`SolidInKernels`); dt, keep: see
+    `find_stresses`.
+    """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
@@ -184,7 +201,7 @@ def _force_block(block, solid, dt, keep):
 
 @kernel(inner=True)
 def _add_blocks(chunk, mesh, force):
-    """Sum the forces on a chunk of the nodes from their blocks."""
+    """Sum the forces of all blocks on a chunk of the nodes into `force` [N], shape (n, 3). mesh: data of `Solid`."""
     blocks = mesh.blocks
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(force))):
         for d in range(3):
@@ -228,8 +245,12 @@ def _sum_blocks(chunks, mesh, force):
 
 
 def internal_forces(n_blocks: int, chunks: int, solid: Bundle, dt: float, keep: bool, force: np.ndarray) -> None:
-    """Compute the internal nodal forces `force` (n, 3) [N], the deformation gradients, and the energies and smallest volume
-    ratios of the blocks; solid: from `in_kernels`; dt, keep: see `find_stresses`."""
+    """Compute the internal nodal forces `force` [N], shape (n, 3), the deformation gradients, and the energies and smallest
+    volume ratios of the blocks.
+
+    n_blocks, chunks: numbers of blocks of packs and of chunks of nodes; solid: from `in_kernels`, with the nodal displacements;
+    dt, keep: see `find_stresses`.
+    """
     if len(solid.mesh.block_volume) > 0:
         _deform(n_blocks, solid.mesh)
         _average(chunks, solid)

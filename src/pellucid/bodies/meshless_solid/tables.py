@@ -32,7 +32,9 @@ class Tables(NamedTuple):
 
 
 def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:
-    """Return the shape functions and their gradients at n_points points of each cell. Raises NoFunctions if there are none."""
+    """Return the shape functions and their gradients at n_points quadrature points of each cell. Raises NoFunctions if a point
+    has none.
+    """
     return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), quadrature_places(mesh, n_points))
 
 
@@ -47,6 +49,7 @@ def make_tables(
     """Compute the shape functions at the quadrature points of a mesh whose cells are in spatial order, and arrange them for
     kernels.
 
+    evaluator: shape functions at any point; law: hyperelastic law for kernels; n_points: quadrature points per cell;
     consistent: True to correct the gradients for consistent quadrature; averaged: True to average the volume ratio around the
     corners; storage: number type of the gradients, by default `STORAGE`. Raises NoFunctions if the approximant has no
     functions, Refusal if a node has no volume or no correction exists.
@@ -102,7 +105,11 @@ def make_tables(
 
 @kernel()
 def _add_row_sums(row, nodes, gradients, weights, sums):
-    """Add Σ_q w |∇p_a| Σ_b |∇p_b| of the points q with weights w to the sums of the nodes a."""
+    """Add Σ_q w |∇p_a| Σ_b |∇p_b| of the quadrature points q with weights w [m³] to the sums of the nodes a [m], shape (n,),
+    in place.
+
+    row: index of the first entry of each point; nodes, gradients: node and ∇p_a [1/m] of each entry.
+    """
     for k in range(len(row) - 1):
         start, n = row[k], row[k + 1] - row[k]
         at, total = 3 * start, 0.0
@@ -117,16 +124,19 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 
 def _measure_volumes(solid: Solid) -> None:
-    """Compute the reference volume around each node with the same sums as in a step, so that the volume ratio at rest is
-    exactly 1."""
+    """Compute the reference volume around each node, `solid.volume`, with the same sums as in a step, so that the volume ratio
+    at rest is exactly 1.
+    """
     internal_forces(len(solid.sums), len(solid.node_sums), in_kernels(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
 def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
-    """Return the blocks of packs, and for each entry of the packs' node lists the index of its node in the block, times the
-    number of lanes of a SIMD vector."""
+    """Divide packs (groups of four quadrature points) into blocks. Returns the blocks, and for each entry of the packs' node
+    lists the index of its node in the block, times the number of lanes of a SIMD vector. packs: nodes of each pack; n_nodes:
+    number of nodes of the solid.
+    """
     n_blocks = (len(packs.first) - 2) // PACKS + 1
     block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
     pairs, local = np.unique(block * n_nodes + packs.items, return_inverse=True)
@@ -138,7 +148,9 @@ def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
 
 
 def _corners(mesh: SimplexMesh, blocks: Blocks, n_points: int, weights: np.ndarray) -> Functions:
-    """Return the linear shape functions of the cell corners in packs, times the weights."""
+    """Return the linear shape functions of the cell corners at the quadrature points, times the weights [m³], arranged in
+    packs. n_points: quadrature points per cell; weights: one for each point.
+    """
     order, shares = np.argsort(mesh.cells, axis=1), TETRAHEDRON[n_points]
     cells = Lists(4 * np.arange(len(mesh.cells) + 1), np.take_along_axis(mesh.cells, order, axis=1).ravel())
     values = shares[:, order].swapaxes(0, 1) * weights.reshape(-1, n_points, 1)

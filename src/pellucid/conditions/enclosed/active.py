@@ -40,7 +40,8 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Limit the first step by the oscillation of the membranes on the compressible contents."""
+        """Limit the first step by the oscillation of the membranes on the compressible contents, and count the initial power
+        of the pressure."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
@@ -50,7 +51,8 @@ class ActiveEnclosed(ActiveCondition):
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
-        """Raise RunStopped if the enclosed volume is not positive, or if a membrane inside has failed."""
+        """Raise RunStopped if the enclosed volume in the state `now` is not positive, or if a membrane inside has failed
+        points."""
         if not now.volume > 0.0:
             what = (
                 f"the membrane {self._model.body} of `{self._model.name}` encloses "
@@ -75,7 +77,7 @@ class ActiveEnclosed(ActiveCondition):
         self._space.press(self._now, self._gauge)
 
     def end(self, dt: float) -> None:
-        """Exchange half of the mass that flows in and out in the step, update the volume, and exchange the other half.
+        """Exchange half of the mass that flows in and out in the step dt [s], update the volume, and exchange the other half.
 
         The work of the mean of the pressures at the start and the end of the step then equals the energy that the contents
         lose, to second order in the step.
@@ -100,7 +102,8 @@ class ActiveEnclosed(ActiveCondition):
         self._bound()
 
     def _flow(self, time: float, works: dict[str, float]) -> None:
-        """Exchange gas or liquid for half a step, starting at `time` [s]."""
+        """Exchange gas or liquid with the inflator and the outside for half a step, starting at `time` [s]; add the energies
+        exchanged [J] to `works`, by the name of their channel (entry of the energy balance)."""
         if self._passing > 0.0:
             self._flow_in(time, 0.5 * self._passing, works)
             self._flow_out(0.5 * self._passing, works)
@@ -115,8 +118,8 @@ class ActiveEnclosed(ActiveCondition):
             works["enclosed_heat"] += heat
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
-        """Remove the contents that flow out in a time dt [s], with the flux at the middle of this time, at most until
-        the outside pressure is reached."""
+        """Remove the contents that flow out in a time dt [s], with the flux at the middle of this time, at most until the
+        outside pressure is reached; works: as in `_flow`."""
         if self._gauge < 0.0 and self._now.hole > 0.0:
             self._flow_back(dt, works)
         if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
@@ -144,8 +147,8 @@ class ActiveEnclosed(ActiveCondition):
             self._hole_flow += share * flows[2]
 
     def _flow_back(self, dt: float, works: dict[str, float]) -> None:
-        """Add the outside fluid that flows in through holes in a time dt [s], at most until the outside pressure is
-        reached."""
+        """Add the outside fluid that flows in through holes in a time dt [s], at most until the outside pressure is reached;
+        works: as in `_flow`."""
         volume, outside = self._now.volume, self._model.outside
         most = self.contents.lack(volume, outside)
         mass = min(dt * self._now.hole * self.contents.influx(volume, outside), most)
@@ -155,7 +158,8 @@ class ActiveEnclosed(ActiveCondition):
         self._hole_flow -= mass / self._passing
 
     def _efflux(self, contents: Contents, area: float) -> tuple[float, float, float]:
-        """Return the mass flow rates out through vents, through the membrane with this area [m²], and through holes [kg/s]."""
+        """Return the mass flow rates [kg/s] of the contents to the outside: through vents, through the pores of the membrane
+        with this area [m²], and through holes."""
         volume, outside = self._now.volume, self._model.outside
         gauge = contents.pressure(volume) - outside
         if gauge <= 0.0:
@@ -167,15 +171,16 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge, through_holes
 
     def _count_power(self, growth: float) -> None:
-        """Add half the power of the pressure to the energy totals of the first body; the energy balance sums these over all
-        bodies.
+        """Add half the power of the gauge pressure on the membranes [W] to the energy totals of the first body; the energy
+        balance sums these over all bodies.
 
         growth: rate of change of the enclosed volume due to the motion of its membranes [m³/s].
         """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:
-        """Limit the time step by the oscillation of the membranes on the compressible contents."""
+        """Limit the time step by the oscillation of the membranes on the compressible contents, and record whether this limit
+        is tighter than the membranes' own."""
         stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 

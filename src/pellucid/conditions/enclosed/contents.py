@@ -20,7 +20,7 @@ class Contents(ABC):
 
     @abstractmethod
     def stiffness(self, volume: float) -> float:
-        """Return the stiffness -dp/dV [Pa/m³]."""
+        """Return the pressure decrease per volume increase, -dp/dV [Pa/m³], for a volume [m³]."""
 
     @property
     def temperature(self) -> float | None:
@@ -29,46 +29,52 @@ class Contents(ABC):
 
     @abstractmethod
     def expand(self, old: float, new: float) -> float:
-        """Change the volume from `old` to `new` [m³]. Returns the heat absorbed [J]."""
+        """Change the volume from `old` to `new` [m³]; update the energy. Returns the heat absorbed from outside [J]."""
 
     @abstractmethod
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add an inflow with its mass [kg] and `warmth`, the integral ∫T dm of its temperature T over its mass m [K kg].
-        Returns the energy added and the heat absorbed [J]."""
+        """Add an inflow with its mass [kg] and `warmth`, the integral ∫T dm of its temperature T over its mass m [K kg];
+        volume: present volume [m³]. Returns the energy added and the heat absorbed from outside [J]."""
 
     @abstractmethod
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove an outflow with its mass [kg]. Returns the energy removed and the heat absorbed [J]."""
+        """Remove an outflow with its mass [kg] from the contents of a volume [m³]. Returns the energy removed and the heat
+        absorbed from outside [J]."""
 
     @abstractmethod
     def excess(self, volume: float, outside: float) -> float:
-        """Return the mass whose outflow reduces the pressure to the outside pressure [kg]."""
+        """Return the mass whose outflow from a volume [m³] reduces the pressure to the pressure `outside` [Pa], in kg."""
 
     @abstractmethod
     def efflux(self, volume: float, outside: float) -> float:
-        """Return the mass flux through a vent to a lower outside pressure [Pa], in kg/(s m²)."""
+        """Return the mass flux per unit area of a vent, in kg/(s m²), from contents of a volume [m³] to a lower pressure
+        `outside` [Pa]."""
 
     @abstractmethod
     def lack(self, volume: float, outside: float) -> float:
-        """Return the mass whose inflow increases the pressure to the outside pressure [kg]."""
+        """Return the mass whose inflow into a volume [m³] increases the pressure to the pressure `outside` [Pa], in kg."""
 
     @abstractmethod
     def influx(self, volume: float, outside: float) -> float:
-        """Return the mass flux through a hole from a higher outside pressure [Pa], in kg/(s m²).
+        """Return the mass flux per unit area of a hole, in kg/(s m²), from a higher pressure `outside` [Pa] into contents of
+        a volume [m³].
 
         The outside fluid is the same gas, at its initial temperature, or the same liquid.
         """
 
     @abstractmethod
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Add mass from outside [kg]. Returns the energy added and the heat absorbed [J]."""
+        """Add mass of the outside fluid [kg] (see `influx`) to the contents of a volume [m³]. Returns the energy added and
+        the heat absorbed from outside [J]."""
 
 
 class Gas(Contents):
-    """An ideal gas with constant heat capacities, p V = (γ-1) E. An isothermal gas absorbs heat to keep its temperature."""
+    """An ideal gas with constant heat capacities and energy E in a volume V, p V = (γ-1) E. An isothermal gas absorbs heat to
+    keep its temperature."""
 
     def __init__(self, mass: float, temperature: float, gamma: float, constant: float, isothermal: bool) -> None:
-        """constant: specific gas constant R [J/(kg K)]."""
+        """mass: initial mass [kg]; temperature: initial temperature [K]; gamma: ratio γ of the heat capacities; constant:
+        specific gas constant R [J/(kg K)]; isothermal: True if the gas keeps its temperature."""
         self.gamma, self.constant, self.isothermal, self._start = gamma, constant, isothermal, temperature
         self._heat_capacity = constant / (gamma - 1.0)  # at constant volume
         self.mass, self.energy = mass, mass * self._heat_capacity * temperature
@@ -87,20 +93,22 @@ class Gas(Contents):
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
-        """Change the volume along an adiabat, or along an isotherm if the gas is isothermal (both are integrated exactly)."""
+        """Change the volume along an adiabat, or along an isotherm if the gas is isothermal (both are integrated exactly).
+        Arguments and result as in `Contents.expand`."""
         if self.isothermal:
             return (self.gamma - 1.0) * self.energy * log(new / old)
         self.energy *= (old / new) ** (self.gamma - 1.0)
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add gas with its enthalpy."""
+        """Add gas with its enthalpy; arguments and result as in `Contents.take_in`."""
         brought = self.gamma * self._heat_capacity * warmth
         self.mass += mass
         return brought, self._renew(brought)
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove gas with its enthalpy; the rest expands along an adiabat, E ~ m^γ."""
+        """Remove gas with its enthalpy; the rest expands along an adiabat, with the energy E ~ m^γ for the mass m. Arguments
+        and result as in `Contents.let_out`."""
         left = 1.0 - mass / self.mass
         taken = mass * self.gamma * self._heat_capacity * self.temperature if self.isothermal else self._lost(left)
         self.mass *= left
@@ -110,8 +118,8 @@ class Gas(Contents):
         return self.energy * (1.0 - left**self.gamma)
 
     def _renew(self, gained: float) -> float:
-        """Add the energy gained with a change of mass [J]; return the heat that the gas absorbs if it is isothermal [J],
-        else 0."""
+        """Add the energy gained with a change of mass [J] to the energy of the gas; return the heat that the gas absorbs
+        from outside if it is isothermal [J], else 0."""
         new = self.energy + gained
         if self.isothermal:
             new = self.mass * self._heat_capacity * self._start
@@ -124,8 +132,9 @@ class Gas(Contents):
         return self.mass * (1.0 - (ratio if self.isothermal else ratio ** (1.0 / self.gamma)))
 
     def efflux(self, volume: float, outside: float) -> float:
-        """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)], with the flow function ψ; choked below the
-        critical pressure ratio."""
+        """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)], with the flow function ψ (see `flow_function`),
+        pressure p and temperature T; the flow is choked below the critical pressure ratio. Arguments as in
+        `Contents.efflux`."""
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
@@ -137,23 +146,25 @@ class Gas(Contents):
         return flow_function(self.pressure(volume) / outside, self.gamma) * outside / sqrt(self.constant * self._start)
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Add gas at the initial temperature."""
+        """Add gas at the initial temperature with its enthalpy; arguments and result as in `Contents.draw_in`."""
         return self.take_in(mass, mass * self._start, volume)
 
 
 def flow_function(ratio: float, gamma: float) -> float:
-    """Return the flow function ψ of a nozzle; ratio: downstream over upstream pressure. Source: Saint-Venant & Wantzel
-    1839."""
+    """Return the flow function ψ (dimensionless mass flux) of a nozzle; ratio: downstream over upstream pressure; gamma:
+    ratio of the heat capacities. Source: Saint-Venant & Wantzel 1839."""
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
     r = max(ratio, critical)
     return sqrt(2.0 * gamma / (gamma - 1.0) * max(r ** (2.0 / gamma) - r ** ((gamma + 1.0) / gamma), 0.0))
 
 
 class Liquid(Contents):
-    """A liquid with constant bulk modulus K, p = K (m/(ρ₀V) - 1); its energy is the compression energy."""
+    """A liquid with mass m and constant bulk modulus K in a volume V, p = K (m/(ρ₀V) - 1) with the density ρ₀ at zero
+    pressure; its energy is the compression energy."""
 
     def __init__(self, mass: float, bulk_modulus: float, density: float, volume: float) -> None:
-        """density: density ρ₀ at zero pressure [kg/m³]."""
+        """mass: initial mass [kg]; bulk_modulus: K [Pa]; density: density ρ₀ at zero pressure [kg/m³]; volume: initial volume
+        [m³]."""
         self.bulk_modulus, self.density, self.mass = bulk_modulus, density, mass
         self.energy = self._energy(volume)
 
@@ -174,17 +185,19 @@ class Liquid(Contents):
         return self.energy - before
 
     def expand(self, old: float, new: float) -> float:
-        """Update the compression energy for the new volume; a liquid absorbs no heat."""
+        """Change the volume from `old` to `new` [m³] and update the compression energy; return 0, since a liquid absorbs no
+        heat."""
         self._renew(new)
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add liquid with its compression energy."""
+        """Add liquid with its compression energy; arguments and result as in `Contents.take_in`."""
         self.mass += mass
         return self._renew(volume), 0.0
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove liquid; the energy removed is the decrease of the compression energy."""
+        """Remove liquid; the energy removed is the decrease of the compression energy. Arguments and result as in
+        `Contents.let_out`."""
         self.mass -= mass
         return -self._renew(volume), 0.0
 

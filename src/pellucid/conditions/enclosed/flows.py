@@ -51,7 +51,8 @@ class Inflator(Model):
         return len(self._rows[2]) > 0
 
     def given(self, start: float, end: float) -> tuple[float, float]:
-        """Return the mass [kg] and ∫T dm [K kg] of the inflow between two times [s], integrated exactly."""
+        """Return the mass of the inflow between the times `start` and `end` [s], in kg, and the integral ∫T dm of its
+        temperature T over its mass m [K kg] (0 if no temperatures are given), both integrated exactly."""
         times, flows, temperatures = self._rows
         inner = [time for time in times if start < time < end]
         mass = warmth = 0.0

@@ -1,4 +1,5 @@
-"""Oscillation rates of membranes on enclosed contents, estimated before they are built."""
+"""Data of closed membranes, computed from their models before they are built, from which the oscillation rate on enclosed gas
+or liquid is estimated."""
 
 from typing import NamedTuple
 
@@ -11,16 +12,16 @@ from pellucid.parts.body_model import BodyModel
 
 
 class AtStart(NamedTuple):
-    """A membrane at the start: enclosed volume [m³], and its mobility: the acceleration of this volume per unit
-    pressure, Σ A²/m, with vector area A and mass m of each node [m⁴/kg]."""
+    """A membrane at the start: its enclosed volume [m³], and the mobility Σ A²/m [m⁴/kg], i.e. the second time derivative of
+    this volume per unit pressure, with vector area A and mass m of each node."""
 
     volume: float
     mobility: float
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """Return the enclosed volume of a membrane at the start and its mobility; None for other bodies or if no volume is
-    enclosed."""
+    """Return the enclosed volume of a membrane at the start and its mobility (see `AtStart`); None for other bodies or if no
+    volume is enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

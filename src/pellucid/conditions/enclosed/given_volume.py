@@ -62,9 +62,10 @@ class GivenVolume(Model):
         return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
     def spring(self, stiffness: float | None, start: float, rate: float, mobility: float) -> float:
-        """Return the spring constant κ [Pa/m³] that enforces the volume. It follows from `stiffness`, i.e. κ times the
-        largest volume [Pa]; if that is None, from `rate`, the inverse of the membrane's own stable step [1/s]. start:
-        initial volume [m³]; mobility: acceleration of the volume per unit pressure [m⁴/kg]."""
+        """Return the spring constant κ [Pa/m³] (pressure per difference of volumes) that enforces the volume. It follows from
+        `stiffness`, i.e. κ times the largest volume [Pa]; if that is None, from `rate`, the inverse of the membrane's own
+        stable step [1/s]. start: initial volume [m³]; mobility: second time derivative of the volume per unit pressure
+        [m⁴/kg]."""
         if stiffness is not None:
             return stiffness / (max(self.rows[1]) * (1.0 if self.ratios is None else start))
         return (SHARE * 2.0 * rate) ** 2 / mobility
@@ -85,7 +86,9 @@ class ActiveVolume(ActiveCondition):
     """
 
     def __init__(self, body: str, given: GivenVolume, stiffness: float | None, channel: str, assembly: Assembly) -> None:
-        """stiffness: κ times the largest prescribed volume [Pa]; None: chosen from the step limit of the membrane."""
+        """body: name of the membrane; given: prescribed volume; stiffness: spring constant κ times the largest prescribed
+        volume [Pa], or None: chosen from the step limit of the membrane; channel: entry of the energy balance for the work
+        of the pressure."""
         self._body, self._given, self._stiffness = body, given, stiffness
         self._space = EnclosedVolume(body, (), assembly, channel)
         self._now = self._space.now()
@@ -151,21 +154,21 @@ class ActiveVolume(ActiveCondition):
 
 
 def bound_of_spring(spring: float, damper: float, mobility: float) -> float:
-    """Return the inverse of the largest stable step [1/s] of an enclosed volume whose acceleration per unit pressure is
-    `mobility` [m⁴/kg], on a spring [Pa/m³] and a damper [Pa s/m³]."""
+    """Return the inverse of the largest stable step [1/s] of an enclosed volume that oscillates on a spring (constant in
+    Pa/m³) and a damper (coefficient in Pa s/m³); mobility: second time derivative of the volume per unit pressure [m⁴/kg]."""
     damped = 0.5 * damper * mobility
     return 0.5 * (damped + hypot(damped, sqrt(spring * mobility)))
 
 
 def critical(spring: float, mobility: float) -> float:
-    """Return the damping coefficient [Pa s/m³] of an enclosed volume whose acceleration per unit pressure is `mobility`
-    [m⁴/kg], on a spring [Pa/m³], for the damping ratio `DAMPING`."""
+    """Return the damping coefficient [Pa s/m³] for the damping ratio `DAMPING` of an enclosed volume that oscillates on a
+    spring (constant in Pa/m³); mobility: second time derivative of the volume per unit pressure [m⁴/kg]."""
     return 2.0 * DAMPING * sqrt(spring / mobility)
 
 
 def start_fault(given: GivenVolume, start: float) -> str | None:
-    """Return a description of the fault if the prescribed volume at time 0 differs too much from the initial volume of
-    the membrane [m³], else None."""
+    """Return a description of the fault if the prescribed volume at time 0 differs by more than a tenth from the initial
+    volume `start` of the membrane [m³], else None."""
     if given.ratios is not None:
         return None
     first, largest = given.at(0.0, start)[0], max(given.rows[1])

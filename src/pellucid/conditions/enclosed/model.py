@@ -54,7 +54,7 @@ class GasCase(Amount):
     )
 
     def contents(self, volume: float) -> Contents:
-        """Build the contents for an initial volume [m³]."""
+        """Build the gas that fills an initial volume [m³]."""
         mass = self.mass
         if mass is None:
             mass = (self.pressure or 0.0) * volume / (self.gas_constant * self.temperature)
@@ -75,7 +75,7 @@ class LiquidCase(Amount):
             )
 
     def contents(self, volume: float) -> Contents:
-        """Build the contents for an initial volume [m³]."""
+        """Build the liquid that fills an initial volume [m³]."""
         mass = self.mass
         if mass is None:
             mass = self.density * volume * (1.0 + (self.pressure or 0.0) / self.bulk_modulus)
@@ -114,7 +114,8 @@ class Enclosed(Condition):
     """True if damage can tear holes in the membrane; set by `in_case`."""
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
-        """Return a copy that records whether the membrane can tear."""
+        """Return a copy that records whether the membrane can tear (its material has a damage law); bodies: all bodies of the
+        case; the other arguments are not used."""
         membrane = next((body for body in bodies if body.name == self.body), None)
         copy = self.model_copy()
         copy._may_tear = getattr(getattr(membrane, "material", None), "damage", None) is not None
@@ -136,7 +137,7 @@ class Enclosed(Condition):
             raise Refusal("the inflator of a liquid has temperatures", "remove them: a liquid has no temperature")
 
     def amount(self) -> GasCase | LiquidCase:
-        """Return the gas or the liquid."""
+        """Return the model of the gas or of the liquid."""
         found = self.gas or self.liquid
         if found is None:
             raise ValueError("it has neither gas nor liquid")
@@ -148,8 +149,8 @@ class Enclosed(Condition):
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:
-        """Return the name of the channel of the work of the gauge pressure on membranes. This work is exchanged between
-        contents and membrane, so that it does not change the total energy."""
+        """Return the name of the channel (entry of the energy balance) for the work of the gauge pressure on membranes. This
+        work is exchanged between contents and membrane, so that it does not change the total energy."""
         return "enclosed_work"
 
     def channels(self) -> Sequence[Channel]:
@@ -189,8 +190,8 @@ class Enclosed(Condition):
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report membranes that do not exist, enclose no volume, are named twice or already have contents, and reserved
-        names."""
+        """Yield findings about membranes that do not exist, enclose no volume, are named twice or already have contents, and
+        about reserved names (arguments as in `Part.problems`)."""
         yield from super().problems(path, parts)
         yield from encloses_problems(self.body, self.lids, path, parts, allows_flat=False)
         for number, name in enumerate(self.inside):

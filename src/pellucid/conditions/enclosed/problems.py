@@ -16,8 +16,12 @@ FLAT = 1e-9  # largest volume of a flat membrane, relative to the cube of its ex
 def encloses_problems(
     name: str, lids: bool, path: Path, parts: Parts, allows_flat: bool, at: Path | None = None
 ) -> Iterator[Finding]:
-    """Report problems of a condition that needs the volume enclosed by a membrane. path: path of the condition; at: path of
-    the body's name, if it is not the key `body`."""
+    """Yield findings if a body named `name` encloses no volume, for a condition that needs this volume.
+
+    lids: flat lids close the rims of an open membrane; path: path of the condition in the case; parts: all parts of the
+    case; allows_flat: a membrane that is flat at the start is allowed; at: path of the key that names the body, if it is
+    not `body`.
+    """
     here = at or (*path, "body")
     yield from parts.unknown(BodyModel, here, name)
     body = parts.named(BodyModel, name)
@@ -52,10 +56,11 @@ def encloses_problems(
 
 
 def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the volume of a surface with lids [m³], for either orientation of its normals."""
+    """Return the volume enclosed by triangles and the lids over their rims [m³], for either orientation of the normals.
+    position: vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     return abs(volume_with_lids(position, triangles))
 
 
 def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if the surface encloses no volume."""
+    """Return True if the surface with its lids encloses no volume, up to rounding; arguments as in `volume_at_start`."""
     return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3

@@ -24,21 +24,24 @@ class Enclosure(NamedTuple):
     hole: float = 0.0  # area of the holes left by failed points in the outer membrane [m²]
 
     def swept(self, other: "Enclosure") -> float:
-        """Return the volume that the membranes sweep between this state and another, without the volume swept by lids [m³]."""
+        """Return the volume [m³] that the membranes sweep between this state and the state `other`, without the volume swept
+        by lids (flat covers over the rims of an open membrane)."""
         bodies = zip(self.areas, other.areas, self.places, other.places, strict=True)
         return sum(float(np.sum(0.5 * (area + later) * (there - place))) for area, later, place, there in bodies)
 
 
 class EnclosedVolume:
-    """Enclosed volume ⅓∮x·n dA over a membrane and the lids over the rims of an open membrane, minus the volumes of closed
-    membranes inside it.
+    """Enclosed volume ⅓∮x·n dA over a membrane and the lids (flat covers) over the rims of an open membrane, minus the
+    volumes of closed membranes inside it.
 
-    The gradients of the volume with respect to the positions of the points are the vector areas on which the pressure acts,
-    except at lids.
+    The gradients of the volume with respect to the positions of the points are the vector areas on which the pressure
+    acts, except at lids.
     """
 
     def __init__(self, outer: str, inside: Sequence[str], assembly: Assembly, channel: str) -> None:
-        """channel: name of the channel of the work of the pressure. Membranes may have inward or outward normals."""
+        """outer: name of the membrane that encloses the volume; inside: names of closed membranes inside it; channel: name of
+        the channel (entry of the energy balance) for the work of the pressure. Membranes may have inward or outward
+        normals."""
         self.members: list[AssembledBody] = [assembly.bodies[name] for name in (outer, *inside)]
         self._add = [assembly.forces_on(name, channel) for name in (outer, *inside)]
         self._lids = [Lids(body.places(), body.cells().surface()) for body in self.bodies]
@@ -52,11 +55,12 @@ class EnclosedVolume:
 
     @property
     def bodies(self) -> list[Body]:
-        """The outer membrane, and the membranes inside it."""
+        """The outer membrane, followed by the membranes inside it."""
         return [member.body for member in self.members]
 
     def now(self) -> Enclosure:
-        """Return the present enclosed volume, the vector areas on which pressure acts, and the holes."""
+        """Return the present enclosed volume, the vector areas on which pressure acts, and the area of holes left by failed
+        points."""
         volumes, areas, places = zip(*(self._of(number) for number in range(len(self.members))), strict=True)
         holes = [failed_points(body) for body in self.bodies]
         for area, failed in zip(areas, holes, strict=True):
@@ -80,17 +84,18 @@ class EnclosedVolume:
             add((pressure * areas)[body.stored_array("id")])
 
     def membrane_area(self) -> float:
-        """Return the area of the outer membrane including its holes [m²]."""
+        """Return the area of the outer membrane, including the holes left by failed points [m²]."""
         return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:
-        """Return the acceleration of the volume per unit pressure, Σ A²/m [m⁴/kg], with vector area A and mass m of each
-        point, if the membranes carry no other mass."""
+        """Return the second time derivative of the volume per unit pressure, Σ A²/m [m⁴/kg], with vector area A and mass m of
+        each point, if the membranes carry no other mass; now: present state of the enclosed volume."""
         masses = [np.asarray(body.field("mass")) for body in self.bodies]
         return sum(float(np.sum(np.sum(a * a, axis=1) / m)) for a, m in zip(now.areas, masses, strict=True))
 
     def growth(self, now: Enclosure) -> float:
-        """Return the rate of change of the enclosed volume due to the velocities of the points [m³/s]."""
+        """Return the rate of change of the enclosed volume due to the velocities of the points [m³/s]; now: present state of
+        the enclosed volume."""
         velocities = [np.asarray(body.field("velocity")) for body in self.bodies]
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 

@@ -12,16 +12,17 @@ from pellucid.parts.part import Parts
 
 
 def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a region of a load that contains none of the body's nodes, if the nodes are known before the body is built."""
+    """Yield a finding if a region (`where`, at `path` in the case) contains none of the nodes of the body named `name`;
+    bodies whose nodes are known only when they are built are not checked."""
     body = parts.named(BodyModel, name)
     if body is not None and (start := selectable_of(body, parts)) is not None:
         yield from faults(where, start, (*path, "where"), name, parts.active_axes)
 
 
 def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray:
-    """Return a mask of the points of a built body in the region of a load, by number of the point, shape (n,).
+    """Return a mask of the points of a built body in the region `where` of a load, by number of the point, shape (n,).
 
-    Raises CaseError if there is none.
+    path: path of the region in the case. Raises CaseError if there is no point in it.
     """
     start, body = member.selectable(), member.body
     refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))

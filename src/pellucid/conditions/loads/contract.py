@@ -39,7 +39,8 @@ class LoadModel(Condition):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Check the channel of the subclass. Raises TypeError if it is not allowed for a load."""
+        """Check the attribute `channel` (history column of the work) of a new subclass. Raises TypeError if its name is not
+        allowed for a load."""
         super().__pydantic_init_subclass__(**arguments)
         if cls.channel in OTHER_CHANNELS or not cls.channel.endswith("_work"):
             raise TypeError(
@@ -48,7 +49,7 @@ class LoadModel(Condition):
 
     @abstractmethod
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Build the active condition. Raises CaseError with the path of the load in the case."""
+        """Build the condition that applies the load in a run; path: path of the load in the case, for a CaseError."""
 
     def load_channel(self) -> str:
         return self.channel
@@ -58,7 +59,7 @@ class LoadModel(Condition):
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or has no inertia."""
+        """Yield findings about a body that does not exist or has no inertia (arguments as in `Part.problems`)."""
         yield from super().problems(path, parts)
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
@@ -111,7 +112,8 @@ class ActiveLoad(ActiveCondition):
         self._add = assembly.forces_on(load.body, load.channel)
 
     def try_out(self) -> None:
-        """Evaluate the forces at the start, so that an invalid load is reported before earlier results are replaced."""
+        """Evaluate the forces at the start, so that an invalid load stops the run before the results of an earlier run are
+        replaced."""
         try:
             checked_forces(self._load, PointsView(self._body), 0.0)
         except RunStopped as error:
@@ -126,7 +128,8 @@ class ActiveLoad(ActiveCondition):
 
 
 def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
-    """Return the forces of a load [N], shape (n, 3), after a check of their shape and values. Raises RunStopped."""
+    """Return the forces of a load [N], shape (n, 3), on the points at a time [s]. Raises RunStopped if their shape is wrong
+    or a value is not finite."""
 
     def stopped(why: str) -> RunStopped:
         return RunStopped(f'the load of kind "{load.kind}" on body {load.body} {why}', body=load.body)

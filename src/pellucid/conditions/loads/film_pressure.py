@@ -26,7 +26,7 @@ class Band(Model):
     width: float = parameter("m", "standard deviation of the pressure profile", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
-        """Return the fraction of the pressure at positions [m], shape (..., 3)."""
+        """Return the fraction exp(-(x - centre)²/(2 width²)) of the largest pressure at positions [m], shape (..., 3)."""
         offset = (position[..., "xyz".index(self.axis)] - self.centre) / self.width
         return np.asarray(np.exp(-0.5 * offset * offset))
 
@@ -47,7 +47,8 @@ class FilmPressure(ChangesInTime, LoadModel):
     band: Band | None = parameter("", "band across an axis to which the pressure is restricted", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not a fluid film, and a direction that is a zero vector."""
+        """Yield findings about a body that is not a fluid film, and a direction that is a zero vector (arguments as in
+        `Part.problems`)."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:
@@ -61,7 +62,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         return surface_load(self.traction, self.body, self.channel, assembly, label)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
-        """Return the force per unit current area [Pa], shape (..., 3), at surface points and a time [s]."""
+        """Return the force per unit current area [Pa], shape (..., 3), at points of the film surface and a time [s]."""
         pressure = np.full(points.density_ratio.shape, self.share(time) * self.value)
         if self.on == "initial-area":
             pressure = pressure * points.density_ratio

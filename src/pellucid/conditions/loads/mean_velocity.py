@@ -45,8 +45,8 @@ class MeanVelocity(ChangesInTime, LoadModel):
         return Controller(self, assembly)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report bodies that do not exist or have no inertia, an axis along which walls constrain the fluid, and two
-        controllers of one body."""
+        """Yield findings about bodies that do not exist or have no inertia, an axis along which walls constrain the fluid,
+        and two controllers of one body (arguments as in `Part.problems`)."""
         yield from super().problems(path, parts)
         yield from parts.no_grid((*path, "axis"), "it drives a flow along a periodic axis of a grid")
         if parts.grid is not None and self.axis not in parts.grid.periodic:
@@ -74,8 +74,8 @@ class MeanVelocity(ChangesInTime, LoadModel):
 
 
 class Controller(ActiveCondition):
-    """The controller of the mean velocity in a run. Its state between steps is the integral of the control law, ∫ (U* -
-    U)/τ² dt [m/s²]."""
+    """Applies the body force of a `MeanVelocity` in a run. Its state between steps is the integral of the control law, ∫ (U*
+    - U)/τ² dt [m/s²], with the mean velocity U, its target U* and the response time τ."""
 
     def __init__(self, load: MeanVelocity, assembly: Assembly) -> None:
         self._load, self._integral = load, 0.0
@@ -91,7 +91,7 @@ class Controller(ActiveCondition):
         return sum(kept if "mass" in body.constant_fields else body.mass for body, kept in found)
 
     def begin(self, time: float, dt: float) -> None:
-        """Apply the controlling force; it is zero while the load time does not advance."""
+        """Apply the controlling force for the step dt [s] from `time` [s]; it is zero if dt is 0."""
         self._impulse = np.zeros(3)
         if dt == 0.0:
             return

@@ -72,7 +72,8 @@ class PointsView:
         return read_only(self._membrane("areas").surface_areas())
 
     def as_stored(self, forces: np.ndarray) -> np.ndarray:
-        """Reorder values, shape (n, 3), to the storage order of the body; zeros for points that left."""
+        """Reorder forces on the points [N], shape (n, 3), from the order of the point numbers to the storage order of the
+        body, with zeros for points that left the grid."""
         stored = np.zeros((self._body.n_points, 3))
         stored[self._order] = forces
         return stored

@@ -23,7 +23,7 @@ class RigidLoad(LoadModel):
     """A load on a rigid body as a whole."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that does not exist or is not rigid."""
+        """Yield findings about a body that does not exist or is not rigid (arguments as in `Part.problems`)."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.is_rigid:
@@ -32,8 +32,9 @@ class RigidLoad(LoadModel):
 
 
 def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report nonzero force or torque components along or about axes for which bodies cannot move in plane or
-    one-dimensional problems; along, about: the components; keys: keys of these two vectors in the case."""
+    """Yield findings about nonzero force or torque components for which bodies cannot move in plane or one-dimensional
+    problems. along: components along x, y and z; about: components about them; keys: keys of these two vectors in the
+    case; path, parts: as in `Part.problems`."""
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

@@ -53,8 +53,8 @@ class RigidSpring(RigidLoad):
             raise Refusal("this spring has no effect", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not rigid, components along axes without motion, and invalid motions of the anchor at the
-        start."""
+        """Yield findings about a body that is not rigid, components along axes without motion, and motions of the anchor that
+        are invalid at the start (arguments as in `Part.problems`)."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
@@ -67,19 +67,22 @@ class RigidSpring(RigidLoad):
                 yield Finding((*path, key, axis), why)
 
     def signals(self) -> list[Signal | None]:
-        """Return the signals of the anchor along and about the axes."""
+        """Return the displacements of the anchor along x, y, z, then its rotations about x, y, z, as functions of time; None
+        where not given."""
         return [getattr(of, axis) for of in (self.anchor, self.anchor_rotation) for axis in AXES]
 
     def anchors(self) -> list[Callable[[float], float]]:
-        """Return the displacements [m] and angles [rad] of the anchor as functions of time [s]."""
+        """Return the displacements [m] of the anchor along x, y, z, then its angles [rad] about x, y, z, as functions of time
+        [s]; zero where not given."""
         return [
             (lambda t: 0.0) if signal is None else checked_displacement(signal, f"the anchor of body {self.body}")
             for signal in self.signals()
         ]
 
     def swing(self, mass: float, inertia: np.ndarray) -> float:
-        """Return the largest oscillation rate of a body on its springs, or decay rate due to its dampers [1/s]; mass: of
-        the body [kg]; inertia: about its rotation axes [kg m²], shape (k, k)."""
+        """Return an upper bound of the oscillation rate of a body on its springs plus the decay rate due to its dampers
+        [1/s]; mass: of the body [kg]; inertia: tensor of inertia about the axes of rotation that are free [kg m²], shape
+        (k, k)."""
         sizes = np.linalg.eigvalsh(inertia) if len(inertia) else np.zeros(0)
         least = float(sizes[sizes > 1e-10 * sizes.max(initial=0.0)].min(initial=np.inf))
         along = _fastest(self.stiffness, self.damping, mass)
@@ -105,7 +108,8 @@ class ActiveRigidSpring(ActiveCondition):
         self._viscous = assembly.layout.column(DAMPING_HEAT)
 
     def begin(self, time: float, dt: float) -> None:
-        """Compute force and torque for the position at the start of the step."""
+        """Compute force and torque for the position at the start of the step and apply them; arguments as in
+        `ActiveCondition.begin`."""
         rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])

@@ -1,2 +1,2 @@
-"""Open faces of the grid: faces through which points enter, and faces where points leave by a prescribed flow or against a
-pressure."""
+"""Open faces of the grid: faces through which points enter (inflow), and faces where points leave, with a prescribed flow or
+against a pressure (outflow)."""

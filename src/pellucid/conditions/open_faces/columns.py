@@ -20,7 +20,8 @@ ROUNDING = 1e-6  # of a cell
 
 
 class OpenFace(NamedTuple):
-    """A face of the grid: its name, its normal axis, which end of the grid it is, and its position."""
+    """A face of the grid where points enter or leave: its name, its normal axis, which end of the grid it is, and its
+    position."""
 
     name: str
     axis: int
@@ -40,7 +41,7 @@ class OpenFace(NamedTuple):
 
     @property
     def when_flow_reverses(self) -> str:
-        """Remedy for a flow that reverses at an open face, for messages."""
+        """Advice for messages about a flow that reverses at an open face."""
         return (
             f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
             'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '
@@ -54,12 +55,14 @@ class OpenFace(NamedTuple):
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def depth(self, position: np.ndarray) -> np.ndarray:
-        """Return the distances of positions [m], shape (n, 3), from the face into the grid [m], shape (n,)."""
+        """Return the distances from the face into the grid [m], shape (n,), of positions [m], shape (n, 3); negative
+        outside."""
         return self.inward * (position[:, self.axis] - self.level)
 
 
 class Columns(NamedTuple):
-    """Columns of points, normal to a face of the grid, behind an opening in the face; c: number of columns."""
+    """Columns of points (lines along the normal of a face of the grid, in which points enter one after another) behind an
+    opening in the face; c: number of columns."""
 
     place: np.ndarray  # (c, 3) positions of the first points of the columns [m]
     depth: np.ndarray  # (c,) distances of the first points from the face [m]
@@ -78,7 +81,8 @@ def _endless(grid: GridCase) -> np.ndarray:
 
 
 def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Reason | None:
-    """Return the reason why a shape does not intersect a face, judged by its bounding box; None if it intersects the face."""
+    """Return the reason why the bounding box of a shape does not intersect a face within the grid, None if it does; name:
+    name of the shape in the message."""
     rounding, ends = ROUNDING * grid.cell, zip(grid.lower, grid.extent_upper(), _endless(grid), strict=True)
     for axis, (low, high, (start, end, endless)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
         if axis == face.axis and not low - rounding <= face.level <= high + rounding:
@@ -95,7 +99,8 @@ def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Rea
 def columns(
     shape: Geometry, left_out: Sequence[Geometry], per_cell: int | tuple[int, int, int] | None, grid: GridCase, face: OpenFace
 ) -> Columns:
-    """Return the columns of points where a shape, without the excluded shapes, intersects a face within the grid."""
+    """Return the columns of points where a shape, without the shapes in `left_out`, intersects a face within the grid;
+    per_cell: points per cell, in total or along each axis (None: default)."""
     counts = points_along_axes(per_cell, grid.thin())
     lower, upper, endless = np.array(grid.lower), np.array(grid.extent_upper()), _endless(grid)
     spacing = float(SeedLattice.of(shape, grid, counts).spacing[face.axis])
@@ -110,7 +115,7 @@ def columns(
 
 
 def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase) -> tuple[Columns, Geometry]:
-    """Return the columns of points of an opening, and the shape of the opening: the given shape, or the shape of the
-    body's model."""
+    """Return the columns of points of an opening in a face, and the shape of the opening: `through` if given, else the shape
+    of the body. model: model of the body of material points."""
     shape = (through or model.shape).geometry()
     return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape

@@ -33,7 +33,7 @@ DENSER = 1.1
 
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
-    """Build the active inflows, and reserve array rows in the bodies for the points that enter."""
+    """Build the active inflows, and reserve array rows in the bodies for the points that will enter."""
     found = [Entering(inflow, assembly, f"inflow.{inflow.name or number}") for number, inflow in enumerate(inflows)]
     for name in dict.fromkeys(inflow.body for inflow in inflows):
         _make_room(assembly.bodies[name], [one for one in found if one.body_name == name])
@@ -41,7 +41,8 @@ def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"
 
 
 def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
-    """Reserve array rows for the points that fill the grid at the initial density, and for further layers of points."""
+    """Reserve array rows of a body for the points that fill the grid at their initial density, and for further layers of
+    points at the openings of its inflows."""
     body = member.body
     volume = body.volumes()
     whole = inflows[0].grid_volume
@@ -51,8 +52,9 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
 
 
 class Entering(ActiveCondition):
-    """Inflow in a run. Its state between steps: the distance that fluid moving with the mean velocity has entered the
-    grid so far, and the largest value of this distance [m]."""
+    """Inflow in a run. Its state between steps: the distance that fluid with the mean velocity has moved into the grid so
+    far, the largest value of this distance, its value when the pressure of new points was last computed [m], and the mean
+    pressure drop behind the strip of cells at the opening [Pa]."""
 
     def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:
         member = assembly.bodies[inflow.body]
@@ -97,8 +99,8 @@ class Entering(ActiveCondition):
         self._time = time
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give all nodes of the strip of cells at the opening one common flow velocity (inflow under a pressure), or
-        compute the work of their prescribed motion. Raises RunStopped if the inflow reverses."""
+        """Give all nodes of the strip of cells at the opening one common flow velocity (inflow under a pressure), or compute
+        the work of their prescribed motion, over a step dt [s]. Raises RunStopped if the inflow reverses."""
         self._work, self._impulse = self.strip.act(dt)
         self._travel += dt * self.strip.speed
         if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
@@ -111,17 +113,17 @@ class Entering(ActiveCondition):
             raise RunStopped(f"{text}; {remedy}", time=self._time, body=self.body_name)
 
     def end(self, dt: float) -> None:
-        """Limit the step so that the inflow moves at most one cell."""
+        """Limit the next step so that the inflow moves at most one cell."""
         self.strip.bound(self._totals, self.strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the inflow if the flow, rather than waves or points in the body, limits the step;
-        else no limit."""
+        """Return the step limit due to the inflow if the flow is faster than all other motions and waves in the body, else
+        no limit."""
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
-        """Return the distances from the face that the first points of the columns have reached [m], shape (c,), if they
-        moved along the normal only."""
+        """Return the distances from the face that the first points of the columns would have reached by moving along the
+        normal with the flow velocity of their column [m], shape (c,)."""
         return np.asarray(self._travel * self.strip.at_columns + self.opening.depth)
 
     def _layers(self) -> np.ndarray:
@@ -131,7 +133,7 @@ class Entering(ActiveCondition):
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """Add a point to a column each time the column has advanced by one spacing, one spacing behind the previous point;
-        return the mass, momentum and energy of the new points."""
+        return number, mass, momentum and energy of the new points. n_steps, time: number of the step and its end [s]."""
         before = self._layers()
         self._furthest = max(self._furthest, self._travel)
         number = self._layers() - before
@@ -146,13 +148,14 @@ class Entering(ActiveCondition):
         return [self._body.let_in(self._pressed(arrays), n_steps, time)]
 
     def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return the arrays of new points; in a liquid their pressure is set to the pressure at the inner end of the strip.
+        """Return the arrays of new points (by name, one row per point); in a liquid their pressure is set to the pressure at
+        the inner end of the strip of cells at the opening.
 
-        The pressure is the mean of the first layers behind the strip, plus half of the pressure drop from these to the next
-        layers, for a flow with linear pressure. Points with any other pressure are compressed there within a cell, and
-        their velocities change by oscillations from node to node: such pressure oscillations cause no restoring force. Half
-        of the drop would amplify acoustic oscillations; therefore the drop is averaged over the points that enter while the
-        flow passes these layers.
+        The pressure is the mean of the first layers behind the strip, plus half of the pressure drop from these to the
+        next layers, for a flow with linear pressure. Points with any other pressure are compressed there within a cell,
+        and their velocities change by oscillations from node to node: such pressure oscillations cause no restoring
+        force. Half of the drop would amplify acoustic oscillations; therefore the drop is averaged over the points that
+        enter while the flow passes these layers.
         """
         first, second = (_mean_pressure(*stresses) for stresses in self._body.stresses_of(self._behind))
         if first is None:
@@ -163,8 +166,8 @@ class Entering(ActiveCondition):
         return self._body.pressed(arrays, first + 0.5 * self._fall - self._given_pressure)
 
     def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
-        """Select points in the first layers of cells behind the strip, and in the next layers, from their positions [m],
-        shape (n, 3); return the indices of both.
+        """Return the indices of the points in the first LAYERS_OF_MEAN layers of cells behind the strip, and of those in the
+        next as many layers, from positions of all points [m], shape (n, 3).
 
         The average over LAYERS_OF_MEAN removes pressures that oscillate from cell to cell.
         """
@@ -189,7 +192,7 @@ class Entering(ActiveCondition):
 
 
 def _folded(position: np.ndarray, case: GridCase) -> np.ndarray:
-    """Return positions [m], shape (n, 3), moved into one period of the grid."""
+    """Return positions [m], shape (n, 3), moved by whole periods into the grid."""
     folded = position.copy()
     for axis, period in enumerate(case.periods()):
         if period > 0.0:
@@ -198,6 +201,6 @@ def _folded(position: np.ndarray, case: GridCase) -> np.ndarray:
 
 
 def _mean_pressure(stress: np.ndarray, volume: np.ndarray) -> float | None:
-    """Return the mean pressure of points with these stresses [Pa], shape (n, 6), and volumes [m³], shape (n,); None without
-    points."""
+    """Return the mean pressure [Pa], weighted with the volumes [m³], shape (n,), of points with Cauchy stresses [Pa], shape
+    (n, 6); None without points."""
     return float(np.average(-stress[:, :3].mean(axis=1), weights=volume)) if len(volume) else None

@@ -45,21 +45,22 @@ class GivenFlow(ChangesInTime):
             raise ValueError(f"{text}; use shares of 0 or more")
 
     def _allows_turning(self) -> bool:
-        """Return True if the direction of the flow may reverse."""
+        """Return True if the flow may reverse its direction in the run."""
         return False
 
     def sizes(self) -> list[str]:
-        """Return the names of the given keys that define the magnitude of the flow."""
+        """Return the names of the given keys that define the magnitude of the flow (`velocity`, `flow_rate`)."""
         return [key for key in ("velocity", "flow_rate") if getattr(self, key) is not None]
 
     def largest_share(self) -> float:
-        """Return the largest fraction of the flow at any time."""
+        """Return the largest fraction of the flow, as `amplitude` defines it, at any time."""
         return 1.0 if self.amplitude is None else self.amplitude.largest
 
     def opening_problems(self, face: str, path: Path, parts: Parts, body: Any = None) -> Iterator[Finding]:
-        """Report an opening that does not reach the face, is closed by supports, or has an unknown profile.
+        """Yield findings about an opening that does not reach the face (its name), is closed by supports, or has an unknown
+        profile.
 
-        body: model of the body that flows through the opening, or None.
+        path, parts: as in `Part.problems`; body: model of the body that flows through the opening, or None.
         """
         grid = parts.grid
         if grid is None:
@@ -77,7 +78,7 @@ class GivenFlow(ChangesInTime):
             yield Finding(path, text, "remove the supports from the opening, or enlarge it")
 
     def _is_closed(self, face: OpenFace, grid: GridCase, parts: Parts) -> bool:
-        """Return True if supports that act on regions constrain the normal motion of all nodes of the opening."""
+        """Return True if supports of regions constrain all nodes of the opening in the face along the normal of the face."""
         nodes, periods, active = face.nodes(grid), grid.periods(), parts.active_axes
         if self.through is not None:
             just_inside = nodes + face.inward * ROUNDING * grid.cell * np.eye(3)[face.axis]
@@ -92,7 +93,8 @@ class GivenFlow(ChangesInTime):
         return None if shape is None else why_no_profile(shape.geometry(), face.axis)
 
     def _why_shut(self, face: OpenFace, grid: GridCase, body: Any) -> Reason | None:
-        """Return the reason why no point can cross the opening in a face; None if points can cross it."""
+        """Return the reason why no point can cross the opening in a face; None if points can cross it. body: model of the
+        body, or None."""
         if self.through is None:
             apart = None if body is None else why_apart(f"body {body.name}", body.shape.geometry(), face, grid)
             return apart and apart._replace(remedy=f"{apart.remedy}, or define an opening with `through`")
@@ -106,6 +108,7 @@ class GivenFlow(ChangesInTime):
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
-    """Return for each axis True if the opening in a face can have walls normal to this axis."""
+    """Return for each axis True if the opening in a face can have walls normal to this axis: axes along the face that are
+    neither thin nor periodic."""
     normal = "xyz".index(face[0])
     return [axis != normal and not (grid.thin()[axis] or grid.is_periodic()[axis]) for axis in range(3)]

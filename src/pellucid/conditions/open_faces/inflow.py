@@ -45,7 +45,7 @@ class Inflow(GivenFlow, Condition):
         return None if self.pressure is None else INFLOW_WORK.name
 
     def _allows_turning(self) -> bool:
-        """Return True if a pressure is given, which may have any sign."""
+        """Return True for an inflow under a pressure, which may have either sign."""
         return self.pressure is not None
 
     @classmethod
@@ -62,7 +62,8 @@ class Inflow(GivenFlow, Condition):
         return Reason("an [[inflow]] adds points, so there is no equilibrium", "remove [steady] or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faces that cannot be open, bodies that points cannot enter, and flows that are too fast."""
+        """Yield findings about faces that cannot be open, bodies that points cannot enter, and flows that are too fast
+        (arguments as in `Part.problems`)."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
         seeded = parts.named(BodyModel, self.body)
@@ -97,7 +98,8 @@ class Inflow(GivenFlow, Condition):
             yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
 
     def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a fixed time step that is so long that the inflow crosses more than one cell per step."""
+        """Yield a finding about a fixed time step in which the inflow crosses more than one cell (arguments as in
+        `Part.problems`)."""
         step = getattr(parts.sections["time"].items[0], "step", None)
         if parts.grid is None or step is None or self.velocity is None:
             return
@@ -109,7 +111,8 @@ class Inflow(GivenFlow, Condition):
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a face of the grid that cannot have inflow or outflow: a periodic, thin or constrained face."""
+    """Yield findings about a face of the grid (its name) that cannot have inflow or outflow: a periodic, thin or constrained
+    face. path: key that names the face."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LeadingOut(ActiveCondition):
-    """Outflow with a prescribed flow, through the opening of the first body that reaches the face."""
+    """Active outflow with a prescribed flow. The flow leaves through the opening of the first body that reaches the face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._layout, self._name = assembly.layout, outflow.name
@@ -48,16 +48,16 @@ class LeadingOut(ActiveCondition):
         self._strip.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Compute the work of the prescribed motion of the nodes."""
+        """Compute the work of the prescribed flow on the nodes over the step dt [s], and its impulse."""
         self._work, self._impulse = self._strip.act(dt)
 
     def end(self, dt: float) -> None:
-        """Limit the step so that the outflow moves at most one cell."""
+        """Limit the next step so that the outflow moves at most one cell."""
         self._strip.bound(self._totals, self._strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the outflow if the flow, rather than waves or points in the body, limits the step;
-        else no limit."""
+        """Return the step limit due to the outflow if the flow is faster than all other motions and waves in the body, else
+        no limit."""
         return self._strip.limit
 
     def work(self) -> StepWork:

@@ -19,7 +19,7 @@ the strip follows."""
 
 
 class LedStrip(Strip):
-    """Strip of a flow with prescribed velocity."""
+    """Strip (layer of cells) at an opening with a flow of prescribed velocity."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
         """flow, passage: see `Strip`."""
@@ -29,12 +29,12 @@ class LedStrip(Strip):
         self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # a power of 2: no rounding
 
     def mean_at(self, time: float) -> float:
-        """Return the mean velocity through the opening at a time [m/s]."""
+        """Return the prescribed mean velocity through the opening at a time [s], in m/s."""
         mean = self._flow.velocity if self._flow.flow_rate is None else self._flow.flow_rate / self.area
         return self._flow.share(time) * (mean or 0.0)
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the velocity of the nodes over a step from `time` [s]; it is zero if the load time does not advance."""
+        """Set the velocity of the nodes over a step dt [s] from `time` [s]; it is zero if dt is 0."""
         self.speed = self.mean_at(time) if dt > 0.0 else 0.0
         self._driven.mass[self._nodes] += self._mass
         self._driven.momentum[self._nodes, self._face.axis] += self._mass * self._velocity()
@@ -43,7 +43,8 @@ class LedStrip(Strip):
         return self._direction * self.speed * self._share
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Return the work of the flow on the nodes [J] and its impulse [N s], shape (3,). Called after the momentum update."""
+        """Return the work of the flow on the nodes over the step dt [s], in J, and its impulse [N s], shape (3,). Called
+        after the momentum update."""
         given = np.where(self._free(), self._mass * self._driven.impulse[self._nodes], 0.0)
         impulse = domain.of_nodes(given, self._nodes)
         return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)

@@ -1,4 +1,4 @@
-"""Nodes around an opening in a face of the grid, and the layers of nodes that move with its flow."""
+"""Nodes around an opening in a face of the grid, and the layers of nodes that move with the flow through it."""
 
 from typing import NamedTuple
 
@@ -25,12 +25,13 @@ class NodesAcross(NamedTuple):
     weight: np.ndarray  # (e,) shape function of the node at the column, within the layer
 
     def at_columns(self, nodal: np.ndarray, n: int) -> np.ndarray:
-        """Interpolate nodal values, shape (m,), to the n columns of points."""
+        """Interpolate nodal values, shape (m,), to the n columns of points; return shape (n,)."""
         return np.bincount(self.column, self.weight * nodal[self.node], n)
 
 
 def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: OpenFace) -> NodesAcross:
-    """Return the nodes of one layer parallel to a face to which the columns of points behind the face contribute."""
+    """Return the nodes of one layer parallel to a face to which the columns of points behind the face contribute, with their
+    weights; functions: shape functions of the grid along each axis."""
     lattice, across = grid.lattice, [axis for axis in range(3) if axis != face.axis]
     numbers: dict[tuple[int, ...], int] = {}
     column, node, weight = list[int](), list[int](), list[float]()
@@ -50,15 +51,15 @@ def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: O
 
 
 def layers(grid: Grid, function: GridFunction, face: OpenFace) -> np.ndarray:
-    """Return the indices along the normal of the layers of nodes to which points in the cells at a face contribute,
-    shape (l,)."""
+    """Return the indices along the normal of the layers of nodes to which points in the cells at a face contribute, shape
+    (l,); function: shape functions along the normal."""
     reached = {i for depth in SAMPLES for i in _layers_at(depth, grid, function, face)}
     return np.array(sorted(reached), np.int64)
 
 
 def led_depth(grid: Grid, function: GridFunction, face: OpenFace) -> float:
-    """Return the distance from a face up to which points contribute only to the node layers that `layers` returns [m]: 1
-    to 2 cells, depending on the shape functions."""
+    """Return the distance from a face up to which points contribute only to the node layers that `layers` returns [m]: 1 to
+    2 cells, depending on the shape functions (`function`)."""
     led = set(layers(grid, function, face).tolist())
     deeper = [1.0 + depth for depth in SAMPLES if _layers_at(1.0 + depth, grid, function, face) <= led]
     return max(deeper) * grid.lattice.cell
@@ -70,7 +71,8 @@ def _layers_at(depth: float, grid: Grid, function: GridFunction, face: OpenFace)
 
 
 def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> list[tuple[int, float]]:
-    """Return the indices of the nodes along an axis to which a point at a position [m] contributes, with their weights."""
+    """Return the indices of the nodes along an axis to which a point at the coordinate `place` [m] contributes, with their
+    weights."""
     n, lattice = grid.lattice.counts[axis], grid.lattice
     found = _weights(function, (place - lattice.lower[axis]) * lattice.inverse_cell, n)
     return [(i % n if grid.periodic[axis] else i, w) for i, w in found]

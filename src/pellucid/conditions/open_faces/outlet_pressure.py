@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 
 
 class FluidPoints(NamedTuple):
-    """Point data for the scatter kernel."""
+    """Positions [m] and volumes [m³] of the points, for the kernel that scatters the pressure."""
 
     position: Any
     volume: Any
 
 
 class EndPressure(NamedTuple):
-    """Rule of a scatter that uses gradients of the shape functions: points near a face, with the volume V, contribute
-    the value -V p along the axis of the face, for the pressure p."""
+    """Rule by which points near a face contribute to the nodes, through the gradients of the shape functions: each gives the
+    value -V p along the axis of the face, with its volume V and the pressure p."""
 
     pressure: np.ndarray  # (1,) in this step [Pa]
     level: float  # position of the face, in cells
@@ -70,7 +70,10 @@ class EndNodes(NamedTuple):
 
 
 class EndOfFluid:
-    """Points of a body at a face of the grid, where a pressure acts on the end of the body."""
+    """Points of a body at a face of the grid, where a pressure acts on the end of the body.
+
+    member: the body; face: name of the face; column: column of the pressure's work in the array of works.
+    """
 
     def __init__(self, member: AssembledBody, face: str, column: int) -> None:
         body = member.body
@@ -87,7 +90,7 @@ class EndOfFluid:
         self._near = index[self.face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
 
     def push(self, pressure: float) -> None:
-        """Apply a pressure [Pa] over the step."""
+        """Apply a pressure [Pa] on the end of the body over the coming step."""
         self._pressure[0] = pressure
         if pressure == 0.0:
             return
@@ -96,7 +99,7 @@ class EndOfFluid:
         self._field.load_row(self._row)[self._near, self.face.axis] += self._rows[self._near, self.face.axis]
 
     def _gift(self) -> Bundle:
-        """Return the arguments of the kernel that scatters the pressure to the nodes; built at first use, when all
+        """Return the bundled arguments of the kernel that scatters the pressure to the nodes; built at first use, when all
         conditions are known."""
         if self._gives is None:
             arrays, face, cell = self.body.arrays, self.face, self.body.grid.lattice.cell
@@ -118,7 +121,7 @@ class EndOfFluid:
 
 
 class OutletPressure(ActiveCondition):
-    """Pressure of an outflow in a run."""
+    """Active condition of an outflow against a pressure."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._outflow, self._path, self._filled = outflow, path, [True] * len(outflow.where)
@@ -128,7 +131,7 @@ class OutletPressure(ActiveCondition):
             self._ends.append((ends[0].face, ends))
 
     def try_out(self) -> None:
-        """Raise CaseError if no fluid is at the face, since the pressure would have no effect."""
+        """Raise CaseError if no fluid is at the face, where the pressure would have no effect."""
         for face, ends in self._ends:
             if _nearest(ends)[0] > 1.0:
                 text = (
@@ -144,7 +147,7 @@ class OutletPressure(ActiveCondition):
                 end.push(pressure)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """Stop the run if backflow empties the layer of cells at a face: no points enter here."""
+        """Raise RunStopped if backflow empties the layer of cells at a face. No points enter: returns an empty sequence."""
         for number, (face, ends) in enumerate(self._ends):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
@@ -167,7 +170,8 @@ class OutletPressure(ActiveCondition):
 
 
 def _nearest(ends: Sequence[EndOfFluid]) -> tuple[float, float]:
-    """Return the distance from the face, in cells, and the velocity into the grid [m/s] of the nearest point of all bodies."""
+    """Return the distance from the face [cells] of the point nearest to it, of all bodies in `ends`, and the velocity of
+    this point into the grid [m/s]."""
     return min((end.nearest() for end in ends), default=(0.0, 0.0))
 
 

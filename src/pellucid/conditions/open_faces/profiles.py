@@ -1,4 +1,4 @@
-"""Velocity profiles of steady laminar flows across openings, without normalization."""
+"""Velocity profiles of steady laminar flows across openings. Their scale is arbitrary; the caller normalizes them."""
 
 from collections.abc import Sequence
 from typing import TypeGuard
@@ -14,18 +14,18 @@ Wall = tuple[float, float]
 
 
 def across_tube(tube: Cylinder, axis: int, places: np.ndarray) -> np.ndarray:
-    """Return the velocity profile 1 - r²/R² of the flow in a tube with radius R along an axis, at positions [m], shape
-    (n, 3), with the distance r from the axis; 0 outside the tube."""
+    """Return the velocity profile 1 - r²/R² of the flow in a tube with radius R along an axis, with the distance r from the
+    axis, at positions [m], shape (n, 3); 0 outside the tube. Dimensionless, shape (n,)."""
     offset = np.delete(places - np.array(tube.centre_), axis, axis=1)
     return np.maximum(1.0 - np.sum(offset * offset, axis=1) / tube.radius**2, 0.0)
 
 
 def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray:
     """Return the velocity profile of the flow between one or two pairs of walls at positions [m], shape (n, 3); 0 outside
-    the walls.
+    the walls. Dimensionless with an arbitrary scale, shape (n,).
 
-    walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series, see
-    White 2006, Viscous Fluid Flow, section 3-3.3.
+    walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series,
+    see White 2006, Viscous Fluid Flow, section 3-3.3.
     """
     pairs = [(axis, pair) for axis, pair in enumerate(walls) if pair is not None]
     scaled = [(2.0 * places[:, axis] - low - high) / (high - low) for axis, (low, high) in pairs]
@@ -44,7 +44,8 @@ def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray
 
 
 def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
-    """Return the reason why the velocity profile across an opening is unknown; None if it is known."""
+    """Return the reason why the laminar velocity profile across an opening of this geometry is unknown, None if it is known
+    (slit, duct or tube); axis: normal axis of the face."""
     if isinstance(geometry, Box) or is_tube(geometry, axis):
         return None
     text = "only slits, ducts and tubes along the normal have this profile, but the opening has another shape"
@@ -52,5 +53,6 @@ def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:
-    """Return True if a shape is a cylinder along the normal axis of a face, so that its opening in the face is round."""
+    """Return True if a shape is a cylinder along the axis `axis`, the normal of a face, so that its opening in the face is
+    round."""
     return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis

@@ -21,13 +21,13 @@ from pellucid.ranks.domain import domain
 
 
 class StripNodes(NamedTuple):
-    """Nodal fields of a strip driven by a pressure."""
+    """Nodal fields of a strip (layer of cells) driven by a pressure."""
 
     impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse that makes the strip move as one")]
 
 
 class PushedStrip(Strip):
-    """Strip of a flow under a given pressure."""
+    """Strip (layer of cells) at an opening with a flow driven by a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
         """flow, passage: see `Strip`; pressure: pressure at the opening [Pa]; column: column in the array of works for the
@@ -37,16 +37,17 @@ class PushedStrip(Strip):
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
-        """Return the mean velocity of the current step [m/s] for any time, since later velocities are unknown."""
+        """Return the mean velocity through the opening in the current step [m/s] for any time, since later velocities are
+        unknown."""
         return self.speed
 
     def begin(self, time: float, dt: float) -> None:
-        """Apply the pressure over a step from `time` [s]."""
+        """Apply the pressure, changed in time by `rise` or `amplitude`, over a step that begins at `time` [s]."""
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Set the common velocity of the nodes. Return zero work and impulse, since the velocity field records them. Called
-        after the momentum update."""
+        """Give the nodes of the strip their common motion. Return zero work [J] and impulse [N s], shape (3,), since the
+        velocity field records them. Called after the momentum update."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

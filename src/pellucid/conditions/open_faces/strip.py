@@ -31,7 +31,10 @@ class Passage(NamedTuple):
 
 
 class Strip:
-    """Layer of cells at an opening through which fluid flows into or out of the grid: its nodes, and the velocity profile."""
+    """Layer of cells at an opening through which fluid flows into or out of the grid: its nodes, and the velocity profile.
+
+    flow: data model of the prescribed flow; passage: the opening and the body that flows through it.
+    """
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
         actions, points = passage.member.actions, passage.member.body
@@ -54,7 +57,8 @@ class Strip:
         """Step limit, if the flow in the strip is the fastest motion in the body."""
 
     def find_profile(self) -> None:
-        """Compute the velocity profile across the opening, with a mean of one. Called when all constraints are known."""
+        """Compute the velocity profile across the opening, scaled to a mean of one. Called when all constraints are known.
+        Raises CaseError if supports constrain all nodes."""
         nodes, free = self._actions.field.grid.nodes, np.ones(len(self._across.stored), bool)
         free[self._number[nodes.constrained[self._nodes, self._face.axis] > 0]] = False
         share = np.where(free, self._profile(), 0.0)
@@ -66,7 +70,7 @@ class Strip:
         self._share, self.at_columns = (share / mean)[self._number], at_columns / mean
 
     def _profile(self) -> np.ndarray:
-        """Return the velocity profile at the nodes of the opening, not normalized."""
+        """Return the velocity profile at the nodes of the opening, with an arbitrary scale, shape (m,)."""
         place, axis = self._across.place, self._face.axis
         if self._flow.profile == "uniform":
             return np.ones(len(place))
@@ -77,8 +81,8 @@ class Strip:
         return across_walls(self._walls(), place)
 
     def _walls(self) -> list[Wall | None]:
-        """Return the walls of a slit or duct: the ends of the shape or of the grid. A face constrained along its normal
-        only is a plane of symmetry; the profile continues beyond it."""
+        """Return for each axis the positions of the two walls of a slit or duct [m], or None: the ends of the shape or of
+        the grid. A face constrained along its normal only is a plane of symmetry; the profile continues beyond it."""
         lower, upper = self._shape.bounds()
         walls: list[Wall | None] = [None, None, None]
         for axis, walled in enumerate(walled_axes(self._case, self._face.name)):
@@ -94,14 +98,15 @@ class Strip:
         return walls
 
     def _is_symmetric(self, axis: int, level: float) -> bool:
-        """Return True if nodes at a position along the axis [m] are constrained along this axis and free along the flow."""
+        """Return True if the nodes of the opening at the coordinate `level` [m] along an axis lie on a plane of symmetry:
+        they are constrained along this axis and free along the flow."""
         at_level = np.abs(self._across.place[:, axis] - level) < 1e-6 * self._case.cell
         held = self._actions.field.grid.nodes.constrained[self._nodes[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
     def bound(self, totals: Totals, speed: float) -> None:
-        """Limit the step so that fluid in the strip moves at most one cell; speed: mean velocity through the opening
-        [m/s]; totals: totals of the body."""
+        """Limit the step so that fluid in the strip moves at most one cell; speed: mean velocity through the opening [m/s];
+        totals: sums and rates of the body, whose rate 1/step is increased."""
         fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
         governs = fastest > totals.rate * cell
         what = f"the flow through the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
@@ -109,7 +114,8 @@ class Strip:
         self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 
     def _free(self) -> np.ndarray:
-        """Return a mask of the directions in which the strip's nodes can move: they have mass and no support, shape (n, 3)."""
+        """Return a mask of the directions in which each node of the strip can move (it has mass and no support), shape (n,
+        3)."""
         nodes = self._actions.field.grid.nodes
         return np.asarray((nodes.mass[self._nodes] >= MASS_EPS)[:, None] & (nodes.constrained[self._nodes] == 0))
 
@@ -122,8 +128,8 @@ class Strip:
 def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np.ndarray, name: str | None) -> StepWork:
     """Return the work of the flow on a strip of cells and its impulse as a `StepWork` of the step.
 
-    work: work of the flow on the strip [J]; impulse: shape (3,) [N s]; name: name of the flow, under which the impulse is
-    recorded, or None.
+    layout: columns of the array of works; channel: entry of the energy balance for the work; work: work of the flow on
+    the strip [J]; impulse: shape (3,) [N s]; name: name of the flow, under which the impulse is recorded, or None.
     """
     done = layout.no_work()
     done.works[layout.column(channel)] = work

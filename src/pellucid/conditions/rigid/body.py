@@ -55,7 +55,8 @@ class RigidBody:
         springs: "Sequence[RigidSpring]",
         earlier: "Sequence[RigidBody]" = (),
     ) -> None:
-        """earlier: rigid bodies that act on the nodes before this body."""
+        """member: the body; motions: its prescribed motions; springs: springs between the body and anchors; earlier: rigid
+        bodies that act on the nodes before this body."""
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
@@ -105,11 +106,11 @@ class RigidBody:
         """Largest oscillation rate of the body on its springs, which the time step must resolve [1/s]."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
-        """Add forces [N] at positions [m], shape (m, 3) each, over the coming step."""
+        """Add forces [N] that act over the coming step at positions `place` [m], shape (m, 3) each."""
         self._pushed.append((place, force))
 
     def state(self) -> RigidState:
-        """Return the centre of mass, the angular velocity, and the velocity changes per impulse and angular impulse."""
+        """Return the centre of mass, the angular velocity, and the velocity change per impulse and per angular impulse."""
         self._begun = centre, _, inertia = self._about_centre()
         per_mass = (~self.leads.led[:3] & ~np.array(self._thin)) / float(np.sum(self.body.arrays["mass"]))
         return RigidState(centre, self._turn_rate(), per_mass, inverse_inertia(inertia, self._free_turns))
@@ -123,7 +124,7 @@ class RigidBody:
         return centre, arm, inertia_of(m, arm, self._own_inertia)
 
     def add_load(self, push: Push) -> None:
-        """Add a force and a torque over the coming step."""
+        """Add a force and a torque (see `Push`) over the coming step."""
         self._loads.append(push)
 
     def moved(self) -> np.ndarray:
@@ -143,15 +144,15 @@ class RigidBody:
         return np.array([C[7], C[2], C[3]])
 
     def begin(self, time: float, dt: float) -> None:
-        """Compute the prescribed motion over the step that begins at `time` [s]."""
+        """Compute the prescribed displacements and rotations over the step dt [s] that begins at `time` [s]."""
         self._begun = None
         self.leads.begin(time, dt)
         self.leads.rates *= self.body.load_rate
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:
-        """Set the affine velocity fields of the points to the angular velocity `turn` [rad/s], and compute the kinetic
-        energy of the rotation of the points about their own centres."""
+        """Set the affine velocity fields (gradients of velocity, as in APIC) of the points to the angular velocity `turn`
+        [rad/s], shape (3,), and compute the kinetic energy of the rotation of the points about their own centres."""
         self.own_energy = 0.5 * self._own_inertia * float(turn @ turn)
         self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
 
@@ -161,7 +162,8 @@ class RigidBody:
         return self._own_inertia * self.rates()[3:]
 
     def hold_nodes(self, dt: float) -> None:
-        """Apply the rigid velocity to the nodes that the body reaches, over this step dt [s]."""
+        """Give the nodes to which the body contributes the rigid motion that results from their momentum and the loads, over
+        the step dt [s]."""
         self._centre, arm, self._tensor = self._begun or self._about_centre()
         self._dt, self._arm, self._begun = dt, arm, None
         self._motions = motions = RigidMotions(self._thin, self._turns, self.leads, arm)
@@ -178,13 +180,13 @@ class RigidBody:
         self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
 
     def _widths(self) -> np.ndarray:
-        """Return half the edges of the cubes that the points represent [m]."""
+        """Return half the edges of the cubes that the points represent [m]: one value for all points, or shape (n,)."""
         half, scale, exponent = self._points.half_width()
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
     def prescribe_velocities(self) -> None:
-        """Set the point velocities V + ω × (x - c) from their momentum or from prescribed values. Walls stop points that
-        the nearby nodes do not stop."""
+        """Set the point velocities V + ω × (x - c), with V, ω and c as in `pellucid.conditions.rigid.nodes`, from the
+        momentum of the body or from prescribed values. Walls stop points that the nearby nodes do not stop."""
         points, motions, inertia = self.body.arrays, self._motions, self._inertia
         received = self.nodes.receive(motions)
         free = motions.prescribed(inertia, received.momentum)
@@ -200,8 +202,8 @@ class RigidBody:
         self._carry(self._turn)
 
     def prescribe_positions(self) -> None:
-        """Set the positions of the rigid motion, and rotate the velocities with the body so that its angular momentum is
-        conserved."""
+        """Set the positions of the points at the end of the step, and rotate their velocities with the body so that its
+        angular momentum is conserved."""
         arrays, leads, inertia = self.body.arrays, self.leads, self._tensor
         spin, given = inertia @ self._turn, np.zeros(3)
         given[self._led_turns] = leads.rates[3:][self._led_turns]
@@ -227,8 +229,8 @@ class RigidBody:
             self._turned[3:] = np.where(leads.led[3:], rotation @ inertia @ rotation.T @ turn - spin, 0.0)
 
     def work(self) -> StepWork:
-        """Return the work of the step: loads, kinetic energy lost when velocities are made rigid, and impulses of supports
-        and motions."""
+        """Return the work of the step: of loads, kinetic energy lost when velocities are made rigid, and impulses of
+        supports and motions."""
         done = self._layout.no_work()
         done.works[:] = self._push_works  # the field counted them as one of impacts
         done.works[IMPACT] += self._loss
@@ -239,8 +241,8 @@ class RigidBody:
         return self._with_motions(done) if self.leads.led.any() else done
 
     def _with_motions(self, done: StepWork) -> StepWork:
-        """Add the work and impulses of the motions to the work of the step. Their impulse on the nodes is subtracted from
-        the external impulses, in which the velocity field has included it."""
+        """Return the record `done` of the step's work with the work and impulses of the prescribed motions added. Their
+        impulse on the nodes is subtracted from the external impulses, in which the velocity field has included it."""
         on_nodes = np.where(self.leads.led, self.nodes.led_impulse * self._motions.sizes, 0.0)
         done.impulse[:] -= on_nodes[:3]
         given = on_nodes + self._led
@@ -251,7 +253,7 @@ class RigidBody:
 
 
 class RigidBodies(ActiveCondition):
-    """All rigid bodies of a case in a run. They act on the nodes after all other conditions and before contact."""
+    """Active condition of all rigid bodies of a case. They act on the nodes after all other conditions and before contact."""
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns
@@ -261,7 +263,8 @@ class RigidBodies(ActiveCondition):
             body.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Apply the rigid velocity of each body to the nodes around it."""
+        """Give the nodes around each body its rigid motion over the step dt [s], then store the nodal velocities before
+        contact."""
         for body in self._bodies:
             body.hold_nodes(dt)
         for body in self._bodies:

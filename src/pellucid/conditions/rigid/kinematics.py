@@ -12,19 +12,20 @@ LARGEST_TURN = 0.02  # largest rotation in a substep [rad], see `turn_freely`
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the mean of positions [m], weighted by masses, shape (n, 1) [kg]: the centre of mass, shape (3,); also used
-    for mean velocities."""
+    """Return the mean of positions [m], shape (n, 3), weighted by masses [kg], shape (n, 1): the centre of mass, shape (3,);
+    also used for mean velocities."""
     return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
 
 
 def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return the angular momentum [N m s], (3,), of masses [kg] at positions relative to the centre [m] with velocities
-    [m/s]."""
+    """Return the angular momentum [N m s], (3,), of masses [kg], shape (n, 1), at positions `arm` relative to the centre [m]
+    with velocities [m/s], shape (n, 3) each."""
     return np.asarray(np.sum(mass * np.cross(arm, velocity), axis=0))
 
 
 def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Sequence[int]) -> np.ndarray:
-    """Return the velocity of the centre [m/s] and the angular velocity about the axes in `turns` [rad/s], shape (6,)."""
+    """Return the velocity of the centre of mass [m/s] and the angular velocity about the axes in `turns` [rad/s], shape
+    (6,); other arguments as in `spin_of`."""
     mean = centre_of(mass, velocity)
     rates = np.concatenate([mean, np.zeros(3)])
     rates[3 + np.array(turns, int)] = spun(inertia_of(mass, arm), spin_of(mass, arm, velocity - mean), turns)
@@ -32,14 +33,14 @@ def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Seq
 
 
 def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndarray:
-    """Return the angular velocity [rad/s] about the axes in `turns` for an angular momentum [N m s], without rotation about
-    other axes."""
+    """Return the angular velocity [rad/s], shape (3,), about the axes in `turns` that belongs to an angular momentum `spin`
+    [N m s], for an inertia tensor [kg m²], shape (3, 3); zero about other axes."""
     return np.asarray(_inverse_about(inertia, turns) @ spin[list(turns)])
 
 
 def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the total force [N] and torque about the centre [N m], shape (6,), of forces at positions relative to the
-    centre [m], shape (n, 3) each."""
+    """Return the total force [N] and torque about the centre [N m], shape (6,), of forces [N] at positions `arm` relative to
+    the centre [m], shape (n, 3) each."""
     strength = np.zeros(6)
     _add_resultant(arm, force, strength)
     return strength
@@ -58,19 +59,19 @@ def _add_resultant(arm: np.ndarray, force: np.ndarray, strength: np.ndarray) -> 
 
 
 def inertia_of(mass: np.ndarray, arm: np.ndarray, own: float = 0.0) -> np.ndarray:
-    """Return the inertia tensor [kg m²], (3, 3), of masses at positions relative to the centre [m]; own: sum of the points'
-    own inertias [kg m²]."""
+    """Return the inertia tensor [kg m²], (3, 3), of masses [kg], shape (n, 1), at positions `arm` relative to the centre
+    [m], shape (n, 3); own: sum of the inertias of the points about their own centres [kg m²]."""
     return np.asarray((np.sum(mass * arm * arm) + own) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
 
 
 def matrix_of(vector: np.ndarray) -> np.ndarray:
-    """Return the matrix of the cross product with a vector, shape (3, 3)."""
+    """Return the matrix W, shape (3, 3), with W x = v × x for a vector v, shape (3,)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def rotation_by(angle: np.ndarray) -> np.ndarray:
-    """Return the rotation matrix of a rotation vector [rad] (Rodrigues' formula), shape (3, 3)."""
+    """Return the rotation matrix, shape (3, 3), of a rotation vector `angle` [rad], shape (3,) (Rodrigues' formula)."""
     size = float(np.linalg.norm(angle))
     if size == 0.0:
         return np.eye(3)
@@ -118,14 +119,15 @@ def _simpson(rates: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return the rate of the rotation vector for an angular velocity, to third order in the vector [rad/s]."""
+    """Return the rate of change [rad/s] of the rotation vector `angle` [rad] for an angular velocity [rad/s], to third order
+    in the vector."""
     across = np.cross(angle, velocity)
     return np.asarray(velocity - 0.5 * across + np.cross(angle, across) / 12.0)
 
 
 def inverse_inertia(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
     """Return the inverse inertia for rotations about the axes in `turns`, (3, 3) [1/(kg m²)]: angular velocity per angular
-    impulse; zero for other axes. inertia: inertia tensor [kg m²], shape (3, 3)."""
+    impulse; zero for other axes. Other arguments as in `inertia_of`."""
     inverse = np.zeros((3, 3))
     inverse[np.ix_(turns, turns)] = _inverse_about(inertia, turns)
     return inverse
@@ -149,19 +151,19 @@ class RigidState(NamedTuple):
     """Angular velocity per angular impulse [1/(kg m²)], (3, 3); 0 for prescribed rotations."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities [m/s] due to the rotation of the body at positions [m], shape (m, 3) each."""
+        """Return the velocities [m/s] due to the rotation of the body at the positions `place` [m], shape (m, 3) each."""
         return np.cross(self.spin, place - self.centre)
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Return Σ f·a [N²/kg], with the accelerations a of the body at positions [m] due to the forces f [N] there, shape
-        (m, 3) each."""
+        """Return Σ f·a [N²/kg] over forces f [N] at the positions `place` [m], shape (m, 3) each, with the acceleration a
+        that they jointly give the body at each position."""
         strength = resultant(place - self.centre, force)
         return float(np.sum(self.per_mass * strength[:3] ** 2) + strength[3:] @ self.per_inertia @ strength[3:])
 
 
 class Push(NamedTuple):
-    """A force at the centre of mass [N] and a torque [N m] during a step, as `strength`, shape (6,), and the columns for
-    their work."""
+    """A force at the centre of mass [N] and a torque [N m] on a rigid body during a step, as `strength`, shape (6,), and the
+    columns for their work."""
 
     strength: np.ndarray
     column: int  # column for the work in the array of works
@@ -169,8 +171,8 @@ class Push(NamedTuple):
     heat: int = 0  # column for the heat of a damper in the array of works
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
-        """Add the work of force and torque over a step dt [s] to an array of works, and return it [J]; rates: velocity and
-        angular velocity of the body, shape (6,)."""
+        """Add the work of force and torque over a step dt [s] to an array of works by column [J], and return it; rates:
+        velocity [m/s] and angular velocity [rad/s] of the body, shape (6,)."""
         work = dt * float(self.strength @ rates)
         if self.carried is None:
             works[self.column] += work

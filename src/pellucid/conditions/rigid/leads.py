@@ -15,7 +15,8 @@ class Leads:
     """Prescribed motions of one rigid body, by component: 0 to 2 are displacements along the axes, 3 to 5 rotations about
     the axes.
 
-    along, about: axes along and about which the body can move. `led`: mask of the prescribed components, shape (6,).
+    motions: data models; along, about: axes along and about which the body can move. Attribute `led`: mask of the
+    prescribed components, shape (6,).
     """
 
     def __init__(self, motions: "Sequence[Motion]", along: Sequence[int], about: Sequence[int]) -> None:
@@ -36,15 +37,16 @@ class Leads:
         """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; 0 for free components."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the mean velocities over a step from `time` [s], which end at the prescribed displacements; 0 if dt = 0."""
+        """Set the mean velocities over a step dt [s] from `time` [s], so that the body ends at the prescribed displacements
+        and angles; 0 if dt = 0."""
         for number, function in self._functions.items():
             reached = function(time + dt)
             self.reached[number] = reached
             self.rates[number] = (reached - function(time)) / dt if dt > 0.0 else 0.0
 
     def shares(self, impulse: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Return the impulses and the angular impulses of each motion by name, shape (3,) each, for the impulses of all
-        components, shape (6,) [N s, N m s]."""
+        """Divide the impulses of all components, shape (6,) [N s, N m s], among the motions that prescribe these components;
+        return the impulses and the angular impulses of each motion by name, shape (3,) each."""
         given = np.where(self._owners, impulse, 0.0)
         along = dict(zip(self._names, given[:, :3], strict=True))
         return along, dict(zip(self._names, given[:, 3:], strict=True))

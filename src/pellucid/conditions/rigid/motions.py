@@ -17,12 +17,12 @@ class RigidMotions:
     """Rigid motions V + ω × s at positions s relative to the centre of a body. The six components of a motion are V and the
     angular velocity ω times a length of the body [m/s].
 
-    thin: mask of the axes along which the body cannot move; turns: axes about which the body can rotate; leads: the
-    prescribed components.
+    thin: mask of the axes along which the body cannot move; turns: axes about which the body can rotate; leads:
+    prescribed motions of the body.
     """
 
     def __init__(self, thin: Sequence[bool], turns: Sequence[int], leads: Leads, arm: np.ndarray) -> None:
-        """arm: positions of the points relative to the centre, shape (n, 3) [m]."""
+        """thin, turns, leads: see the class; arm: positions of the points relative to the centre, shape (n, 3) [m]."""
         self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
         self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
@@ -42,13 +42,13 @@ class RigidMotions:
         return np.asarray(np.where(np.outer(self._may_move, self._may_move), matrix, 0.0))
 
     def natural(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Return the motion, shape (6,), for an inertia matrix, (6, 6), and a momentum, (6,), as if no component were
-        prescribed."""
+        """Return the motion that belongs to a momentum if no component were prescribed; inertia: matrix, shape (6, 6);
+        momentum: shape (6,); components as in the class."""
         return _solved(inertia, momentum, np.flatnonzero(self._may_move))
 
     def prescribed(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Return the motion, shape (6,), for an inertia matrix, (6, 6), and a momentum, (6,), in which prescribed
-        components have their given values and the momentum determines only the free components."""
+        """Return the motion whose prescribed components have their given values and whose free components follow from the
+        momentum; arguments as in `natural`."""
         return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:
@@ -59,13 +59,13 @@ class RigidMotions:
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
     def momentum_of(self, strength: np.ndarray) -> np.ndarray:
-        """Return the rate of change of the six components of the momentum due to a force at the centre [N] and a torque
-        [N m], shape (6,)."""
+        """Return the rate of change of the six components of the momentum due to a force at the centre [N] and a torque [N
+        m], given as `strength`, shape (6,)."""
         return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:
-        """Return a matrix R with R Rᵀ = K⁻¹ for an inertia matrix K, shape (6, 6); directions in which the inertia is
-        negligible compared with a mass [kg] are omitted.
+        """Return a matrix R with R Rᵀ = K⁻¹ for an inertia matrix K in motion components (see the class), shape (6, 6);
+        directions in which the inertia is negligible compared with a mass [kg] are omitted.
 
         R has only components that are not prescribed, since impulses do not change prescribed components.
         """
@@ -90,7 +90,7 @@ def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
 
 
 class Wall(NamedTuple):
-    """A face of the grid that a support constrains along its normal."""
+    """A face of the grid that a support constrains along its normal, so that it stops rigid bodies."""
 
     row: int  # index of the support
     axis: int
@@ -109,15 +109,17 @@ class Kept(NamedTuple):
 
 
 class RigidWalls:
-    """Walls of a grid for one body: no point of the body passes them in a step, and they can only push."""
+    """Constrained faces of a grid that act as walls on one rigid body: no point of the body passes them in a step, and they
+    can only push."""
 
     def __init__(self, actions: NodalActions) -> None:
         self._actions, self._faces = actions, _faces(actions)
         self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
 
     def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
-        """Compute the limits that walls impose on the motion over a step dt [s]; position: positions of the points [m];
-        width: half their extent [m]."""
+        """Compute the limits that walls impose on the motion over a step dt [s]; position: positions of the points [m],
+        shape (n, 3); width: half their extent [m]; motions: velocities of the points for unit components of a rigid
+        motion, shape (n, 3, 6)."""
         rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
         cell = self._actions.field.grid.lattice.cell
         for wall in self._walls():
@@ -129,12 +131,12 @@ class RigidWalls:
         self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
 
     def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> "Kept":
-        """Return the nearest motion for which no point passes a wall, except by its prescribed components, with the
-        impulses of the walls.
+        """Return the motion nearest to `motion`, shape (6,), with which no point passes a wall, except by its prescribed
+        components, and the impulses of the walls.
 
         roots: of the inertia matrix that defines the distance, see `RigidMotions.roots`. Least distance programming by
-        non-negative least squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23); constraints are added
-        one by one until none is violated.
+        non-negative least squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23); constraints are
+        added one by one until none is violated.
         """
         rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
         chosen: list[int] = []
@@ -168,7 +170,8 @@ class RigidWalls:
 
 
 def _faces(actions: NodalActions) -> list[tuple[int, int, float, float]]:
-    """Return for each face of the grid the node in its middle, its axis, the direction into the grid and its position [m]."""
+    """Return for each face of the grid the number of the node in its middle, its normal axis, the direction into the grid (1
+    or -1) and its position [m]."""
     grid, found = actions.field.grid, []
     index, position = grid.where()
     for axis in (axis for axis in range(3) if not grid.thin[axis]):

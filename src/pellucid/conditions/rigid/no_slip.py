@@ -56,7 +56,8 @@ class Window(NamedTuple):
 
 
 class NoSlip:
-    """Computes the surface of a body near nodes of a grid, and the velocity profile outside the body."""
+    """Computes, for the nodes of a grid, the surface of a body near them and the velocity profile of the fluid outside the
+    body."""
 
     def __init__(self, grid: Grid) -> None:
         self._grid = grid
@@ -89,8 +90,8 @@ class NoSlip:
         return self._window
 
     def share_in_grid(self, node: np.ndarray) -> np.ndarray:
-        """Return the volumes of nodes divided by the volume of an interior node, (n,): about 1/2 on a face, where the shape
-        functions of nodes beyond the face are added to the next two nodes."""
+        """Return the volumes of nodes (numbers, shape (n,)) divided by the volume of an interior node, (n,): about 1/2 on a
+        face, where the shape functions of nodes beyond the face are added to the next two nodes."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         ends = ~self._thin & ~self._periodic
         to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
@@ -98,8 +99,8 @@ class NoSlip:
         return np.asarray(volumes[np.minimum(to_face, 2)].prod(axis=1))
 
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers of the nodes at an offset of `by` nodes from each node, shape (n,), and a mask of the nodes
-        inside the grid."""
+        """Return the numbers of the nodes at an offset of `by` nodes along the axes, shape (3,), from each node, shape (n,),
+        and a mask of the offset nodes that lie inside the grid."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         to = np.where(self._thin, 0, at) + by
         return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)
@@ -140,13 +141,14 @@ class NoSlip:
         return Surface(self._cell * distance, normal, certainty, curvature / self._cell)
 
     def functions(self, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shape function of a node along one axis and its derivative at offsets in cells, shape (n,) each."""
+        """Return the shape function of a node along one axis and its derivative [1/cell] at distances from the node in
+        cells, shape (n,) each."""
         offset = np.clip(offset, -self._half, self._half)
         return np.nan_to_num(self._function(offset)), np.nan_to_num(self._function.derivative()(offset))
 
     def certainty(self, share: np.ndarray, steepness: np.ndarray) -> np.ndarray:
-        """Return the certainty (see `Surface`) at nodes, from the filled fraction `share` and the magnitude of its gradient
-        [1/cell], shape (n,) each."""
+        """Return the certainty of the surface (see `Surface`) at nodes, from the fraction of their volume that the body
+        fills (`share`) and the magnitude of its gradient [1/cell], shape (n,) each."""
         seen = self._distance_to(share)
         # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
         single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
@@ -156,7 +158,8 @@ class NoSlip:
         self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
     ) -> float:
         """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
-        nodes within half a cell of the surface."""
+        nodes within half a cell of the surface. window: box that contains the nodes; node: node numbers, shape (n,);
+        normal, certainty, distance: as in `Surface`."""
         known = np.zeros(len(window.node))
         normals = np.zeros((len(window.node), 3))
         at = np.searchsorted(window.node, node)
@@ -171,7 +174,9 @@ class NoSlip:
         return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
-        """Return the sum of the principal curvatures, averaged over the surface near nodes of a window [1/cell]."""
+        """Return the sum of the principal curvatures [1/cell], averaged over the surface near nodes of a window. share:
+        fraction of the volume of each node of the window that the body fills; at: indices of the nodes in the window,
+        shape (n, 3); normal: shape (n, 3); steepness: magnitude of the gradient of `share` [1/cell], shape (n,)."""
         curved, step = np.zeros((len(at), 3, 3)), np.eye(3, dtype=int)
         axes = np.flatnonzero(~self._thin)
         here = share[tuple(at.T)]
@@ -187,10 +192,10 @@ class NoSlip:
     def sample(
         self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return velocities interpolated linearly from the nodes of the window to positions, and their reliability as
-        velocities of a fluid.
+        """Return velocities interpolated linearly from the nodes of the window to positions [m/s], shape (n, 3), and their
+        reliability as velocities of a fluid, shape (n,).
 
-        velocity: (nodes of the window, 3); mass: (nodes of the window,); place: (n, 3) [m]. The reliability, shape (n,), is
+        velocity: (nodes of the window, 3) [m/s]; mass: (nodes of the window,) [kg]; place: (n, 3) [m]. The reliability is
         between 0 and 1. It is 0 at positions outside the grid, and where a node around the position has almost no mass
         compared with its neighbours, as beyond a free surface.
         """
@@ -208,12 +213,14 @@ class NoSlip:
 
     @staticmethod
     def _along(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
-        """Apply a binary function to each value of a window and its successor along an axis; return the results."""
+        """Apply a binary function to each value of a window, shape (x, y, z), and the next value along an axis; return the
+        results, one fewer along this axis."""
         n = values.shape[axis]
         return np.asarray(function(values.take(range(n - 1), axis), values.take(range(1, n), axis)))
 
     def _interpolate(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return values of a window, interpolated linearly to positions in cells from its first node, shape (n, 3)."""
+        """Return nodal values of a window, interpolated linearly to positions `place`, shape (n, 3), in cells from the first
+        node of the window."""
         most = np.array(values.shape[:3]) - 1
         s = np.where(self._thin, 0.0, np.clip(place, 0.0, most))
         first = np.minimum(s.astype(int), np.maximum(most - 1, 0))
@@ -226,12 +233,12 @@ class NoSlip:
     def sample_as_points(
         self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the velocities of points at positions, (n, 3), their reliability, (n,), and the mass of a node, (n,); see
-        `sample`.
+        """Return the velocities that points at the positions would have [m/s], (n, 3), their reliability, (n,), and the mass
+        of a node full of fluid there [kg], (n,); arguments as in `sample`.
 
         In APIC, the velocities of nodes exceed those of points by half of their curvature times the variance of the shape
-        functions. Parabolas through three nodes along each axis, with this variance, compensate the difference. The mass of
-        a node on a face is divided by its relative volume before it is compared with other nodes.
+        functions. Parabolas through three nodes along each axis, with this variance, compensate the difference. The mass
+        of a node on a face is divided by its relative volume before it is compared with other nodes.
         """
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
         ends = ~self._thin & ~self._periodic
@@ -260,8 +267,9 @@ class NoSlip:
         return SAMPLES[0] * self._cell, SAMPLES[1] * self._cell
 
     def continue_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the tangential velocity δ of the fluid relative to the body at the nodes [m/s], shape (n, 3), continued
-        from the velocities relative to the body at the distances `heights` from the surface, shape (n, 3) each.
+        """Return the tangential velocity δ of the fluid relative to the body at the nodes [m/s], shape (n, 3) (see the
+        module), continued from the velocities relative to the body at the two distances `heights` from the surface,
+        `near` and `far` [m/s], shape (n, 3) each.
 
         far_known: reliability of the velocity at the larger height, between 0 and 1, (n,); the quadratic term of the
         profile is multiplied by it.
@@ -276,8 +284,8 @@ class NoSlip:
         return surface.certainty[:, None] * (profile - along)
 
     def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the normal derivative of the velocity δ of `continue_profile` on the surface [1/s], shape (n, 3); on
-        concave surfaces without the correction for curvature, as for Poiseuille flow."""
+        """Return the normal derivative of the velocity δ of `continue_profile` on the surface [1/s], shape (n, 3), from the
+        same arguments; on concave surfaces without the correction for curvature, as for Poiseuille flow."""
         a, b = self.heights
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
@@ -286,12 +294,13 @@ class NoSlip:
         return np.asarray(surface.certainty[:, None] * (slope - along))
 
     def _distance_to(self, share: np.ndarray) -> np.ndarray:
-        """Return the distances from nodes, with these filled fractions, to plane faces of a body [cells]."""
+        """Return the distances [cells] of nodes from a plane face of a body that fills the fractions `share` of their
+        volumes, shape (n,)."""
         return np.interp(-np.clip(share, 0.0, 1.0), -self._filled, self._distances)
 
     def _slope_at(self, distance: np.ndarray) -> np.ndarray:
-        """Return the rate at which the filled fraction of a node decreases with its distance from a plane face, at these
-        distances [1/cell]."""
+        """Return the rate at which the filled fraction of a node decreases with its distance from a plane face of a body
+        [1/cell], at the given distances [cells]."""
         above, below = (np.interp(distance + side, self._distances, self._filled) for side in (1.0, -1.0))
         return 0.5 * (below - above)
 

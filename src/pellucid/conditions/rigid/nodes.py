@@ -82,7 +82,8 @@ class Received(NamedTuple):
 class RigidNodes:
     """Nodes of a velocity field to which the points of a rigid body contribute.
 
-    arrays: arrays of the body; alone: True if no other body is in its velocity field; flip: weight of FLIP in the update of
+    body: the body on the grid; arrays: arrays of the body; actions: external actions on the nodes of the field; walls:
+    walls that stop the body; alone: True if no other body is in its velocity field; flip: weight of FLIP in the update of
     point velocities; earlier: the nodes of bodies in the field that act before this body in a step; no_slip: computes the
     fluid velocities near the surface, None if points of the field have no affine velocity fields.
     """
@@ -121,11 +122,12 @@ class RigidNodes:
         before: np.ndarray,
         push: np.ndarray,
     ) -> np.ndarray:
-        """Set the rigid motion of the nodes for a step; return its components after the step, (6,).
+        """Give the nodes the rigid motion for a step; return its components after the step, (6,).
 
-        arm: positions of the body's points relative to its centre, shape (n, 3) [m]; inertia: inertia matrix of the body in
-        components, (6, 6), see `RigidMotions`; before: components of the motion at the start of the step; push: change of
-        the momentum components by forces in the step, (6,).
+        centre: centre of mass of the body [m], (3,); arm: positions of the body's points relative to its centre, shape
+        (n, 3) [m]; motions: defines the components; inertia: inertia matrix of the body in components, (6, 6), see
+        `RigidMotions`; before: components of the motion at the start of the step, (6,); push: change of the momentum
+        components by forces in the step, (6,).
         """
         self._inertia, self._before, self._push = inertia, before, push
         self._find_nodes(centre, arm, motions)
@@ -141,7 +143,7 @@ class RigidNodes:
 
     def receive(self, motions: RigidMotions) -> Received:
         """Return the momentum and energy that the body receives from the nodes at the end of a step, from their final
-        velocities."""
+        velocities; motions: defines the components of rigid motions."""
         nodes, m, u = self._nodes, self._share[:, None], self._before
         velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
         old, pic = velocity - increment, np.where(self._shared, 1.0, 1.0 - self._flip)
@@ -165,23 +167,25 @@ class RigidNodes:
         return Received(momentum, after, max(mixing, 0.0), spread + light + min(mixing, 0.0))
 
     def await_contact(self) -> None:
-        """Store the nodal velocities before contact, after all other impulses were applied."""
+        """Store the nodal velocities before contact, after all other impulses of the step were applied."""
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
-        """Set the nodal velocities to the rigid velocity that results from the contact impulses so far."""
+        """Set the nodal velocities to the rigid motion that results from the contact impulses so far, so that further
+        contact impulses are computed for the response of the whole body."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
     def finish(self) -> None:
-        """Complete contact: set the final velocities of the nodes, and apply the impulses of the rigid motion."""
+        """Complete contact: set the final velocities of the nodes as if each moved independently, then apply the impulses by
+        which they follow the rigid motion; the velocity field counts their work."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
         self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
-        """Add the impulses of supports on the nodes, and their work, to the record of the step; subtract them from the
-        external impulses, which already contain them."""
+        """Add the impulses of supports on the nodes, and their work, to the record `done` of the step; subtract them from
+        the external impulses, which already contain them."""
         done.impulse[:] += self._beside[:3]
         for row, axis, impulse in self._reactions:
             done.reactions[row, axis] += impulse
@@ -218,11 +222,12 @@ class RigidNodes:
         self._find_inertia(motions, clamped)
 
     def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
-        """Split the momentum of shared nodes between the rigid body and the other bodies, so that velocity increments are
-        relative to the velocity of the other bodies; outer nodes follow the other bodies only.
+        """Split the momentum of nodes that the rigid body shares with other bodies, so that velocity increments are relative
+        to the velocity of the other bodies; outer nodes (see the module) follow the other bodies only.
 
-        Also computes the velocity of the fluid near the surface, and sets `follows`, the degree to which outer nodes have
-        this velocity along the surface, between 0 and 1, shape (n, 1).
+        centre: centre of mass of the body [m]; motions: defines the components of rigid motions. Also computes the
+        velocity of the fluid near the surface, and sets `follows`, the degree to which outer nodes have this velocity
+        along the surface, between 0 and 1, shape (n, 1).
         """
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
@@ -253,7 +258,8 @@ class RigidNodes:
         nodes.momentum[at] += self._m * apart
 
     def _find_slip(self, centre: np.ndarray, motions: RigidMotions, chosen: np.ndarray, follows: np.ndarray) -> None:
-        """Compute the fluid velocities relative to the body at chosen nodes that give no slip on the surface itself."""
+        """Compute the fluid velocities relative to the body that give no slip on the surface itself, at the nodes of the
+        mask `chosen`, shape (n,); other arguments as in `_part_from_others`."""
         no_slip, near = self._no_slip, np.flatnonzero(chosen)
         if no_slip is None or not len(near):
             return
@@ -296,8 +302,9 @@ class RigidNodes:
         return np.where(self._field.grid.thin, 0.0, arms)
 
     def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
-        """Compute the inertia matrix of the nodes, and the correction E: the inertia of the body minus that of its inner
-        nodes. E is set to zero where supports leave too little inertia."""
+        """Compute the inertia matrix of the nodes, and the correction E (see the module): the inertia of the body minus that
+        of its inner nodes. E is set to zero where supports leave too little inertia. motions: defines the components of
+        rigid motions; clamped: mask of the node directions that supports hold, shape (n, 3)."""
         inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
         self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
         of_nodes, mass = inertia_at(self._kept * self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
@@ -309,7 +316,8 @@ class RigidNodes:
         self._roots = motions.roots(of_nodes + self._lacking, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the impulses that give nodes with these velocities, shape (n, 3), the rigid motion, shape (n, 3) [N s]."""
+        """Return the impulses that give nodes with these velocities [m/s], shape (n, 3), the rigid motion that results from
+        their momentum, shape (n, 3) [N s]; also store this motion and the impulses of walls and supports."""
         goals, given = self._actions.supports.velocity, self._given
         lacks = self._kept * self._along(velocity - self._goal - self._motions @ given)
         momentum = self._push + np.einsum("kd,kdi->i", lacks, self._motions)
@@ -334,24 +342,25 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _along(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the momentum of nodes with these velocities, shape (n, 3), weighted with φ_I, the degree to which a
-        node follows the body; for outer nodes only the component along the surface."""
+        """Return the momentum [N s] of nodes with these velocities [m/s], shape (n, 3), weighted with φ_I (see the module),
+        the degree to which a node follows the body; for outer nodes only the component along the surface."""
         free = self._weight > 0.0
         across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
         return np.asarray(self._weight * (velocity - across))
 
     def _pushed(self) -> np.ndarray:
-        """Return the velocities of the nodes after the contact impulses so far, as if each node moved independently, shape
-        (n, 3)."""
+        """Return the velocities of the nodes [m/s] after the contact impulses so far, as if each node moved independently,
+        shape (n, 3)."""
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
-        """Return nodal values, complete with those of other processes, at the nodes to which the body contributes."""
+        """Return the rows of a nodal array that belong to nodes to which the body contributes, also to those of other
+        processes."""
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the impulses that give nodes with these velocities the rigid motion, in addition to the impulses applied
-        before contact."""
+        """Return the impulses [N s], shape (n, 3), that give nodes with these velocities [m/s] the rigid motion, without the
+        impulses that were already applied before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:

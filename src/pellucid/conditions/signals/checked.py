@@ -1,4 +1,4 @@
-"""Checks of the values of user-defined signals. Errors are reported with file and line."""
+"""Checks of the values of user-defined functions of time (signals). Errors are reported with file and line."""
 
 from math import isfinite
 
@@ -9,8 +9,8 @@ from pellucid.users.users_code import failing_as, home_of
 
 
 def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displacement:
-    """Return the function of a signal, with a check of its values: a value that is not finite raises RunStopped. where:
-    name of the signal in messages."""
+    """Return the displacement [m] or angle [rad] of a signal as a function of time [s]; the function raises RunStopped if a
+    value is not finite. where: name of the signal in messages."""
     what = _named(signal, where)
     with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}"), signal.function):
         function = signal.function()
@@ -27,8 +27,8 @@ def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displac
 
 
 def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
-    """Return the problem of a signal at the start, or an empty text. A signal is invalid if it raises an error, or if its
-    displacement or top speed is not finite."""
+    """Return a description of the fault of a signal at the start, or an empty text. A signal is invalid if it raises an
+    error, or if its displacement or top speed is not finite. where: name of the signal in the text."""
     try:
         checked_displacement(signal, where)(0.0)
         with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):

@@ -13,11 +13,11 @@ from pellucid.system.input_files import file_bytes
 
 
 def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
-    """Read the rows of a file: time [s] and a quantity such as "displacement [m]", shape (rows, 2). A header row is
-    allowed.
+    """Read the rows of a CSV file: time [s] and a quantity, shape (rows, 2). quantity: name with unit for messages, such as
+    "displacement [m]". A header row is allowed.
 
-    If all rows have a third column, `another` quantity, the shape is (rows, 3). Raises ValueError, which names the line of
-    the file.
+    If all rows have a third column, named `another` in messages, the shape is (rows, 3). Raises ValueError, which names
+    the line of the file.
     """
     try:
         text = file_bytes(path).decode("utf-8-sig")
@@ -55,7 +55,8 @@ def check_order(times: Sequence[float]) -> None:
 
 
 def between_rows(rows: np.ndarray) -> Callable[[float], float]:
-    """Return the quantity of a table relative to its value at t = 0, as a function of time [s].
+    """Return the quantity of a table, relative to its value at t = 0, as a function of time [s]; rows: time [s] and
+    quantity, shape (n, 2).
 
     Monotone cubic interpolation between the rows, constant before the first and after the last row.
     """
@@ -71,8 +72,8 @@ def between_rows(rows: np.ndarray) -> Callable[[float], float]:
 
 
 def steepest(rows: np.ndarray) -> float:
-    """Return an upper bound of the slope of the interpolation: 3 times the largest slope between two rows, which monotone
-    cubics do not exceed."""
+    """Return an upper bound of the absolute slope of the interpolation `between_rows`: 3 times the largest slope between two
+    rows, which monotone cubics do not exceed."""
     return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
 
 
@@ -108,5 +109,5 @@ class OverTime(Model):
         return between_rows(self.rows())
 
     def top_speed(self) -> float:
-        """Return an upper bound of the rate of change of the quantity."""
+        """Return an upper bound of the absolute rate of change of the quantity [its unit per second]."""
         return steepest(self.rows())

@@ -39,7 +39,7 @@ class LikeDisplacement(TurnModel):
 
     @abstractmethod
     def signal(self) -> SignalModel:
-        """Return a displacement signal with the same function of time: its displacement in metres is the angle in radians."""
+        """Return the displacement signal whose value [m] as a function of time is the angle [rad]."""
 
     def function(self) -> Displacement:
         return self.signal().function()

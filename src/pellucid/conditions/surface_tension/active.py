@@ -64,8 +64,8 @@ class TenseSurface(ActiveCondition):
         return abs(self._found)
 
     def _find(self) -> None:
-        """Compute the surface energy [J] for the current volumes at the nodes, and its derivative by these volumes, the
-        potential."""
+        """Compute the volumes of the points at the nodes, the surface energy [J] for these volumes, and its derivative by
+        them, the potential [J/m³]."""
         body, surface = self._body, self._surface
         surface.volume.fill(0.0)
         scatter_volumes(body.n_slabs, body.mapped, surface.volume)
@@ -73,7 +73,7 @@ class TenseSurface(ActiveCondition):
         self._found = surface.find()
 
     def begin(self, time: float, dt: float) -> None:
-        """Apply the nodal forces of the surface energy at the present volumes."""
+        """Apply the nodal forces of the surface energy at the present volumes; arguments as in `ActiveCondition.begin`."""
         body, surface = self._body, self._surface
         self._find()
         energy = self._found
@@ -99,7 +99,7 @@ class TenseSurface(ActiveCondition):
         totals.rate = float(np.hypot(totals.rate, self._rate))
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of capillary waves if they are faster than sound in a cell."""
+        """Return the step limit due to capillary waves if they limit the step more than sound does, else no limit."""
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._body.totals.rate
@@ -122,8 +122,8 @@ class TenseSurface(ActiveCondition):
 
 
 def _faces(grid: Grid, angles: Mapping[str, float], default: float) -> tuple[Faces, Faces, Faces]:
-    """Return the cosines of the contact angles at the faces of the grid, for each axis; FREE for faces that no support
-    constrains.
+    """Return the cosines of the contact angles at the faces of the grid, for each axis; the constant FREE for faces that no
+    support constrains.
 
     angles: contact angles by name of the face [°]; default: contact angle of faces whose nodes are constrained in regions
     [°].

@@ -62,8 +62,8 @@ class SurfaceFields(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """Cosines of the contact angles of a fluid at the two faces of the grid normal to an axis; FREE for a face that no
-    support constrains."""
+    """Cosines of the contact angles of a fluid at the two faces of the grid normal to an axis; the constant FREE for a face
+    that no support constrains."""
 
     lower: float  # cosine of the angle
     upper: float
@@ -84,7 +84,7 @@ _Wetted = tuple[Any, float, np.ndarray]
 
 
 class _Beside(NamedTuple):
-    """Space in front of wall planes, and the wetted planes, for the nodes in a box."""
+    """Space in front of wall planes (on the side of the fluid), and the wetted planes, for the nodes in a box."""
 
     per_share: np.ndarray
     """Reciprocal of the fraction of the volume around a node, smoothed, that lies in front of the planes; 0 behind the
@@ -95,8 +95,11 @@ class _Beside(NamedTuple):
 
 
 class SurfaceEnergy:
-    """Energy of the surface of a fluid with a tension [N/m]; faces: cosines of the contact angles at the grid faces, for
-    each axis."""
+    """Energy of the surface of a fluid with a surface tension [N/m].
+
+    functions: shape functions of the grid along each axis; faces: cosines of the contact angles at the grid faces, for
+    each axis; planes: wall planes that the fluid wets.
+    """
 
     def __init__(
         self,
@@ -123,14 +126,15 @@ class SurfaceEnergy:
         """Mask of the axes along which the fluid has reached a wall."""
 
     def _nodes(self, stored: np.ndarray) -> np.ndarray:
-        """Return a view of nodal values between the walls of the grid, indexed by the node indices along the axes."""
+        """Return a view of a nodal array in storage order, shape (nodes,), as an array indexed by the node indices along the
+        axes, shape (x, y, z), without nodes beyond the walls of the grid."""
         view = stored.reshape([self._layers[axis] for axis in self._order]).transpose(np.argsort(self._order))
         nx, ny, nz = (len(width) for width in self._widths)
         return view[:nx, :ny, :nz]
 
     def find(self) -> float:
-        """Compute the potential, i.e. the derivative of the surface energy with respect to the nodal volumes; return the
-        energy [J]."""
+        """Compute the potential [J/m³], i.e. the derivative of the surface energy with respect to the nodal volumes, and
+        store it; return the energy [J]."""
         volume, potential = self._nodes(self.volume), self._nodes(self.potential)
         box, walls = self._box(volume)
         x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
@@ -156,7 +160,8 @@ class SurfaceEnergy:
         return energy
 
     def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
-        """Return the box of nodes around the fluid, and for each axis whether its ends are faces of the grid; set `at_wall`."""
+        """Return the box of nodes around the fluid, as slices along the axes, and for each axis whether its lower and upper
+        end are faces of the grid; set `at_wall`. volume: nodal volumes [m³], shape (x, y, z)."""
         filled, box, walls = volume != 0.0, [], []
         for axis in range(3):
             n = volume.shape[axis]
@@ -169,7 +174,8 @@ class SurfaceEnergy:
         return (box[0], box[1], box[2]), walls
 
     def _beside_planes(self, box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]) -> _Beside | None:
-        """Return the effect of planes on the nodes in a box, or None without planes."""
+        """Return the space in front of wall planes for the nodes in a box, or None without planes; box, walls: as `_box`
+        returns them."""
         if self._open is None:
             return None
         share = self._open.nodes[box]
@@ -181,14 +187,15 @@ class SurfaceEnergy:
         return _Beside(per_share, self._open.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
-        """Record along which axes the fluid has reached wall planes (`at_wall`)."""
+        """Record along which axes the fluid has reached wall planes (`at_wall`). colour: the function c of the module at the
+        nodes; beside: space in front of the planes."""
         for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
             if float(np.sum(area * colour)) > 0.0:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Return the energy of the surface [J], computed from the gradient of the colour, and the derivative of this energy
-        with respect to the nodal colour [J]; share: fraction of each cell in front of planes."""
+        """Return the energy of the surface [J], computed from the gradient of the nodal colour c (see the module), and the
+        derivative of this energy with respect to the nodal colour [J]; share: fraction of each cell in front of planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -214,7 +221,8 @@ class SurfaceEnergy:
         self, shape: tuple[int, ...], box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]
     ) -> Iterator[_Wetted]:
         """Yield for each face of the grid that is not a plane of symmetry its nodes, the cosine of its contact angle, and
-        its areas around the nodes in front of planes [m²]."""
+        its areas around the nodes in front of planes [m²]; shape: counts of nodes in the box; box, walls: as `_box`
+        returns them."""
         for axis in self._axes:
             others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
             open_shares = (None, None) if self._open is None else self._open.faces[axis]
@@ -231,7 +239,8 @@ class SurfaceEnergy:
                 yield _along(axis, end), cosine, area
 
     def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:
-        """Return the surface energy of wet walls [J], and add its derivative by the nodal colour to `slope`."""
+        """Return the surface energy of wet walls [J] for the nodal colour c (see the module), and add its derivative by the
+        colour [J] to `slope`; wetted: nodes, cosine of the contact angle and nodal areas of each wall."""
         energy = 0.0
         for nodes, cosine, area in wetted:
             energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
@@ -246,8 +255,12 @@ class SurfaceEnergy:
         slope: np.ndarray,
         wetted: Sequence[_Wetted],
     ) -> float:
-        """Return the additional energy of films thinner than a cell [J], and add its derivative by the filled fraction to
-        `slope`."""
+        """Return the additional energy of films thinner than a cell [J] (see the module), and add its derivative by the
+        filled fraction [J] to `slope`.
+
+        filled: fraction of the volume around each node that the fluid fills; colour, wetted: as in `_of_walls`; grows:
+        derivative of the colour by the filled fraction.
+        """
         energy = 0.0
         for nodes, cosine, area in wetted:
             if cosine > 0.0:
@@ -259,7 +272,8 @@ class SurfaceEnergy:
 
 
 def _widths(function: object, count: int) -> np.ndarray:
-    """Return the integral ∫N of the shape function of each node along an axis, in cells, shape (nodes,)."""
+    """Return the integral of the shape function of each node along an axis with `count` cells, in units of the cell size,
+    shape (nodes,)."""
     of, widths = axis_integrals(function, count), np.zeros(count + 1)
     for column in range(of.value.shape[1]):
         np.add.at(widths, np.minimum(of.first + column, count), of.value[:, column])
@@ -267,8 +281,8 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the colour, which is 1 within the fluid and 0 outside, for a filled fraction of a node, and its derivative
-    by the filled fraction."""
+    """Return the colour c of nodes (1 within the fluid, 0 outside, see the module) for the smoothed fraction `filled` of
+    their volume that the fluid fills, and its derivative by this fraction."""
     off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
     t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
     size = 1.0 / (BENDS + FULL - 1.0)
@@ -277,7 +291,8 @@ def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _spread(values: np.ndarray, axis: int) -> np.ndarray:
-    """Distribute values that lie between two neighbouring nodes of an axis equally to both nodes."""
+    """Distribute values at the middles between neighbouring nodes of an axis equally to both nodes; return an array with one
+    more entry along the axis."""
     shape = list(values.shape)
     shape[axis] += 1
     out = np.zeros(shape)
@@ -287,7 +302,8 @@ def _spread(values: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Return values smoothed by (1, 2, 1)/4 along an axis, mirrored at the nodes of walls."""
+    """Return nodal values smoothed by (1, 2, 1)/4 along an axis; at ends that are walls (lower, upper) the values are
+    continued as a mirror image."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
@@ -299,7 +315,7 @@ def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarr
 
 
 def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Return values after the adjoint (transposed) operation of `_smooth`."""
+    """Return nodal values after the adjoint (transposed) operation of `_smooth`, with the same arguments."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]

@@ -1,6 +1,7 @@
 """Kernels of surface tension: scatter point volumes to the nodes, and scatter the forces of a nodal potential.
 
-Each kernel is written for a slab s, i.e. a set of points that one thread updates; the caller passes the number of slabs.
+Each kernel is written for a slab s, i.e. a set of points that one thread updates; the caller passes the number of slabs
+and `mapped`, the bundle of a body's `MappedPoints`.
 """
 
 from pellucid.grid.points import place_of
@@ -24,10 +25,10 @@ def scatter_volumes(s, mapped, target):
 
 @parallel_loop()
 def gather_potential(s, mapped, potential, values, sums):
-    """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of slab s: `values`,
-    shape (points, 4).
+    """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of slab s, and store both
+    in `values`, shape (points, 4).
 
-    sums: for each slab the sum of volume times gradient over its points [N], shape (slabs, 3).
+    sums: for each slab the sum of volume times gradient over its points [N], shape (slabs, 3), set here.
     """
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     h, fx, fy, fz = lattice.inverse_cell, 0.0, 0.0, 0.0

@@ -68,13 +68,14 @@ class SurfaceTension(Condition):
         return copy
 
     def rate(self, density: float, cell: float) -> float:
-        """Return the rate of the shortest capillary waves on the grid [1/s], the inverse of their step (Brackbill, Kothe &
-        Zemach 1992, J. Comput. Phys. 100, 335, eq. 61, for a fluid of this density [kg/m³] next to vacuum)."""
+        """Return the frequency scale of the shortest capillary waves on the grid [1/s], the inverse of their step limit
+        (Brackbill, Kothe & Zemach 1992, J. Comput. Phys. 100, 335, eq. 61, for a fluid of this density [kg/m³] next to
+        vacuum); cell: cell size [m]."""
         return sqrt(4.0 * pi * self.tension / (density * cell**3))
 
     def load_channel(self) -> str:
-        """Return the channel of the work of surface tension. This work is exchanged with the surface energy, so that it
-        does not change the total energy."""
+        """Return the name of the channel (entry of the energy balance) for the work of surface tension. This work is
+        exchanged with the surface energy, so that it does not change the total energy."""
         return SURFACE_TENSION_WORK.name
 
     def columns(self) -> Mapping[str, str]:
@@ -100,8 +101,8 @@ class SurfaceTension(Condition):
         return [TenseSurface(condition, assembly) for condition in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report bodies without surface tension, duplicates, unsuitable grids or schemes, and contact angles without a
-        wall."""
+        """Yield findings about bodies without surface tension, duplicates, unsuitable grids or schemes, and contact angles
+        without a wall (arguments as in `Part.problems`)."""
         yield from parts.no_grid((*path, "body"), "the surface is found on the nodes of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._body_problems((*path, "body"), parts)
@@ -125,7 +126,8 @@ class SurfaceTension(Condition):
         yield from self._angle_problems((*path, "contact_angle"), parts)
 
     def _angle_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a contact angle without a wall, and faces that may be walls or planes of symmetry."""
+        """Yield findings about a contact angle without a wall, and faces that may be walls or planes of symmetry (arguments
+        as in `Part.problems`)."""
         if self.contact_angle == NEUTRAL or not parts.are_sound(Condition):
             return
         x, y, z = parts.active_axes
@@ -142,7 +144,8 @@ class SurfaceTension(Condition):
                 yield self._unknown_role(place, support, faces)
 
     def _unknown_role(self, place: Path, support: Support, faces: Sequence[str]) -> Finding:
-        """Report a support with faces that may be walls or planes of symmetry, and the contact angles to add."""
+        """Return a finding about a support at `place` in the case with faces that may be walls or planes of symmetry, with
+        the contact angles to add as a remedy."""
         angle, named = f"{self.contact_angle:g}", [f'"{face}"' for face in faces]
         text = (
             f"{listed(faces)}, constrained along the normal only: it is unknown whether this is a wall with the contact angle "

@@ -24,15 +24,15 @@ NEAR = 1e-6  # distance below which a plane coincides with a face of the grid or
 
 
 class WettedPlane(NamedTuple):
-    """A wall at rest, and the cosine of its contact angle."""
+    """A plane wall at rest, and the cosine of the contact angle of the fluid at it."""
 
     wall: WallPlane
     cosine: float
 
 
 class OpenSpace(NamedTuple):
-    """Space in front of wall planes: fractions of the volumes around nodes and of cells, and areas. Arrays of nodes have
-    the shape (x, y, z), with the nodes within the faces of the grid."""
+    """Space in front of wall planes (on the side of the fluid): fractions of the volumes around nodes and of cells, and
+    areas. Arrays of nodes have the shape (x, y, z), with the nodes within the faces of the grid."""
 
     nodes: np.ndarray
     """Fraction of the volume around each node in front of the planes."""
@@ -46,7 +46,8 @@ class OpenSpace(NamedTuple):
 
 
 def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[WettedPlane]) -> OpenSpace:
-    """Return the space in front of planes that a fluid can fill, computed by sampling nodes and cells."""
+    """Return the space in front of planes that a fluid can fill, computed by sampling nodes and cells; functions: shape
+    functions of the grid along each axis."""
     axes = [_Samples(grid, function, axis) for axis, function in enumerate(functions)]
     shape = tuple(axis.smooth.shape[1] for axis in axes)
     cells = tuple(axis.boxes.shape[1] for axis in axes)
@@ -73,14 +74,15 @@ def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[Wette
 
 
 def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarray:
-    """Return the height of positions above a plane [m]."""
+    """Return the height [m] of positions above a plane, in the direction of its normal; place: coordinates x, y, z [m],
+    which broadcast."""
     normal = plane.wall.normal
     return np.asarray(normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2] - plane.wall.level)
 
 
 def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
-    """Return the fraction of each part of a plane or face that lies in front of another plane, from the heights of the
-    parts above this plane; the height changes by `across` [m] over a part.
+    """Return the fraction of each part of a plane or face that lies in front of the plane `plane`. place: coordinates x, y,
+    z of the centres of the parts [m]; across: change of the height above this plane over a part [m].
 
     on: fraction where the two coincide; near: distance below which they coincide [m].
     """
@@ -91,8 +93,9 @@ def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: flo
 
 
 def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"], near: float) -> np.ndarray:
-    """Return the area of a plane around each node [m²], summed where lines along the axis nearest to its normal cross the
-    plane within the grid."""
+    """Return the area of the plane with index `number` around each node [m²], shape (x, y, z), in front of the other planes:
+    summed where lines along the axis nearest to its normal cross the plane within the grid. axes: sampling points along
+    each axis; near: distance below which planes coincide [m]."""
     normal, level = planes[number].wall.normal, planes[number].wall.level
     axis = int(np.argmax(np.abs(normal)))
     one, two = (other for other in range(3) if other != axis)
@@ -110,8 +113,8 @@ def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"]
 
 
 def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis: int, upper: bool, near: float) -> np.ndarray:
-    """Return the fraction of the area around the nodes of a face of the grid in front of the planes; 0 where a plane
-    coincides with the face."""
+    """Return the fraction of the area around the nodes of a face of the grid (axis, end) that lies in front of the planes; 0
+    where a plane coincides with the face. axes, near: as in `_area`."""
     one, two = (other for other in range(3) if other != axis)
     place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
     place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]
@@ -127,8 +130,8 @@ def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis:
 
 
 def _spread_linearly(values: np.ndarray, place: Sequence[np.ndarray | float], axes: Sequence["_Samples"]) -> np.ndarray:
-    """Return the sums at the nodes, shape (x, y, z), of values at positions that are distributed linearly to the nodes
-    around them."""
+    """Return the sums at the nodes, shape (x, y, z), of values that are distributed linearly to the nodes around their
+    positions; place: coordinates x, y, z of the values [m]; axes: sampling points along each axis."""
     shape = tuple(axis.n_nodes for axis in axes)
     ends = []
     for at, axis in zip(place, axes, strict=True):
@@ -171,8 +174,8 @@ class _Samples:
 
 
 def _collect(values: np.ndarray, weights: Sequence[np.ndarray]) -> np.ndarray:
-    """Return sums over parts, shape (x, y, z), with their weights along the axes; einsum adds in the same order for any
-    number of threads."""
+    """Return the sums of values at sampling points, shape (parts x, parts y, parts z), times their weights at nodes or cells
+    along the axes, shape (x, y, z); einsum adds in the same order for any number of threads."""
     x, y, z = weights
     along_z = np.einsum("abc,ck->abk", values, z)
     return np.asarray(np.einsum("ajk,ai->ijk", np.einsum("abk,bj->ajk", along_z, y), x))

@@ -18,7 +18,8 @@ NEUTRAL = 90.0
 
 
 class FaceRoles(NamedTuple):
-    """Contact angles of a fluid at the faces of the grid that supports constrain along their normals."""
+    """Contact angles of a fluid at the faces of the grid that supports constrain along their normals, and the faces whose
+    role (wall or plane of symmetry) is unknown."""
 
     angles: dict[str, float]
     """Contact angles [°], by the names of the faces."""
@@ -33,9 +34,11 @@ def find_face_roles(
     thin: tuple[bool, bool, bool],
     has_walls: bool = False,
 ) -> FaceRoles:
-    """Return the contact angle [°] of each face of the grid that supports constrain along its normal.
+    """Return the contact angle [°] of each face of the grid that supports constrain along its normal, and the faces whose
+    role is unknown.
 
-    default: contact angle of the fluid [°]; has_walls: True if there are plane walls.
+    default: contact angle of the fluid [°]; thin: mask of the axes along which the grid is one cell thick; has_walls:
+    True if there are plane walls.
     """
     cut = {face for body in bodies for face in getattr(body, "cut_at", ())}
     angles: dict[str, float] = {}
@@ -59,6 +62,7 @@ def find_face_roles(
 
 
 def _is_wall(support: Support, face: str, thin: tuple[bool, bool, bool]) -> bool:
-    """Return True if the support makes the face a wall: no-slip, moving, with friction or opening."""
+    """Return True if the support makes the face (its name) a wall: no-slip, moving, with friction or opening. thin: mask of
+    the axes along which the grid is one cell thick."""
     along = () if support.fix == "normal" else [axis for axis in support.fix if axis != face[0] and not thin["xyz".index(axis)]]
     return bool(along) or support.wall_friction() > 0.0 or support.lets_go() or any(support.velocity)

@@ -1,1 +1,2 @@
-"""Computational geometry: point-in-surface tests, intersections, quadrature, spatial ordering of points, second moments."""
+"""Computational geometry: tests whether points lie inside surfaces, intersections, quadrature, spatial ordering of points,
+second moments."""

@@ -17,7 +17,8 @@ PAIRS_AT_ONCE = 200_000  # pairs of an edge and a box; limits the memory
 class BoundingTree:
     """Nested oriented boxes around m triangles with corners [m], shape (m, 3, 3).
 
-    slack: margin added to each side of the boxes [m]; vertices: vertex numbers of the corners, shape (m, 3).
+    slack: margin added to each side of the boxes [m]; vertices: vertex numbers of the corners, shape (m, 3), equal for
+    triangles that share a vertex.
     """
 
     def __init__(self, corners: np.ndarray, vertices: np.ndarray, slack: float) -> None:
@@ -87,11 +88,13 @@ def _meets(
     half: np.ndarray,
     box: np.ndarray,
 ) -> np.ndarray:
-    """Return a mask of the edges that may intersect a triangle of their boxes; box: box of each edge, in the arrays of a
-    level.
+    """Return a mask of the edges that may intersect a triangle of their boxes. level: axes, centres and half sizes of the
+    boxes of one level of the tree, and the vertices that all triangles of a box share; edges: vertex numbers of the ends,
+    shape (k, 2); middle, half: middle and half the vector of each edge [m], shape (k, 3); box: index of the box tested
+    with each edge, shape (k,).
 
-    An edge is excluded if a separating plane exists (along a side of the box or along the edge), or if all triangles of the
-    box share one of its vertices.
+    An edge is excluded if a separating plane exists (along a side of the box or along the edge), or if all triangles of
+    the box share one of its vertices.
     """
     axes, centre, size, shared = (some[box] for some in level)
     away = np.einsum("nij,nj->ni", axes, middle) - centre

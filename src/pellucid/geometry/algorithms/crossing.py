@@ -22,11 +22,11 @@ def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
 
 
 def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray | None:
-    """Return a position [m], shape (3,), where an edge of a surface intersects a triangle with other vertices; None if there is
-    none.
+    """Return a position [m], shape (3,), where an edge of a surface intersects a triangle that does not share a vertex with
+    it; None if there is none.
 
-    Coincident vertices count as one. in_plane: True to also count edges that lie in the plane of a triangle; use
-    False for surfaces with layers that touch each other.
+    Coincident vertices count as one. in_plane: True to also count edges that lie in the plane of a triangle; use False
+    for surfaces with layers that touch each other.
     """
     number = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
     return _piercing(surface, surface, number, number, in_plane)
@@ -35,8 +35,9 @@ def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray |
 def _piercing(
     one: Triangulation, other: Triangulation, of_one: np.ndarray, of_other: np.ndarray, in_plane: bool
 ) -> np.ndarray | None:
-    """Return the first position [m] where an edge of one surface intersects a triangle of the other, or None; triangles
-    that share a vertex with the edge are ignored. of_one, of_other: numbers of the vertices, equal for coincident vertices."""
+    """Return the first position [m] where an edge of the surface `one` intersects a triangle of the surface `other`, or
+    None; triangles that share a vertex with the edge are ignored. of_one, of_other: a number for each vertex of the
+    surfaces, equal for coincident vertices; in_plane: as in `self_crossing`."""
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     start, end = one.vertices[edges[:, 0]], one.vertices[edges[:, 1]]
     corners, numbers = other.vertices[other.triangles], of_other[other.triangles]
@@ -57,10 +58,11 @@ def _piercing(
 
 
 def _meeting(p: np.ndarray, d: np.ndarray, corners: np.ndarray, slack: float, in_plane: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mask of the edges, from positions p to p + d, that intersect their triangles, and the intersection points.
+    """Return a mask of the edges, from positions p to p + d [m], shape (k, 3), that intersect their triangles, and the
+    intersection points [m].
 
-    corners: triangle tested with each edge; slack: distance below which a parallel edge lies in the plane of its triangle
-    [m]; in_plane: count such edges. Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
+    corners: triangle tested with each edge [m], shape (k, 3, 3); slack: distance below which a parallel edge lies in the
+    plane of its triangle [m]; in_plane: count such edges. Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
     """
     a = corners[:, 0]
     u, v = corners[:, 1] - a, corners[:, 2] - a

@@ -1,4 +1,5 @@
-"""Space enclosed by a triangulated surface: point-in-surface test by counting crossings, volume, heights above the surface."""
+"""Space enclosed by a triangulated surface: test whether points lie inside by counting crossings of rays, volume, heights
+above the surface."""
 
 import numpy as np
 
@@ -34,7 +35,8 @@ def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> n
 
 
 def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the volume [m³] inside a closed surface by the divergence theorem.
+    """Return the volume [m³] inside a closed surface by the divergence theorem. vertices [m], shape (n, 3); triangles:
+    vertex numbers, shape (m, 3).
 
     Pieces inside an odd number of other pieces are holes.
     """
@@ -50,19 +52,21 @@ def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the volume [m³] inside a closed surface, positive if its normals point outward."""
+    """Return the volume [m³] inside a closed surface, positive if its normals point outward; arguments as in
+    `enclosed_volume`."""
     a, b, c = (vertices - vertices.mean(axis=0))[triangles.T]
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if the normals of a closed surface point inward; False if its volume is zero up to rounding (a flat bag)."""
+    """Return True if the normals of a closed surface point inward; False if its volume is zero up to rounding (a flat bag).
+    Arguments as in `enclosed_volume`."""
     return signed_volume(vertices, triangles) < -NO_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3
 
 
 def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the distinct pairs (y, z) of coordinates of points, one for each ray along x, shape (m, 2), and for each point
-    the number of its ray."""
+    the number of its ray, shape (n,). yz: coordinates y and z of the points, shape (n, 2)."""
     y, row = np.unique(yz[:, 0], return_inverse=True)
     z, column = np.unique(yz[:, 1], return_inverse=True)
     codes, ray_of = np.unique(row * len(z) + column, return_inverse=True)
@@ -70,7 +74,8 @@ def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ray number and the x coordinate of every crossing of a ray along x with a triangle."""
+    """Return the ray number and the x coordinate [m] of every crossing of a ray along x with a triangle. rays: y and z of
+    each ray [m], shape (r, 2); vertices, triangles: as in `enclosed_volume`."""
     n_bins = max(1, int(np.sqrt(len(rays))))
     low, high = rays.min(axis=0), rays.max(axis=0)
     scale = n_bins / np.maximum(high - low, 1e-300)
@@ -103,14 +108,16 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
 
 
 def spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for groups with these numbers of items, the group of each item and its number within the group: for counts (2,
-    3), (0, 0, 1, 1, 1) and (0, 1, 0, 1, 2)."""
+    """Return, for groups with `counts` items each, the index of the group of each item and its index within the group: for
+    counts (2, 3), (0, 0, 1, 1, 1) and (0, 1, 0, 1, 2)."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
 
 
 def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for those pairs of ray and triangle that intersect, the ray number and the x coordinate of the crossing."""
+    """Return, for those pairs of ray and triangle that intersect, the ray number and the x coordinate of the crossing [m].
+    ray: ray of each pair, shape (p,); rays: y and z of each ray [m]; triangle: vertex numbers of the triangle of each
+    pair, shape (p, 3)."""
     p = rays[ray]
     sides = np.stack([_side(triangle[:, i], triangle[:, (i + 1) % 3], vertices, p) for i in range(3)])
     hit = np.all(sides > 0.0, axis=0) | np.all(sides < 0.0, axis=0)
@@ -120,7 +127,8 @@ def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.
 
 
 def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return twice the signed area of edge a-b with p in the plane (y, z); exactly opposite for the edge b-a."""
+    """Return twice the signed area of the triangle of the edge from vertex a to b and the position p [m], shape (k, 2), in
+    the plane (y, z) [m²]; exactly opposite for the edge from b to a."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     edge = vertices[high, 1:] - vertices[low, 1:]
     away = p - vertices[low, 1:]
@@ -128,8 +136,8 @@ def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> 
 
 
 def heights(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the heights of points [m], shape (n, 3), above the planes of the triangles with the nearest centres, shape
-    (n,)."""
+    """Return for each point [m], shape (n, 3), its signed distance [m] from the plane of the triangle with the nearest
+    centre, positive on the side of the normal, shape (n,)."""
     from scipy.spatial import cKDTree
 
     corners = vertices[triangles]

@@ -29,12 +29,14 @@ def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the enclosed volume [m³], negative if the normals point inward."""
+    """Return the volume enclosed by triangles and the lids over their rims [m³], negative if the normals point inward.
+    position: vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     return Lids(position, triangles).volume(position, corner_areas(position, triangles))
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Return the ellipsoid with the volume and second moments of the enclosed space; nan if the volume is zero."""
+    """Return the ellipsoid with the volume and second moments of the enclosed space; nan if the volume is zero. Arguments as
+    in `volume_with_lids`."""
     corners, volumes = _tetrahedra(position, triangles)
     volume = float(volumes.sum())
     if abs(volume) <= NOTHING * float(np.ptp(position, axis=0).max()) ** 3:
@@ -49,8 +51,8 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return three corners of each tetrahedron relative to the fourth (the mean vertex), shape (t, 3, 3), and signed
-    volumes."""
+    """Return three corners of each tetrahedron of the enclosed space relative to the fourth (the mean vertex) [m], shape (t,
+    3, 3), and signed volumes [m³], shape (t,). Arguments as in `volume_with_lids`."""
     vertices, closed = capped(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

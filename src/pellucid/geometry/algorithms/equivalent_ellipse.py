@@ -26,7 +26,7 @@ class Ellipsoid(NamedTuple):
 
 
 def of_curve(places: np.ndarray) -> Ellipsoid:
-    """Return the equivalent ellipse of a polygon with ordered corners [m], shape (n, 2)."""
+    """Return the equivalent ellipse of a polygon with the corners `places` in order [m], shape (n, 2)."""
     x, y = (places - places.mean(axis=0)).T
     following = np.roll(np.stack([x, y]), -1, axis=1)
     corners = np.stack([np.stack([x, y]), following, np.zeros((2, len(x)))])  # of triangles with the mean position
@@ -34,7 +34,8 @@ def of_curve(places: np.ndarray) -> Ellipsoid:
 
 
 def of_surface(vertices: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Return the equivalent ellipsoid of a closed triangulation with vertices [m], shape (n, 3)."""
+    """Return the equivalent ellipsoid of the space inside a closed surface with vertices [m], shape (n, 3), and triangles,
+    shape (m, 3)."""
     corners = (vertices - vertices.mean(axis=0))[triangles]
     volumes = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     return _of_simplices(np.concatenate([corners, np.zeros((len(corners), 1, 3))], axis=1), volumes)

@@ -13,7 +13,8 @@ BENT = 0.1  # of the extent of a rim: deviation above which a lid to the mean of
 
 
 class Rims(NamedTuple):
-    """The boundary edges of a surface, each in the direction in which its triangle passes through it."""
+    """The boundary edges of a surface (edges of only one triangle), each in the direction in which its triangle passes
+    through it."""
 
     edges: np.ndarray  # (k, 2)
     beside: np.ndarray  # (k,) third corner of the triangle at each edge
@@ -21,7 +22,8 @@ class Rims(NamedTuple):
 
 
 def rims_of(triangles: np.ndarray) -> Rims:
-    """Return the rims of triangles, shape (m, 3), counterclockwise about the normals."""
+    """Return the boundary edges of triangles, shape (m, 3), grouped into rims. The corners of a triangle are
+    counterclockwise about its normal."""
     edges, n = directed_edges(triangles), int(triangles.max(initial=0)) + 1
     _, place, count = np.unique(np.sort(edges, axis=1) @ (n, 1), return_index=True, return_counts=True)
     open_ones = np.sort(place[count == 1])
@@ -58,7 +60,8 @@ class Lids:
         self._at_plane = self.rims.edges[~self._capped & (across == self._axis)]
 
     def _planes(self, places: np.ndarray) -> np.ndarray:
-        """Return the axis perpendicular to a plane that contains the edge, for each edge, -1 if there is none.
+        """Return for each rim edge the axis perpendicular to a coordinate plane that contains the edge, -1 if there is none.
+        places: initial positions of the vertices [m], shape (n, 3).
 
         If there are several, the axis is chosen along which the triangle at the edge extends farthest.
         """
@@ -71,7 +74,8 @@ class Lids:
         return np.where(level.any(axis=1), np.argmax(leaves, axis=1), -1)
 
     def _number_of_planes(self, places: np.ndarray, across: np.ndarray, chosen: np.ndarray, axis: int) -> int:
-        """Count the different planes perpendicular to an axis that contain the chosen edges."""
+        """Count the different planes perpendicular to an axis that contain the rim edges of the mask `chosen`. places:
+        initial positions [m]; across: result of `_planes`."""
         heights = np.sort(places[self.rims.edges[chosen & (across == axis), 0], axis])
         extent = float(np.ptp(places, axis=0).max(initial=0.0))
         return int(np.count_nonzero(np.diff(heights, prepend=-np.inf) > FLAT * extent)) if len(heights) else 0
@@ -79,7 +83,8 @@ class Lids:
     def volume(self, places: np.ndarray, areas: np.ndarray) -> float:
         """Return the volume inside the surface and its lids [m³], negative if the normals point inward.
 
-        places: positions [m]; areas: vector area of the surface around each [m²], shape (n, 3) each.
+        places: positions of the vertices [m]; areas: vector area of the surface that belongs to each vertex [m²], shape
+        (n, 3) each.
         """
         axes = [0, 1, 2] if self._capped.all() else [self._axis]
         at_plane = places[self._at_plane].reshape(-1, 3)
@@ -93,14 +98,15 @@ class Lids:
 
 
 def capped(places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices and triangles of a surface after each rim is closed by triangles to the mean of its points."""
+    """Return the vertices [m] and triangles of a surface after each rim is closed by triangles to the mean of its points.
+    places: vertices [m], shape (n, 3); triangles: shape (m, 3)."""
     corners, caps = _caps(rims_of(triangles), places)
     return corners, np.concatenate([triangles, caps])
 
 
 def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions followed by the mean point of each rim [m], and for each edge of a rim its triangle with the
-    mean point, shape (k, 3)."""
+    """Return the positions followed by the mean point of each rim [m], and for each edge of a rim its triangle with the mean
+    point, as indices of these positions, shape (k, 3)."""
     first = places[rims.edges[:, 0]]
     sums = np.stack([np.bincount(rims.number, first[:, axis]) for axis in range(3)], axis=1)
     means = sums / np.bincount(rims.number)[:, None]

@@ -24,8 +24,9 @@ def _four() -> np.ndarray:
 
 
 def _in_parts(rule: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Return the rule of a tetrahedron that is divided into parts: the points of `rule` in each part, in barycentric
-    coordinates of the whole; parts: barycentric coordinates of the corners of the parts, shape (parts, 4, 4)."""
+    """Return the quadrature points of a tetrahedron that is divided into parts: the points of `rule` (barycentric
+    coordinates, shape (points, 4)) in each part, in barycentric coordinates of the whole; parts: barycentric coordinates
+    of the corners of the parts, shape (parts, 4, 4)."""
     return np.asarray(np.einsum("qk,pkc->pqc", rule, parts).reshape(-1, 4))
 
 

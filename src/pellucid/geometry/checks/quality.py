@@ -18,14 +18,16 @@ def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def triangle_qualities(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the area of each triangle divided by its mean squared side, scaled to 1 if equilateral (0 if flat), shape (m,)."""
+    """Return for each triangle its area divided by its mean squared side length, scaled to 1 if equilateral (0 if flat),
+    shape (m,)."""
     x = vertices[triangles]
     area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
     return np.asarray(4.0 / np.sqrt(3.0) * area / _mean_square(x, ((0, 1), (1, 2), (2, 0))))
 
 
 def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Return twice the smallest triangle area at a corner divided by the mean squared side: 1 for squares, shape (m,)."""
+    """Return for each quadrilateral twice the smallest triangle area at a corner, divided by the mean squared side length: 1
+    for squares, shape (m,)."""
     x = vertices[quads]
     sides = np.roll(x, -1, axis=1) - x
     corners = np.linalg.norm(np.cross(np.roll(sides, 1, axis=1), sides), axis=2).min(axis=1, initial=np.inf)
@@ -33,8 +35,8 @@ def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 
 def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Return the volume to the power 2/3 over the mean squared edge, scaled to 1 for regular and 0 for flat tetrahedra, shape
-    (c,)."""
+    """Return for each tetrahedron its volume to the power 2/3 divided by its mean squared edge length, scaled to 1 for
+    regular and 0 for flat tetrahedra, shape (c,)."""
     x = nodes[cells]
     volume = np.abs(np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), x[:, 3] - x[:, 0])) / 6.0
     edges = tuple((a, b) for a, b, _, _ in _EDGES)
@@ -42,6 +44,7 @@ def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def _mean_square(places: np.ndarray, sides: tuple[tuple[int, int], ...]) -> np.ndarray:
-    """Return the mean squared side of elements with corner positions, shape (m, corners, 3): shape (m,), never 0."""
+    """Return the mean squared side length of elements with corner positions, shape (m, corners, 3): shape (m,), never 0.
+    sides: pairs of corner indices."""
     squares = [np.square(places[:, a] - places[:, b]).sum(axis=1) for a, b in sides]
     return np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny)

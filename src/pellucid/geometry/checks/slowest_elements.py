@@ -20,8 +20,8 @@ class Slowest(NamedTuple):
 
 
 def rates_of_surface(mesh: Mesh) -> np.ndarray:
-    """Return half the largest eigenfrequency of each element divided by its wave speed c [1/m], shape (m,): quadrilaterals,
-    then triangles.
+    """Return half the largest angular eigenfrequency of each element divided by its wave speed c [1/m], shape (m,):
+    quadrilaterals, then triangles.
 
     An element limits the time step by a frequency proportional to c √Σ|∇N_K|², with the shape functions N_K of its nodes.
     """
@@ -34,15 +34,15 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Return the few quadrilaterals and triangles that reduce the time step much, found from their eigenfrequencies, or
-    None."""
+    """Return the few quadrilaterals and triangles without which the stable time step would be more than `MUCH` times larger,
+    found from their eigenfrequencies, or None."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Return the few linear tetrahedra that reduce the time step much, or None.
+    """Return the few linear tetrahedra without which the stable time step would be more than `MUCH` times larger, or None.
 
     The squared frequency of node a is bounded by a multiple of Σ_e V |∇N_a| Σ_b |∇N_b| / V_a over its elements e with
     volumes V and nodes b, with the shape functions N; V_a is the volume of the node.
@@ -66,10 +66,11 @@ def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
 
 
 def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | None:
-    """Return the fewest elements without which the time step is more than MUCH times larger, found by bisection, or None.
+    """Return the fewest elements without which the stable time step is more than MUCH times larger, found by bisection, or
+    None.
 
-    worst: elements, worst first; without: returns the rate that limits the time step (up to a constant factor) if the given
-    number of worst elements is removed.
+    worst: elements, worst first; without: returns the rate that limits the time step (up to a constant factor) if the
+    given number of worst elements is removed.
     """
     most = min(max(1, int(FEW * len(worst))), len(worst) - 1)
     whole = without(0)
@@ -83,8 +84,8 @@ def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | Non
 
 
 def step_warning(name: str, found: Slowest, centres: np.ndarray) -> str:
-    """Return the warning that few elements reduce the stable time step of body `name`. centres: of all elements [m], shape
-    (m, 3)."""
+    """Return the warning that the few elements in `found` reduce the stable time step of body `name`. centres: centres of
+    all elements [m], shape (m, 3)."""
     first = int(found.elements[0])
     place = ", ".join(f"{value:.4g}" for value in centres[first])
     count = len(found.elements)

@@ -16,7 +16,7 @@ MOST_NAMED = 5  # largest number of pieces whose sizes a warning lists
 
 
 def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]:
-    """Yield the faults of a tetrahedral mesh, as text and remedy.
+    """Yield the faults of a tetrahedral mesh, each as a text that describes it and a remedy.
 
     is_pattern: True for a generated regular mesh (a box); only its coordinates and the shapes of its cells are checked.
     """
@@ -65,7 +65,8 @@ def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
-    """Yield a fault for coincident nodes, between which no element transmits a force."""
+    """Yield a fault if nodes have the same position, so that the elements at them are not connected and no force acts
+    between them."""
     from scipy.spatial import cKDTree  # slow import, not needed to read a case
 
     used = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)))
@@ -83,7 +84,8 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def apart(mesh: SimplexMesh) -> str | None:
-    """Return a warning if a mesh consists of several pieces that share no node; None if it is in one piece."""
+    """Return a text about the pieces of a mesh if it consists of several pieces that share no node; None if it is in one
+    piece."""
     corners = mesh.cells
     label = pieces(np.concatenate([corners[:, [0, k]] for k in range(1, corners.shape[1])]), len(mesh.nodes))
     sizes = -np.sort(-np.unique(label[corners[:, 0]], return_counts=True)[1])

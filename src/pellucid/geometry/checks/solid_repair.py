@@ -10,8 +10,11 @@ from pellucid.geometry.meshes.triangulation import first_of_each
 
 
 def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
-    """Return the mesh with corners reordered so that all volumes are positive, and a note on the reordered tetrahedra among
-    the first `n_told` cells, which the file contains as such; later cells are parts of other elements."""
+    """Return the mesh with corners of tetrahedra reordered so that all volumes are positive, and notes about it.
+
+    n_told: the notes count only the first `n_told` cells, which are tetrahedra in the file; later cells are parts of
+    other elements.
+    """
     turned = np.flatnonzero(mesh.volumes < 0.0)
     if not len(turned):
         return mesh, []
@@ -29,7 +32,8 @@ def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
 def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
     """Return the mesh without useless parts, and notes on the changes, with positions in the unit of the nodes.
 
-    Removed are tetrahedra with a repeated corner, flat ones at the surface, duplicates, unused nodes, and empty sets.
+    Removed are tetrahedra with a repeated corner, flat tetrahedra at the surface, duplicates, unused nodes, and empty
+    sets.
     """
     notes: list[str] = []
 

@@ -18,15 +18,17 @@ MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral; the element
 
 
 def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
-    """Yield the faults of a triangulated surface, as text and remedy."""
+    """Yield the faults of a triangulated surface, each as a text that describes it and a remedy. closed: the surface must
+    have no holes."""
     return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
 
 
 def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
-    """Yield the faults of a surface of quadrilaterals and triangles, as text and remedy.
+    """Yield the faults of a surface of quadrilaterals and triangles, each as a text that describes it and a remedy. closed:
+    the surface must have no holes.
 
-    Faults that make neighbours ambiguous (repeated and degenerate elements, edges with more than two elements) hide the others
-    until they are repaired.
+    Faults that make neighbours ambiguous (repeated and degenerate elements, edges with more than two elements) hide the
+    others until they are repaired.
     """
     nowhere = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
     if len(nowhere):
@@ -85,21 +87,24 @@ class _Elements:
         return np.asarray(self.vertices[self.quads[element, 0] if k < 0 else self.triangles[k, 0]])
 
     def ends(self, codes: np.ndarray) -> np.ndarray:
-        """Return the two vertices of undirected edges, the smaller number first, shape (k, 2)."""
+        """Return the two vertices of undirected edges, the smaller number first, shape (k, 2); codes: smaller vertex number
+        times the number of vertices plus the larger, shape (k,)."""
         return np.stack([codes // len(self.vertices), codes % len(self.vertices)], axis=1)
 
     def edges_of(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Return the edges for which the number of their elements fulfils a condition, shape (k, 2)."""
+        """Return the vertices of the edges that have a certain number of elements, shape (k, 2); wanted: function that
+        returns a mask for the numbers of elements of the edges."""
         first = np.flatnonzero(np.diff(self.codes // 2, prepend=-1))
         counts = np.diff(first, append=len(self.codes))
         return self.ends(self.codes[first[wanted(counts)]] // 2)
 
     def place(self, edge: np.ndarray) -> str:
-        """Return the position of an edge as text for a message."""
+        """Return the position of the middle of an edge (two vertex numbers) as text for a message."""
         return _place(self.vertices[edge].mean(axis=0))
 
     def count(self, n: int, verb: str, verbs: str) -> str:
-        """Return a number of elements and a verb in the right form, for a message."""
+        """Return a number n of elements with a verb, in the singular (`verb`) or plural form (`verbs`), as text for a
+        message."""
         return counted(n, f"{self.one} {verb}", f"{self.many} {verbs}")
 
 

@@ -13,7 +13,8 @@ FLATTEST = 1e-6  # smallest area over the square of the longest edge of a triang
 
 
 def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
-    """Close holes of up to `most_edges` edges by the triangles with the shortest sides; return the mesh and notes.
+    """Close holes of up to `most_edges` edges by the triangles with the shortest sides; return the mesh and notes on the
+    changes.
 
     Slits between collinear edges are always closed, by triangles without area.
     """
@@ -49,9 +50,11 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
 
 
 def _parted(loop: list[int]) -> list[list[int]]:
-    """Return the two rings into which a ring is split at a vertex that it visits twice; [] if there is no such vertex.
+    """Return the two rings into which a ring of vertices is split at a vertex that it visits twice; [] if there is no such
+    vertex.
 
-    A ring visits a vertex twice if more than two fans of elements share the vertex.
+    A ring visits a vertex twice if more than two fans (sets of elements connected across edges at the vertex) share the
+    vertex.
     """
     seen: dict[int, int] = {}
     for place, vertex in enumerate(loop):
@@ -63,7 +66,7 @@ def _parted(loop: list[int]) -> list[list[int]]:
 
 
 def rims(mesh: Mesh) -> list[list[int]]:
-    """Return the vertices of each ring of boundary edges (holes and rims), in the direction opposite to the elements."""
+    """Return the vertices of each closed ring of boundary edges (holes and rims), in the direction opposite to the elements."""
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
     edges = edges[edges[:, 0] != edges[:, 1]]  # elements with a repeated vertex have edges of zero length
     key = edges.min(axis=1) * len(mesh.vertices) + edges.max(axis=1)
@@ -83,10 +86,11 @@ def rims(mesh: Mesh) -> list[list[int]]:
 def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, int]]) -> list[int]:
     """Return the ring of boundary edges that starts at a vertex, and remove these edges from `after`.
 
-    after: for each vertex, the vertices that follow it along boundary edges.
+    after: for each vertex, the vertices that follow it along boundary edges; shared: for each vertex at which several
+    rings touch, the fans as `_fans` returns them.
 
-    The result is empty if the path does not return to its start, as for inconsistently oriented elements. If holes touch at a
-    vertex, a ring connects different fans of elements.
+    The result is empty if the path does not return to its start, as for inconsistently oriented elements. If holes touch
+    at a vertex, a ring connects different fans of elements.
     """
     way = [start]
     while (following := after.get(way[-1])) is not None:
@@ -105,7 +109,8 @@ def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, i
 
 
 def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
-    """Return, for each neighbour of a vertex, the fan of elements that contains the edge to this neighbour."""
+    """Return, for each neighbour of a vertex, the number of the fan (elements connected across edges at the vertex) that
+    contains the edge to this neighbour."""
     neighbours = []
     for corners in (mesh.quads, mesh.triangles):
         element, place = np.nonzero(corners == vertex)
@@ -126,10 +131,11 @@ def _is_straight(places: np.ndarray) -> bool:
 
 
 def _cover(vertices: np.ndarray, loop: list[int], known: set[frozenset[int]], flat_too: bool) -> Triangles | None:
-    """Triangulate a ring of vertices with the least sum of squared sides; return None if there is no triangulation.
+    """Triangulate a ring of vertices (`loop`) with the least sum of squared sides; return the triangles as vertex numbers,
+    None if there is no triangulation.
 
-    No triangle may be flat, unless `flat_too`, and no side may connect vertices that have a `known` edge. Source: Barequet &
-    Sharir 1995, Computer Aided Geometric Design 12, 207.
+    No triangle may be flat, unless `flat_too`, and no side may connect vertices that have a `known` edge. Source:
+    Barequet & Sharir 1995, Computer Aided Geometric Design 12, 207.
     """
     n, x = len(loop), vertices[loop]
     cost, cut = np.zeros((n, n)), np.zeros((n, n), int)

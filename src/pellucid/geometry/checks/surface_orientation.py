@@ -9,7 +9,8 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
 
 def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Orient neighbouring elements consistently by reversing the minority of each piece; return the mesh and notes.
+    """Orient neighbouring elements consistently by reversing the minority of each piece; return the mesh and notes on the
+    changes.
 
     Pieces with only one side, such as Möbius strips, are not changed.
     """
@@ -38,7 +39,7 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Orient the normals of closed pieces outward, or inward for holes, i.e. pieces inside an odd number of other pieces;
-    return the mesh and notes."""
+    return the mesh and notes on the changes."""
     one, other, against = _neighbours(mesh)
     n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
     if not n:
@@ -70,14 +71,15 @@ def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def _triangles(mesh: Mesh, elements: np.ndarray) -> np.ndarray:
-    """Return a triangulation of some of the elements, shape (m, 3)."""
+    """Return a triangulation of the elements with these numbers, as vertex numbers, shape (m, 3)."""
     first = len(mesh.quads)
     quads, triangles = elements[elements < first], elements[elements >= first] - first
     return Mesh(mesh.vertices, mesh.quads[quads], mesh.triangles[triangles]).triangulated().triangles
 
 
 def _neighbours(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the two elements at each edge that has two, and a mask of pairs with opposite normals, shape (k,) each."""
+    """Return the two elements at each edge that has exactly two, and a mask of the pairs with opposite normals, shape (k,)
+    each."""
     n, first = len(mesh.vertices), len(mesh.quads)
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
     owner = np.concatenate([np.tile(np.arange(first), 4), np.tile(first + np.arange(len(mesh.triangles)), 3)])

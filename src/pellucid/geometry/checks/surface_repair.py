@@ -60,7 +60,7 @@ def _merged(mesh: Mesh) -> Mended:
 
 def _of_different_corners(mesh: Mesh) -> Mended:
     """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three different
-    corners; return the mesh and notes."""
+    corners; return the mesh and notes on the changes."""
     notes, triangles = [], [mesh.triangles]
     again = mesh.quads == np.roll(mesh.quads, 1, axis=1)
     three = again.sum(axis=1) == 1
@@ -78,8 +78,8 @@ def _of_different_corners(mesh: Mesh) -> Mended:
 
 
 def _without_slits(mesh: Mesh) -> Mended:
-    """Remove triangles with collinear corners, and divide the element across their longest edge at the third corner, so
-    that no slit remains. Return the mesh and notes.
+    """Remove triangles with collinear corners, and divide the element across their longest edge at the third corner, so that
+    no slit remains. Return the mesh and notes on the changes.
 
     Other elements without area are kept.
     """
@@ -135,7 +135,7 @@ def _without_slits(mesh: Mesh) -> Mended:
 
 def _flat_quads(mesh: Mesh) -> Mended:
     """Divide quadrilaterals that are not convex or far from flat along the diagonal with the smaller fold angle; return the
-    mesh and notes.
+    mesh and notes on the changes.
 
     Quadrilaterals whose edges cross are kept.
     """

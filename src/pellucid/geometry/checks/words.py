@@ -10,7 +10,8 @@ REPAIR = "for a mesh file, set `repair = true`, or run `pellucid mesh FILE --rep
 
 
 def counted(n: int, one: str, many: str) -> str:
-    """Return a number with its noun and verb: "1 element was" or "3 elements were"."""
+    """Return a number with its noun and verb: "1 element was" or "3 elements were"; one, many: noun and verb in the singular
+    and the plural."""
     return f"{n} {one if n == 1 else many}"
 
 

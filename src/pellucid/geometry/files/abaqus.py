@@ -47,12 +47,13 @@ class _Scope:
 
 
 def read_abaqus(path: str) -> Contents:
-    """Read an Abaqus input file and the files that it includes. Raises Damaged."""
+    """Return the mesh in an Abaqus input file and the files that it includes. Raises Damaged if they do not follow the
+    format."""
     return _Model(keywords(path)).contents()
 
 
 class _Model:
-    """The definitions of all keywords, and the mesh built from them."""
+    """The definitions of all keywords of a file, and the mesh built from them."""
 
     def __init__(self, found: list[Keyword]) -> None:
         self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
@@ -115,7 +116,8 @@ class _Model:
             scope.sets.setdefault((what, name.upper()), []).append(entry)
 
     def contents(self) -> Contents:
-        """Number nodes and elements consecutively, and resolve sets and surfaces."""
+        """Number nodes and elements of all parts and instances consecutively, resolve sets and surfaces, and return the
+        mesh."""
         scopes = {"": self._file, **self._instances}
         scopes |= {part: scope for part, scope in self._parts.items() if part not in self._placed and part not in scopes}
         points, rows = [np.zeros((0, 3))], dict[str, list[np.ndarray]]()
@@ -161,7 +163,8 @@ class _Model:
         return replace(self._without_reference_points(contents), notes=tuple(self._notes))
 
     def _without_reference_points(self, contents: Contents) -> Contents:
-        """Remove unused nodes of the assembly, and their sets."""
+        """Return the contents without nodes of the assembly that no element uses, such as reference points, and without sets
+        that contain only these."""
         lone = np.zeros(len(contents.points), bool)
         lone[self._file.node_numbers] = bool(self._instances)
         for block in contents.blocks:
@@ -175,7 +178,7 @@ class _Model:
         return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
-        """Return the members of the sets of nodes (`what` = "N") or elements ("E"), as numbers, by set name.
+        """Return the members of the sets of nodes (what = "N") or elements ("E"), as numbers, by set name.
 
         If several instances use a name, it selects the union of their sets; the set of each instance is also available as
         `INSTANCE.NAME`.
@@ -197,7 +200,8 @@ class _Model:
         return found
 
     def _members(self, scope: _Scope, what: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Return the numbers of the nodes ("N") or elements ("E") of a set, which may include other sets."""
+        """Return the numbers of the nodes (what = "N") or elements ("E") of a set, which may include other sets. name: in
+        capitals; within: names of the sets that include this set, to detect a cycle."""
         if name in within:
             raise Damaged(f"the set {name[:60]} contains itself")
         found = [_NONE]
@@ -215,8 +219,8 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _named_in(self, scope: _Scope, what: str, word: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Return the members of a set that another set `name` includes as `word`: `SET`, `INSTANCE.SET`, `INSTANCE.7` (one
-        label), or `<SET` for the nodes of an element set."""
+        """Return the members of `word`, which a set `name` includes: `SET`, `INSTANCE.SET`, `INSTANCE.7` (one label), or
+        `<SET` for the nodes of an element set. what, within: as in `_members`."""
         if word.startswith("<"):
             return self._nodes_of(self._named_in(scope, "E", word[1:], name, within))
         upper = word.strip('"').upper()
@@ -231,7 +235,7 @@ class _Model:
         return _NONE
 
     def _known(self, scope: _Scope, what: str, labels: np.ndarray) -> np.ndarray:
-        """Return the numbers of the nodes ("N") or elements ("E") with given labels in a scope; undefined labels are
+        """Return the numbers of the nodes (what = "N") or elements ("E") with given labels in a scope; undefined labels are
         omitted."""
         if what == "N":
             known, numbers = scope.node_labels, scope.node_numbers
@@ -250,7 +254,7 @@ class _Model:
         return [numbers[low:high] - start for low, high, start in spans]
 
     def _nodes_of(self, numbers: np.ndarray, face: str = "") -> np.ndarray:
-        """Return the nodes of elements, or of one of their faces."""
+        """Return the nodes of elements (numbers), or of one of their faces, such as "S1"."""
         found = [_NONE]
         for block, part in zip(self._blocks, self._by_block(numbers), strict=True):
             if not face or (face in _SIDES and block.base in ("triangle", "quad")):
@@ -260,7 +264,8 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _add_surfaces(self, node_sets: dict[str, np.ndarray]) -> None:
-        """Add the nodes of each surface under its name; note the surfaces that have an unreadable line."""
+        """Add the nodes of each surface of the file to the sets under its name; add a note for each surface with an
+        unreadable line."""
         for scope in self._scopes.values():
             for name, is_of_nodes, rows in scope.surfaces:
                 parts: list[np.ndarray] = []
@@ -285,7 +290,8 @@ class _Model:
 
 
 def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
-    """Return the labels and coordinates of nodes; angles of cylindrical (C) and spherical (S) coordinates are in degrees."""
+    """Return the labels, shape (n,), and Cartesian coordinates, shape (n, 3), of the nodes that a *NODE keyword lists;
+    angles of cylindrical (C) and spherical (S) coordinates are in degrees."""
     words = [[*row[:4], "", "", ""][:4] for row in keyword.words()]
     where = f"the nodes after {keyword.where}"
     labels = integers([row[0] for row in words], where)
@@ -310,8 +316,8 @@ def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(keyword: Keyword, width: int) -> np.ndarray:
-    """Return the labels of elements, each followed by the labels of its nodes, shape (m, width); a data line that ends with a
-    comma continues on the next line."""
+    """Return the labels of the elements that a keyword lists, each followed by the labels of its nodes, shape (m, width); a
+    data line that ends with a comma continues on the next line."""
     where = f"the elements after {keyword.where}"
     rows: list[list[str]] = []
     row: list[str] = []
@@ -328,7 +334,8 @@ def _rows(keyword: Keyword, width: int) -> np.ndarray:
 
 
 def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
-    """Return the error for a node that an earlier line defines at another position; row: row of the node in its scope."""
+    """Return the error for a node that an earlier line defines at another position; labels: labels of the nodes of the scope
+    in the order of the file; row: index of the node among them."""
     lines = [(some.keyword, k) for some in scope.nodes for k in range(len(some.labels))]
     before, again = (keyword.line_of(k) for keyword, k in (lines[int(np.argmax(labels == labels[row]))], lines[row]))
     text = f"{again} defines node {labels[row]} again, at a different position than {before}"
@@ -336,8 +343,8 @@ def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
 
 
 def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
-    """Return the node numbers of elements. Raises Damaged. table: the label of each element, followed by the labels of its
-    nodes."""
+    """Return the node numbers of elements. table: the label of each element, followed by the labels of its nodes; kind:
+    element kind for the message. Raises Damaged if a node is not defined."""
     known, labels = scope.node_labels, table[:, 1:]
     place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))
     if labels.size and (not len(known) or (known[place] != labels).any()):
@@ -350,7 +357,7 @@ def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
 
 def _in_range(known: np.ndarray, words: list[str], name: str) -> np.ndarray:
     """Return those of the known labels that lie in a range; words: first and last label, and optionally the step (default
-    1)."""
+    1); name: set name for the message."""
     values = integers(words[:3], f"the ranges of the set {name[:60]}").tolist()
     first, last, step = values[0], values[min(len(values), 2) - 1], values[2] if len(values) > 2 else 1
     if step < 1:
@@ -364,7 +371,8 @@ def _numbers_of(lines: Iterable[list[str]], where: str) -> list[list[float]]:
 
 
 def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axes, in rows, and the origin of the local coordinates set by *SYSTEM; without data the global ones."""
+    """Return the axes of the local coordinates that a *SYSTEM keyword sets, in rows, shape (3, 3), and their origin, shape
+    (3,); the global ones if it has no data."""
     values = [x for row in _numbers_of(keyword.words(), f"the data of *SYSTEM in {keyword.where}") for x in row]
     if not values:
         return np.eye(3), np.zeros(3)
@@ -382,7 +390,8 @@ def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _moved(part: _Scope, keyword: Keyword) -> _Scope:
-    """Return an instance of a part, translated by the first data line, then rotated about the axis of the second."""
+    """Return an instance of a part, translated by the first data line of the *INSTANCE keyword, then rotated about the axis
+    of the second."""
     lines = _numbers_of(keyword.words(), f"the data of *INSTANCE in {keyword.where}")
     shift = np.array([*(lines[0] if lines else []), 0.0, 0.0, 0.0][:3])
     nodes = [some._replace(places=some.places + shift) for some in part.nodes]

@@ -41,8 +41,8 @@ FACES: dict[str, dict[str, tuple[int, ...]]] = {
 
 
 def kind_of(type_name: str) -> str | None:
-    """Return the kind of an Abaqus element type, such as "tetra10"; None for types that are not mesh elements, such as
-    springs."""
+    """Return the element kind of this package, such as "tetra10", for the name of an Abaqus element type; None for types
+    that are not mesh elements, such as springs."""
     name = type_name.strip().upper()
     for pattern, kinds in _TYPES:
         if found := pattern.fullmatch(name):

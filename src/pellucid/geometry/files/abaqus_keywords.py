@@ -28,17 +28,18 @@ class Keyword:
     places: list[tuple[int, str]] = field(default_factory=list)
 
     def line_of(self, row: int) -> str:
-        """Return the file and line of a data line, for messages."""
+        """Return file and line of the data line with index `row`, for messages."""
         number, here = self.places[row]
         return f"line {number}{here}"
 
     def words(self) -> list[list[str]]:
-        """Return the words of each data line."""
+        """Return the comma-separated words of each data line."""
         return [[word.strip() for word in line.split(",")] for line in self.lines]
 
 
 def keywords(path: str) -> list[Keyword]:
-    """Return the keywords of a file in order, with the keywords of included files inserted. Raises Damaged."""
+    """Return the keywords of a file in order, with the keywords of included files inserted. Raises Damaged if the file
+    cannot be read."""
     found: list[Keyword] = []
     _read(Path(path), (Path(path),), found)
     return found
@@ -61,7 +62,8 @@ def included_files(path: str) -> list[str]:
 
 @lru_cache(maxsize=64)
 def _named_files(path: str, changed: int, size: int) -> list[str]:
-    """Return the names of the files that a file includes, cached for each state of the file."""
+    """Return the names of the files that a file includes. The result is cached for each version of the file, identified by
+    its modification time `changed` [ns] and size [bytes]."""
     return [match[1].decode("latin-1") for match in _INPUT.finditer(file_bytes(path))]
 
 
@@ -121,8 +123,8 @@ def _keyword(line: str, where: str) -> Keyword:
 
 
 def _place(name: str, path: Path, first: Path) -> Path | None:
-    """Return the path of an included file; None if it does not exist. Names are relative to the folder of the first file, as
-    in Abaqus."""
+    """Return the path of a file that the file `path` includes under a name; None if it does not exist. Names are relative to
+    the folder of the first file, as in Abaqus."""
     name = name.strip().strip("\"'").replace("\\", "/")
     for folder in (first.parent, path.parent):
         try:

@@ -36,7 +36,8 @@ class Block(NamedTuple):
 
     @property
     def base(self) -> str | None:
-        """The first-order kind of the elements; None if there is none, as for polyhedra."""
+        """Kind of the elements reduced to their corners, such as "tetra" for "tetra10"; None if there is none, as for
+        polyhedra."""
         if found := _KIND.fullmatch(self.kind):
             return found[1]
         return _LAGRANGE.get(self.kind.removeprefix("VTK_LAGRANGE_"))
@@ -44,10 +45,10 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class Contents:
-    """Points, shape (n, 3), in the unit of the file, elements and named sets.
+    """Mesh read from a file: points, shape (n, 3), in the unit of the file, elements and named sets.
 
-    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: True if the file
-    stores coordinates in single precision; skipped_types: names of the element types that were not read.
+    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: True if the
+    file stores coordinates in single precision; skipped_types: names of the element types that were not read.
     """
 
     format: str
@@ -60,14 +61,14 @@ class Contents:
     skipped_types: tuple[str, ...] = ()
 
     def skipped_elements(self) -> str:
-        """Return a clause about the element types that the reader skipped; empty if there are none."""
+        """Return a clause for messages about the element types that the reader skipped; empty if there are none."""
         if not self.skipped_types:
             return ""
         named = ", ".join(self.skipped_types[:MOST_TYPES]) + (", ..." if len(self.skipped_types) > MOST_TYPES else "")
         return f"its elements have unsupported types: {named}"
 
     def nodes_of_sets(self) -> dict[str, np.ndarray]:
-        """Return the node sets by name, including the nodes of the sets and groups of cells."""
+        """Return the node numbers of all named sets: of the node sets, and of the nodes of element sets and groups."""
         sets = dict(self.node_sets)
         for name, parts in self.cell_sets.items():
             nodes = [np.asarray(block.nodes)[part].ravel() for block, part in zip(self.blocks, parts, strict=True)]
@@ -76,7 +77,8 @@ class Contents:
 
 
 def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
-    """Return faces with any number of corners as quadrilaterals and triangles; larger faces are divided. Raises Damaged."""
+    """Return faces with any number of corners as blocks of quadrilaterals and triangles; larger faces are divided. points
+    [unit of the file], shape (n, 3); faces: point numbers; where: word for a face in messages. Raises Damaged."""
     quads = [face for face in faces if len(face) == 4]
     triangles = [face for face in faces if len(face) == 3]
     for number, face in enumerate(faces):
@@ -89,8 +91,8 @@ def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face")
 
 
 def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
-    """Return a polygon as a fan of triangles with the same orientation. Raises Damaged if there is no corner from which
-    straight lines inside the polygon reach all others."""
+    """Return a polygon (point numbers) as a fan of triangles with the same orientation. Raises Damaged if there is no corner
+    from which straight lines inside the polygon reach all others; where: word for the face in the message."""
     if not 0 <= min(face) <= max(face) < len(points):
         raise Damaged(f"{where} has a corner that is not one of the {len(points)} points of the file")
     for start in range(len(face)):

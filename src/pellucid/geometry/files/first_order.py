@@ -25,7 +25,7 @@ _MANY = {
 
 
 def counted(n: int, kind: str) -> str:
-    """Return a number of elements of a kind in words: "3 hexahedra"."""
+    """Return a number of elements of a kind as text, in the singular or plural: "3 hexahedra"."""
     return f"{n} {({'quad': 'quadrilateral', 'tetra': 'tetrahedron'}.get(kind, kind)) if n == 1 else _MANY[kind]}"
 
 
@@ -62,7 +62,8 @@ def with_points(contents: Contents, kept: np.ndarray) -> Contents:
 
 
 def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
-    """Return tetrahedra, shape (c, 4), and notes: the tetrahedra of the file, followed by the parts of other elements.
+    """Return tetrahedra, shape (c, 4), and notes on divided elements: the tetrahedra among the solid elements in `blocks`,
+    followed by the parts of other elements.
 
     Each quadrilateral is divided from its corner with the smallest number, so that the elements on both sides of a face
     divide it in the same way. Each element is divided into tetrahedra that connect its corner with the smallest number to
@@ -84,7 +85,8 @@ def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
 
 def _cut(corners: np.ndarray, face: tuple[int, ...]) -> list[np.ndarray]:
     """Return tetrahedra that connect the triangles of one face of m elements to the corner with the smallest number of each
-    element, shape (m, 4) each.
+    element, shape (m, 4) each. corners: nodes of the elements, shape (m, corners); face: indices of the corners of the
+    face.
 
     For faces that contain this corner, the tetrahedra are degenerate: they have it twice.
     """

@@ -26,12 +26,12 @@ def is_gmsh(data: bytes) -> bool:
 
 
 def read_gmsh(data: bytes) -> Contents:
-    """Read a Gmsh file of version 2, 4.0 or 4.1. Raises Damaged."""
+    """Return the mesh in the bytes of a Gmsh file of version 2, 4.0 or 4.1. Raises Damaged if they do not follow the format."""
     return _Reader(data).contents()
 
 
 class _Reader:
-    """Reader of the nodes, elements and groups of a file, section by section."""
+    """Reader of the nodes, elements and physical groups of a Gmsh file, section by section."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -109,7 +109,8 @@ class _Reader:
             self._names[int(found[1]), abs(int(found[2]))] = found[3]
 
     def _entities(self, source: "_Words | _Bytes", partitioned: bool = False) -> None:
-        """Read points, curves, surfaces and volumes, with the numbers of their physical groups."""
+        """Read points, curves, surfaces and volumes of the geometry, with the numbers of their physical groups; partitioned:
+        the section is $PartitionedEntities."""
         if partitioned:
             source.take("size", 1)
             source.take("int", 2 * source.count())
@@ -201,8 +202,8 @@ class _Reader:
         return without_lone_vertices(Contents(form, points, tuple(blocks), cell_sets=sets, notes=tuple(notes)))
 
     def _members(self, kind: int, number: np.ndarray, entity: np.ndarray, group: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the numbers of the elements of a kind in each physical group, by name; number, entity, group: number,
-        geometric entity and group of each element."""
+        """Return the numbers of the elements of a kind in each physical group, by name of the group. number, entity, group:
+        number, geometric entity and (format 2) physical group of each element, shape (m,)."""
         dimension = DIMENSIONS.get(Block(KINDS[kind], number).base or "", 3)
         found: dict[str, list[np.ndarray]] = {}
         owner, which = np.unique(np.column_stack([entity, group]), axis=0, return_inverse=True)
@@ -220,18 +221,19 @@ class _Words:
         self._words, self._name, self.at = text_of(section).split(), name, 0
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """Read the next `count` numbers."""
+        """Return the next `count` numbers of the section; kind: "int", "size" (unsigned) or "float"."""
         return self.rows(1, ((kind, count),))[0][0]
 
     def count(self) -> int:
-        """Read one number, which counts the items that follow."""
+        """Read and return one number, which counts the items that follow."""
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._words))
 
     counted = count
     """Read the count of items at the start of a section."""
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
-        """Read `n` rows of numbers; return an array for each pair of the layout, shape (n, numbers of the pair)."""
+        """Read `n` rows of numbers; layout: kind (see `take`) and number of values of each group of columns. Return an array
+        for each group, shape (n, values)."""
         widths = [width for _, width in layout]
         end = self.at + n * sum(widths)
         if n < 0 or min(widths) < 0 or end > len(self._words):
@@ -247,8 +249,8 @@ class _Words:
         ]
 
     def elements(self, n: int) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Read `n` elements of format 2. Yield consecutive elements of one kind with equally many tags together: the kind,
-        the number of tags, and an array with the tags and nodes of each element."""
+        """Read `n` elements of format 2. Yield consecutive elements of one kind with equally many tags (labels of groups and
+        entities) together: the kind, the number of tags, and an array with the tags and nodes of each element."""
         values = self.take("int", len(self._words) - self.at)
         words, starts, at = values.tolist(), [], 0
         for _ in range(n):
@@ -268,7 +270,7 @@ class _Words:
                 yield kind, n_tags, values[where[start:end, None] + np.arange(3, 3 + n_tags + corners_of(kind))]
 
     def ended(self) -> None:
-        """Raise Damaged if numbers are left."""
+        """Raise Damaged if unread numbers are left."""
         if self.at < len(self._words):
             raise Damaged(f"its section ${self._name} has more entries than its stated count")
 
@@ -281,15 +283,15 @@ class _Bytes:
         self._types = {"int": f"{order}i4", "size": f"{order}u{size}", "float": f"{order}f8"}
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """Read the next `count` numbers."""
+        """Return the next `count` numbers; see `_Words.take`."""
         return self.rows(1, ((kind, count),))[0][0]
 
     def count(self) -> int:
-        """Read one number, which counts the items that follow."""
+        """Read and return one number, which counts the items that follow."""
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._data))
 
     def counted(self) -> int:
-        """Read the count at the start of a section of format 2, which is a line of text."""
+        """Read and return the count at the start of a section of format 2, which is a line of text."""
         end = self._data.find(b"\n", self.at, self.at + 100)
         word = self._data[self.at : end].strip().decode("latin-1")
         if end < 0 or not word.isdecimal():
@@ -320,7 +322,7 @@ class _Bytes:
             yield kind, n_tags, rows[:, 1:]
 
     def ended(self) -> None:
-        """Raise Damaged if the end of the section does not follow."""
+        """Raise Damaged if unread data are left before the end of the section."""
         behind = self._data[self.at : self.at + 20].lstrip()
         if behind and not behind.startswith(b"$End"):
             raise Damaged(f"its section ${self._name} has more entries than its stated count")

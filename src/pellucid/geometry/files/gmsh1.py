@@ -13,7 +13,7 @@ def is_gmsh1(data: bytes) -> bool:
 
 
 def read_gmsh1(data: bytes) -> Contents:
-    """Read a Gmsh file of version 1. Raises Damaged."""
+    """Return the mesh in the bytes of a Gmsh file of version 1. Raises Damaged if they do not follow the format."""
     text = text_of(data)
     lines = [line.split() for line in _section(text, "NOD").splitlines()]
     rows = [words for words in lines if words]
@@ -36,7 +36,8 @@ def _section(text: str, name: str) -> str:
 
 
 def _elements(points: np.ndarray, place: dict[int, int], words: list[int]) -> Contents:
-    """Read the elements: a count, then for each its number, kind, physical and elementary group, number of nodes, nodes."""
+    """Return the mesh with the elements in `words`: a count, then for each element its number, kind, physical and elementary
+    group, number of nodes, and node labels. points: shape (n, 3); place: number of the node with each label."""
     found: dict[str, list[list[int]]] = {}
     at, count = 1, 0
     while at < len(words):

@@ -24,8 +24,8 @@ DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}  # others have 3
 
 
 class Elements(NamedTuple):
-    """Elements of one kind: tags or numbers of their nodes, shape (m, nodes), the geometric entity of each, and its
-    physical group in format 2, shape (m,) each."""
+    """Elements of one kind in a Gmsh file: labels or numbers of their nodes, shape (m, nodes), and for each element its
+    geometric entity and, in format 2, its physical group, shape (m,) each."""
 
     corners: np.ndarray
     entity: np.ndarray
@@ -33,7 +33,7 @@ class Elements(NamedTuple):
 
 
 def corners_of(kind: int) -> int:
-    """Return the number of nodes of an element of the kind with this number."""
+    """Return the number of nodes of an element whose kind has this number in Gmsh files. Raises Damaged for an unknown kind."""
     if kind not in KINDS:
         raise Damaged(f"it has an element of kind {kind}, which is not one of the {len(KINDS)} supported kinds")
     digits = re.sub(r"\D", "", KINDS[kind])
@@ -41,8 +41,8 @@ def corners_of(kind: int) -> int:
 
 
 def once(elements: Elements) -> tuple[Elements, np.ndarray]:
-    """Remove elements that format 2 repeats for each further group. Return the other elements, and for each original
-    element the number of the remaining element that equals it, shape (m,).
+    """Remove elements that format 2 repeats for each further physical group. Return the other elements, and for each
+    original element the number of the remaining element that equals it, shape (m,).
 
     Elements that occur twice in one group are kept.
     """
@@ -60,9 +60,10 @@ def once(elements: Elements) -> tuple[Elements, np.ndarray]:
 
 
 def without_lone_vertices(contents: Contents) -> Contents:
-    """Remove points of the geometry that no line, surface or solid element uses, such as centres of arcs.
+    """Return the contents without points of the geometry that no line, surface or solid element uses, such as centres of
+    arcs.
 
-    `Mesh.SaveAll` writes these points.
+    Gmsh writes these points with the option `Mesh.SaveAll`.
     """
     used, is_vertex = np.zeros(len(contents.points), bool), np.zeros(len(contents.points), bool)
     for block in contents.blocks:

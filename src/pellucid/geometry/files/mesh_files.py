@@ -1,4 +1,4 @@
-"""Keys of mesh files in a case, shared by surfaces and solids, and the state that identifies a version of a file."""
+"""Keys of mesh files in a case, shared by surfaces and solids, and data by which a changed file is recognized."""
 
 from pathlib import Path
 
@@ -40,8 +40,8 @@ class MeshFile(Model):
 
 
 def states_of_files(model: Model) -> tuple[FileState, ...]:
-    """Return the states of all files given by the key `path` in a model and its submodels. Raises ValueError for a missing
-    file."""
+    """Return path, modification time [ns] and size [bytes] of each file that a key `path` in a model and its submodels
+    names, and of the files that these include. Raises ValueError for a missing file."""
     states: list[FileState] = []
     for name, value in model:
         if isinstance(value, Model):

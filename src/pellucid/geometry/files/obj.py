@@ -9,7 +9,7 @@ FREE_FORM = {"curv", "surf", "cstype"}
 
 
 def read_obj(data: bytes) -> Contents:
-    """Read an OBJ file. Raises Damaged."""
+    """Return the mesh in the bytes of an OBJ file. Raises Damaged if they do not follow the format."""
     points: list[list[float]] = []
     faces: list[list[int]] = []
     for line_number, line in _lines(text_of(data)):
@@ -29,7 +29,8 @@ def read_obj(data: bytes) -> Contents:
 
 
 def _place(word: str, line: int, so_far: int) -> int:
-    """Return the vertex of a corner, from 0; the formats are `7`, `7/1`, `7//3` and `7/1/3`, and -1 is the latest vertex."""
+    """Return the vertex number of a corner of a face, from 0; the formats of `word` are `7`, `7/1`, `7//3` and `7/1/3`, and
+    -1 is the latest vertex. line: line number for messages; so_far: number of vertices defined so far."""
     number = whole(word.split("/", 1)[0], line)
     if number == 0 or -number > so_far:
         raise Damaged(f"the face in line {line} has an invalid vertex number; vertices count from 1, and -1 is the latest one")
@@ -37,7 +38,7 @@ def _place(word: str, line: int, so_far: int) -> int:
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
-    """Return lines with their numbers; lines that end with a backslash are continued."""
+    """Return the number and text of each line; a line that ends with a backslash is joined with the next one."""
     found: list[tuple[int, str]] = []
     begun = ""
     for number, line in enumerate(text.splitlines(), 1):

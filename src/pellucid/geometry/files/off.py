@@ -24,7 +24,7 @@ class _Line(NamedTuple):
 
 
 def read_off(data: bytes) -> Contents:
-    """Read an OFF file. Raises Damaged."""
+    """Return the mesh in the bytes of an OFF file. Raises Damaged if they do not follow the format."""
     lines = _lines(text_of(data))
     is_homogeneous = _read_header(lines)
     n_vertices, n_faces = _read_counts(lines)
@@ -44,13 +44,14 @@ def read_off(data: bytes) -> Contents:
 
 
 def _lines(text: str) -> list[_Line]:
-    """Return the lines that are neither blank nor comments."""
+    """Return the words of each line that is neither blank nor a comment."""
     split = ((number, line.split("#", 1)[0].split()) for number, line in enumerate(text.splitlines(), 1))
     return [_Line(number, words) for number, words in split if words]
 
 
 def _read_header(lines: list[_Line]) -> bool:
-    """Remove the first word from the lines if it names the format; return True if points have a fourth coordinate."""
+    """Remove the word that names the format from the start of the lines, if there is one; return True if points have a
+    fourth coordinate."""
     found = HEADER.match(lines[0].words[0]) if lines else None
     if found is None:
         return False
@@ -66,7 +67,8 @@ def _read_header(lines: list[_Line]) -> bool:
 
 
 def _read_counts(lines: list[_Line]) -> tuple[int, int]:
-    """Remove the counts from the lines; return the numbers of vertices and faces. The number of edges may be missing."""
+    """Remove the counts, in one or more lines, from the start of the lines; return the numbers of vertices and faces. The
+    number of edges may be missing."""
     words: list[str] = []
     while lines and len(words) < 2:  # each count may be in a separate line
         number, more = lines.pop(0)
@@ -82,7 +84,8 @@ def _read_counts(lines: list[_Line]) -> tuple[int, int]:
 
 
 def _divided(points: np.ndarray) -> np.ndarray:
-    """Return the first three coordinates of points, shape (n, 3), divided by the fourth coordinate if there is one."""
+    """Return the first three coordinates of points, shape (n, 3), divided by the fourth (homogeneous) coordinate if there is
+    one."""
     if points.shape[1] == 3:
         return points
     if (points[:, 3] == 0.0).any():
@@ -93,7 +96,7 @@ def _divided(points: np.ndarray) -> np.ndarray:
 
 
 def _corners(line: _Line) -> list[int]:
-    """Return the vertices of a face, numbered from 0. In the file a colour may follow them."""
+    """Return the vertex numbers of a face, from 0. In the file a colour may follow them."""
     count = whole(line.words[0], line.number)
     corners = [whole(word, line.number) for word in line.words[1 : count + 1]] if count > 0 else []
     if count < 1 or len(corners) < count:

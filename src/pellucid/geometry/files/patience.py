@@ -18,8 +18,8 @@ class _Halt(BaseException):
 
 
 def within(seconds: float, work: Callable[[], Result]) -> Result:
-    """Return or raise the result of `work`. Raises TooLong after the time limit; the work is then stopped at its next
-    Python line."""
+    """Call `work` in a thread and return its result or raise its error. Raises TooLong after a time of `seconds` [s]; the
+    work is then stopped at its next Python line."""
     found: list[Result] = []
     failed: list[BaseException] = []
 

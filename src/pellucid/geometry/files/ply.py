@@ -37,7 +37,7 @@ class _Element(NamedTuple):
 
 
 def read_ply(data: bytes) -> Contents:
-    """Read a PLY file. Raises Damaged."""
+    """Return the mesh in the bytes of a PLY file. Raises Damaged if they do not follow the format."""
     header = data[: data.find(b"end_header")]
     if b"format ascii" in header and b"\n" not in header:  # lines end with only a carriage return
         data = data.replace(b"\r", b"\n")
@@ -79,7 +79,8 @@ def _blocks(points: np.ndarray, corners: Column) -> tuple[Block, ...]:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    """Return the byte order (empty for text), the elements, and the start of their data."""
+    """Return the byte order of a PLY file (empty for text), its elements (tables such as `vertex` and `face`), and the
+    position in the file where their data starts."""
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
         raise Damaged("it has no header from `ply` to `end_header`")
@@ -114,11 +115,11 @@ class _Words:
 
     @property
     def left(self) -> int:
-        """Upper bound of the number of values left."""
+        """Upper bound of the number of values that have not been read."""
         return len(self._words) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """Return the next `count` values."""
+        """Return the next `count` values; kind: data type, such as "f4" or "i4"."""
         if not 0 <= count <= self.left:
             raise Damaged("it ends before its last element, or has a list of negative length")
         words = self._words[self.at : self.at + count]
@@ -126,8 +127,8 @@ class _Words:
         return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
-        """Return the columns of a table, shape (rows, values) each, and the end of its data; None if the rows differ in the
-        number or type of their values."""
+        """Return the columns of a table, shape (rows, values) each, and the position after its data; None if the rows differ
+        in the number or type of their values. layout: data type and number of values of each column."""
         widths = [width for _, width in layout]
         if rows * sum(widths) > self.left:
             return None
@@ -149,7 +150,7 @@ class _Bytes:
 
     @property
     def left(self) -> int:
-        """Upper bound of the number of values left."""
+        """Upper bound of the number of values that have not been read."""
         return len(self._data) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
@@ -169,7 +170,7 @@ class _Bytes:
 
 
 def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
-    """Return the values of the properties of an element, by name.
+    """Return the values of the properties of an element (a table of the file), by name of the property.
 
     The values are read in one operation if all lists have the length of the list in the first row.
     """

@@ -40,8 +40,8 @@ def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
 
 
 def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str]:
-    """Return the distance between neighbouring numbers that the file can store at the largest coordinate, in the unit of
-    the file, and the reason in words.
+    """Return the distance between neighbouring numbers that the file can store at the largest coordinate, in the unit of the
+    file, and the reason in words. is_single: the file stores single precision.
 
     The distance is 0 if the file has more digits than single precision.
     """
@@ -62,8 +62,8 @@ def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str
 
 
 def _digits(path: str, largest: float) -> int:
-    """Return the largest number of digits, including trailing zeros, of coordinates in a text file that are about as large as
-    the largest; 0 for a binary file."""
+    """Return the largest number of digits, including trailing zeros, among the coordinates in a text file whose magnitude is
+    at least half the largest; 0 for a binary file."""
     data = as_utf8(file_bytes(path)[:MOST_BYTES])
     if b"\0" in data:
         return 0

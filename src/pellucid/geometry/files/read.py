@@ -1,4 +1,4 @@
-"""Reading of any mesh file; the format is found from the extension and the first bytes."""
+"""Reading of any mesh file; its format is recognized from the extension and the first bytes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -48,9 +48,9 @@ BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
 
 
 def read_file(path: str, what: str, readable: str) -> Contents:
-    """Read a mesh file. Raises Refusal if it cannot be read as `what`, a noun with its article.
+    """Read a mesh file. Raises Refusal if it cannot be read.
 
-    readable: supported kinds of files, for the message.
+    what: noun with article for the message, such as "a surface"; readable: supported kinds of files, for the message.
     """
     check_there(path)
     ending = Path(path).suffix.lower()
@@ -87,7 +87,7 @@ def _read(path: str, ending: str) -> Contents:
 
 
 def _check(contents: Contents) -> None:
-    """Raise Damaged for invalid coordinates, and for elements with corners that are not points of the file."""
+    """Raise Damaged for coordinates that are not finite, and for elements with corners that are not points of the file."""
     points, n = contents.points, len(contents.points)
     nowhere = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(nowhere):

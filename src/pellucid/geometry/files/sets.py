@@ -12,7 +12,7 @@ OF_THE_READER = "gmsh:"
 
 
 def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
-    """Return node numbers by set name."""
+    """Return node numbers by set name, from a mesh object of meshlane."""
     sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
     for name, values in (mesh.point_data or {}).items():
         if (marked := marked_places(values)) is not None:
@@ -21,7 +21,7 @@ def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
 
 
 def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Return the element numbers of each block by set name."""
+    """Return the element numbers of each block by set name, from a mesh object of meshlane."""
     found = _groups(mesh)
     for name, parts in (mesh.cell_sets or {}).items():
         if not name.startswith(OF_THE_READER):
@@ -35,7 +35,8 @@ def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Return the element numbers of each block for the numbered element groups, by group name or else by group number."""
+    """Return the element numbers of each block that belong to each numbered element group, by name of the group or else by
+    its number."""
     data = mesh.cell_data or {}
     named = (mesh.field_data or {}) if GMSH in data else {}
     names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}
@@ -51,8 +52,8 @@ def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def marked_places(values: np.ndarray) -> np.ndarray | None:
-    """Return the indices of the larger value in an integer array that marks a set by 0 and 1, or by -1 and 0; None for any
-    other array."""
+    """Return the indices at which an integer array that marks a set by 0 and 1, or by -1 and 0, has the larger value; None
+    for any other array."""
     values = np.asarray(values)
     if values.ndim != 1 or values.dtype.kind not in "biu":
         return None

@@ -16,7 +16,7 @@ FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute"
 
 
 def read_stl(data: bytes) -> Contents:
-    """Read an STL file. Raises Damaged."""
+    """Return the mesh in the bytes of an STL file. Raises Damaged if they do not follow the format."""
     count = int.from_bytes(data[80:HEADER], "little") if len(data) >= HEADER else -1
     there, left = divmod(len(data) - HEADER, FACET.itemsize)
     if not (count == there and left == 0):
@@ -52,7 +52,8 @@ def is_text(data: bytes) -> bool:
 
 
 def _text(text: str) -> Contents:
-    """Read facets word by word, as lines may break anywhere; `end loop` is accepted as `endloop`."""
+    """Return the mesh of a text STL file. Facets are read word by word, as lines may break anywhere; `end loop` is accepted
+    as `endloop`."""
     corners: list[list[float]] = []
     start, line_number, finished, begun = 0, 0, False, False
     for line_number, line in enumerate(text.splitlines(), 1):

@@ -7,7 +7,8 @@ RESTART = -1
 
 
 def triangles_of_strip(strip: list[int]) -> list[list[int]]:
-    """Return the triangles of a strip. Every second one is reversed, so that all have the same orientation.
+    """Return the triangles of a strip, in which every three consecutive vertices form a triangle. Every second one is
+    reversed, so that all have the same orientation.
 
     Triangles without area, which programs insert to join strips, are omitted.
     """

@@ -37,7 +37,7 @@ LONGEST = 200
 def read_through_meshlane(path: str) -> Contents:
     """Read a mesh file with meshlane. Raises Damaged, and Refusal if meshlane is missing.
 
-    Output of the readers is not printed. It becomes part of the error, or a note if the file can be read.
+    Text that the readers of meshlane print is not shown. It becomes part of the error, or a note if the file can be read.
     """
     if find_spec("meshlane") is None:
         raise Refusal(f"the package meshlane, which is needed to read {path}, is not installed", install_command("mesh"))
@@ -78,9 +78,10 @@ def read_through_meshlane(path: str) -> Contents:
 
 
 def _corrected(path: str, form: str) -> bytes | None:
-    """Return a corrected text if the reader cannot read the file as it is; None otherwise.
+    """Return a corrected text of the file if the reader of the format `form` cannot read it as it is; None otherwise.
 
-    meshlane reads neither UTF-16 nor Nastran cards in lower case or without the first line. For Medit files see `_plain_medit`.
+    meshlane reads neither UTF-16 nor Nastran cards in lower case or without the first line. For Medit files see
+    `_plain_medit`.
     """
     data = file_bytes(path)
     text = as_utf8(data)
@@ -110,7 +111,8 @@ def _plain_medit(text: str) -> str:
 
 
 def _block(kind: str, nodes: np.ndarray) -> Block:
-    """Return a block of elements. Raises ReadError unless there is a whole number for each corner of each element."""
+    """Return a block of elements of a kind; nodes: shape (m, nodes). Raises ReadError unless there is a whole number for
+    each corner of each element."""
     import meshlane
 
     block = Block(kind, nodes)

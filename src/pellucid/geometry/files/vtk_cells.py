@@ -34,10 +34,11 @@ def grid_contents(
     arrays: tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]],
     is_single: bool,
 ) -> Contents:
-    """Return the cells of a grid by kind. Raises Damaged.
+    """Return the mesh of a VTK unstructured grid, with its cells sorted by kind. Raises Damaged.
 
-    points: shape (n, 3); connectivity: the points of all cells; ends: end of each cell in it; types: type of each cell; arrays:
-    arrays of points and of cells by name; integer arrays may mark sets.
+    form: name of the format; points: shape (n, 3); connectivity: the points of all cells; ends: end of each cell in it;
+    types: VTK type of each cell; arrays: arrays of points and of cells by name, of which integer arrays may mark sets;
+    is_single: the file stores single precision.
     """
     if len(ends) != len(types):
         raise Damaged(f"it has {len(types)} cell types for {len(ends)} cells")
@@ -72,7 +73,8 @@ def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Yield the number, as text, and the members' indices of each group that is numbered by an array in `GROUPS`.
+    """Yield for each group of cells that an array in `GROUPS` numbers its number, as text, and the indices of its cells.
+    arrays: arrays of the cells by name.
 
     Programs that convert other formats store groups in these arrays.
     """
@@ -83,8 +85,8 @@ def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]
 
 
 def _kind(number: int, length: int) -> str:
-    """Return the kind of a cell from its VTK type and number of points; for unsupported types, a name that no other module
-    uses."""
+    """Return the kind of a cell from its VTK type (`number`) and its number of points (`length`); for unsupported types, a
+    name that no other module uses."""
     if number in _OF_ANY_ORDER:
         base = _OF_ANY_ORDER[number]
         if length < CORNERS[base]:
@@ -100,8 +102,8 @@ def _kind(number: int, length: int) -> str:
 
 
 def _simple(number: int, points: np.ndarray, corners: list[int]) -> list[tuple[str, np.ndarray]]:
-    """Return a VTK cell with any number of corners (points, line, strip or polygon) as elements: the kind and nodes of
-    each."""
+    """Return a VTK cell with any number of corners (points, line, strip or polygon) as elements: the kind and the nodes of
+    each. number: VTK type of the cell; corners: its point numbers."""
     if number == _POLYGON:
         return [(block.kind, block.nodes) for block in flat_blocks(points, [corners], "a polygon")]
     if number == _STRIP:

@@ -30,7 +30,7 @@ def is_grid(data: bytes) -> bool:
 
 
 def read_grid(data: bytes) -> Contents:
-    """Read a legacy VTK file. Raises Damaged."""
+    """Return the mesh in the bytes of a legacy VTK file. Raises Damaged if they do not follow the format."""
     return _Reader(data).contents()
 
 
@@ -88,7 +88,8 @@ class _Reader:
             pass
 
     def _read_arrays(self, words: list[str]) -> tuple[str, ...]:
-        """Read arrays until one cannot be read, and return a note about that one."""
+        """Read arrays of points and cells until one cannot be read; return a tuple with a note about that one, empty if all
+        were read. words: words of the first line."""
         arrays, n = self._arrays[DATA[0]], 0
         try:
             while True:
@@ -133,7 +134,8 @@ class _Reader:
 
 
 def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
-    """Read lists stored as length and numbers, with `size` values in total."""
+    """Read `count` lists of point numbers, each stored as its length followed by its numbers, with `size` values in total
+    (format before 5.0); binary: the file is binary."""
     values = source.values(size, "int", binary).tolist()
     lists, at = [], 0
     for _ in range(count):
@@ -146,7 +148,8 @@ def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[l
 
 
 def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
-    """Read lists stored as the start of each list and the end of the last one, followed by the numbers of all lists."""
+    """Read the lists of point numbers of format 5, stored as the start of each list and the end of the last one (`count`
+    values), followed by the numbers of all lists (`size` values); binary: the file is binary."""
     parts = []
     for name, n in (("OFFSETS", count), ("CONNECTIVITY", size)):
         while not (words := source.line()) and not source.ended:
@@ -185,7 +188,8 @@ class _Source:
         return text_of(line).split()
 
     def values(self, count: int, kind: str, binary: bool) -> np.ndarray:
-        """Return the next `count` values; binary values are big-endian."""
+        """Return the next `count` values; kind: VTK data type, such as "float"; binary: the values are binary and
+        big-endian, not text."""
         if kind.lower() not in TYPES:
             raise Damaged("its points or lists have an unknown VTK data type")
         found = np.dtype(">" + TYPES[kind.lower()])

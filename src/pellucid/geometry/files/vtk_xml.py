@@ -23,7 +23,8 @@ TYPES |= {"Float32": "f4", "Float64": "f8"}
 
 
 def lz4_block(data: bytes, most: int) -> bytes:
-    """Decompress an LZ4 block (LZ4 block format description, Y. Collet) of at most `most` bytes. Raises Damaged."""
+    """Return the decompressed bytes, at most `most`, of an LZ4 block (LZ4 block format description, Y. Collet). Raises
+    Damaged if the block is invalid."""
     out, at = bytearray(), 0
 
     def length(first: int) -> int:
@@ -65,12 +66,13 @@ PACKED = 1000
 
 
 def read_vtp(data: bytes) -> Contents:
-    """Read a file of polygons. Raises Damaged."""
+    """Return the mesh in the bytes of a VTK XML file of polygons. Raises Damaged if they do not follow the format."""
     return _Reader(data, "PolyData").polygons()
 
 
 def read_vtu(data: bytes) -> Contents:
-    """Read a file of an unstructured grid. Raises Damaged."""
+    """Return the mesh in the bytes of a VTK XML file of an unstructured grid. Raises Damaged if they do not follow the
+    format."""
     return _Reader(data, "UnstructuredGrid").grid()
 
 
@@ -101,7 +103,7 @@ class _Reader:
         self._raw = encoding is not None and encoding.get("encoding") == "raw"
 
     def grid(self) -> Contents:
-        """Return the points, cells and arrays of all pieces."""
+        """Return the points, cells and arrays of all pieces of an unstructured grid."""
         points, corners, ends, types = [np.zeros((0, 3))], [_NONE], [_NONE], [_NONE]
         arrays: tuple[dict[str, list[np.ndarray]], dict[str, list[np.ndarray]]] = ({}, {})
         pieces = self._root.findall("UnstructuredGrid/Piece")
@@ -195,8 +197,8 @@ class _Reader:
         return np.frombuffer(data, found).astype(found.newbyteorder("="))
 
     def _unpacked(self, source: "_Bytes") -> bytes:
-        """Decompress blocks, stored after their count, block size, size of the last block, and compressed size of each
-        block."""
+        """Return the decompressed bytes of a table that is stored in compressed blocks, after their count, block size, size
+        of the last block, and compressed size of each block."""
         head = np.frombuffer(source.take(3 * self._header.itemsize, peek=True), self._header)
         n = int(head[0])
         sizes = np.frombuffer(source.take((3 + n) * self._header.itemsize), self._header)[3:].astype(np.int64)
@@ -218,12 +220,13 @@ class _Bytes:
         self._data, self._raw, self._at = data, raw, 0
 
     def take_behind_count(self, header: np.dtype) -> bytes:
-        """Return the bytes that follow their length; in base 64 both are encoded together."""
+        """Return the bytes of a table that follow the number of its bytes (of data type `header`); in base 64 both are
+        encoded together."""
         count = int(np.frombuffer(self.take(header.itemsize, peek=True), header)[0])
         return self.take(header.itemsize + count)[header.itemsize :]
 
     def take(self, count: int, peek: bool = False) -> bytes:
-        """Return the next `count` bytes. Raises Damaged."""
+        """Return the next `count` bytes; peek: leave the position unchanged. Raises Damaged if they are missing or invalid."""
         if count < 0:
             raise Damaged("a table has a negative length")
         length = count if self._raw else -(-count // 3) * 4

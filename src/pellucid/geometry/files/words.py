@@ -38,8 +38,8 @@ def text_of(data: bytes) -> str:
 
 
 def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[float]:
-    """Return the numbers of a line, which may have Fortran exponents (1.0D0). Raises Damaged, also for fewer than `count`
-    numbers."""
+    """Return the numbers of a line, which may have Fortran exponents (1.0D0). line: line number for messages. Raises
+    Damaged, also for fewer than `count` numbers."""
     if count is not None and len(words) < count:
         raise Damaged(f"line {line} has {len(words)} numbers instead of {count}")
     try:
@@ -54,7 +54,7 @@ def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[f
 
 
 def floats(words: Sequence[str], what: str) -> np.ndarray:
-    """Convert many words to numbers at once. Raises Damaged."""
+    """Return many words as an array of numbers. Raises Damaged; what: plural noun for the words in the message."""
     try:
         return np.array(words, dtype=float)
     except ValueError:
@@ -63,7 +63,7 @@ def floats(words: Sequence[str], what: str) -> np.ndarray:
 
 
 def _not_a_number(words: Sequence[str]) -> tuple[str, str]:
-    """Return the first word that is not a number, for a message, and a remedy if the word has a decimal comma.
+    """Return the first of the words that is not a number, for a message, and a remedy if this word has a decimal comma.
 
     Only a word of digits and signs is quoted, so that a wrong path does not reveal the contents of a file that is not a
     mesh.
@@ -87,7 +87,7 @@ def _is_number(word: str) -> bool:
 
 
 def integers(words: Sequence[str], what: str) -> np.ndarray:
-    """Convert many words to whole numbers at once. Raises Damaged."""
+    """Return many words as an array of whole numbers. Raises Damaged; what: plural noun for the words in the message."""
     try:
         return np.array(words, dtype=np.int64)
     except (ValueError, OverflowError):
@@ -95,7 +95,7 @@ def integers(words: Sequence[str], what: str) -> np.ndarray:
 
 
 def whole(word: str, line: int) -> int:
-    """Convert a word to a whole number. Raises Damaged."""
+    """Return a word as a whole number. Raises Damaged; line: line number for the message."""
     try:
         found = int(word)
     except ValueError:

@@ -17,7 +17,8 @@ SOLID_ENDINGS = tuple(BY_MESHLANE)
 
 
 def check_ending(name: str, is_solid: bool) -> None:
-    """Raise Refusal if the format of a file cannot store a solid (if `is_solid`) or a surface (otherwise)."""
+    """Raise Refusal if the format that the ending of a file name selects cannot store a solid (if `is_solid`) or a surface
+    (otherwise)."""
     endings = SOLID_ENDINGS if is_solid else SURFACE_ENDINGS
     if (ending := Path(name).suffix.lower()) not in endings:
         what = "a solid" if is_solid else "a surface"
@@ -30,7 +31,8 @@ def check_ending(name: str, is_solid: bool) -> None:
 
 
 def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> None:
-    """Write a surface to a file; in the STL format, quadrilaterals are divided into triangles."""
+    """Write a surface to a file in the format of an ending such as ".stl"; in the STL format, quadrilaterals are divided
+    into triangles. vertices: shape (n, 3); quads, triangles: vertex numbers."""
     if ending in BY_MESHLANE:
         _through_meshlane(path, ending, vertices, [("quad", quads), ("triangle", triangles)], {})
         return
@@ -52,7 +54,8 @@ def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarr
 
 
 def write_solid(path: Path, ending: str, nodes: np.ndarray, cells: np.ndarray, sets: Mapping[str, np.ndarray]) -> None:
-    """Write tetrahedra with their node sets: physical groups of points in Gmsh files, arrays of 0 and 1 in VTK files.
+    """Write tetrahedra (cells, shape (c, 4)) with their node sets to a file in the format of an ending such as ".msh". The
+    sets become physical groups of points in Gmsh files, and arrays of 0 and 1 in VTK files.
 
     Names of arrays in VTK files have underscores instead of spaces.
     """

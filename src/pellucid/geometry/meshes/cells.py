@@ -1,4 +1,4 @@
-"""Cells between the points of a body, for output files and pictures."""
+"""Cells (points, lines, triangles, ...) between the points of a body, as output files and pictures show them."""
 
 from typing import NamedTuple
 
@@ -30,12 +30,12 @@ class Cells(NamedTuple):
         return cls(points=np.arange(n).reshape(-1, 1))
 
     def renumbered(self, number: np.ndarray) -> "Cells":
-        """Return the cells after point p is renumbered to number[p]."""
+        """Return the cells after their points are renumbered: point p gets the number number[p]."""
         return Cells(*(number[corners] for corners in self))
 
     def surface(self) -> np.ndarray:
-        """Return the triangles of the visible surface, shape (m, 3): halves of quadrilaterals, then triangles, then tetrahedron
-        faces.
+        """Return the triangles of the visible surface, as point numbers, shape (m, 3): halves of quadrilaterals, then
+        triangles, then outer faces of tetrahedra.
 
         Only faces that belong to one tetrahedron are included, with outward normals.
         """
@@ -43,17 +43,18 @@ class Cells(NamedTuple):
 
 
 def cut_in_two(quads: np.ndarray) -> np.ndarray:
-    """Return two triangles for each quadrilateral, one after the other, shape (2 q, 3)."""
+    """Return two triangles for each of q quadrilaterals (node numbers), one after the other, shape (2 q, 3)."""
     return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
 def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
-    """Return the faces that belong to only one tetrahedron, with outward normals, shape (m, 3)."""
+    """Return the faces that belong to only one tetrahedron, as node numbers in the order of outward normals, shape (m, 3).
+    tetrahedra: node numbers, shape (c, 4)."""
     return outer_faces_of_cells(tetrahedra)[0]
 
 
 def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the outer faces, see `outer_faces`, and the tetrahedron of each, shape (m,)."""
+    """Return the outer faces, as `outer_faces` does, shape (m, 3), and the number of the tetrahedron of each, shape (m,)."""
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
     a, b, c = np.sort(faces, axis=1).T
     n = int(tetrahedra.max(initial=0)) + 1
@@ -69,8 +70,8 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the number of the tetrahedron of each outer face, shape (f,). faces: corners of the faces in any order, shape
-    (f, 3)."""
+    """Return the number of the tetrahedron of each outer face, shape (f,). tetrahedra: node numbers, shape (c, 4); faces:
+    corners of the faces in any order, shape (f, 3)."""
     every, cells = outer_faces_of_cells(tetrahedra)
     keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
     return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)
@@ -83,6 +84,7 @@ def vector_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def corner_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return one third of the vector areas of the triangles around each of n positions [m²], shape (n, 3)."""
+    """Return for each of n positions [m], shape (n, 3), one third of the sum of the vector areas of the triangles at it
+    [m²], shape (n, 3)."""
     thirds = np.repeat(vector_areas(places, triangles) / 3.0, 3, axis=0)
     return np.stack([np.bincount(triangles.ravel(), part, len(places)) for part in thirds.T], axis=1)

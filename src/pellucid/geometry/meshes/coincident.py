@@ -12,7 +12,8 @@ MOST = 1e-3  # of the mean edge, however far from the origin the mesh lies
 def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
     """Return the distance [unit of the points] below which two of n points, shape (n, 3), are coincident.
 
-    It allows for the precision of a file. elements: corners, shape (m, corners) each.
+    It allows for the precision of a file. elements: point numbers of the corners, shape (m, corners), for each kind of
+    element.
     """
     edges = [np.linalg.norm(points[corners] - np.roll(points[corners], 1, axis=1), axis=2).ravel() for corners in elements]
     lengths = np.concatenate([np.zeros(0), *edges])
@@ -26,7 +27,7 @@ def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
 def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
     """Return for each of n points [any unit], shape (n, 3), the smallest number of a coincident point, shape (n,).
 
-    elements: corners, shape (m, corners) each.
+    elements: point numbers of the corners, shape (m, corners), for each kind of element.
     """
     from scipy.spatial import cKDTree
 

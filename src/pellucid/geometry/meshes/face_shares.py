@@ -17,7 +17,8 @@ class FaceShares(NamedTuple):
 
     @classmethod
     def linear(cls, faces: np.ndarray) -> "FaceShares":
-        """Return the fractions for linear shape functions on triangles, shape (f, 3)."""
+        """Return the fractions for linear shape functions (a third of the load for each corner) on triangles, given as node
+        numbers, shape (f, 3)."""
         n = 3 * len(faces)
         return cls(np.repeat(np.arange(len(faces)), 3), faces.ravel(), np.full(n, 1.0 / 3.0))
 
@@ -27,6 +28,7 @@ class FaceShares(NamedTuple):
         return FaceShares(number[self.face[kept]], self.node[kept], self.share[kept])
 
     def at_nodes(self, on_faces: np.ndarray, n: int) -> np.ndarray:
-        """Return the sums at n nodes, shape (n, 3), of vectors on the faces, shape (f, 3), distributed by their fractions."""
+        """Return the sums at n nodes, shape (n, 3), of vectors on the faces such as forces (`on_faces`, shape (f, 3)),
+        distributed by their fractions."""
         parts = self.share[:, None] * on_faces[self.face]
         return np.stack([np.bincount(self.node, parts[:, axis], n) for axis in range(3)], axis=1)

@@ -13,7 +13,8 @@ MOST = 1e-6  # upper bound of this distance for files in single precision, at an
 def rounding_of(points: np.ndarray, elements: list[np.ndarray], is_single: bool) -> float:
     """Return the distance below which two points of a file differ only by rounding, in the unit of the points.
 
-    elements: corners, shape (m, corners) each; is_single: True if the file stores single precision.
+    elements: point numbers of the corners, shape (m, corners), for each kind of element; is_single: True if the file
+    stores single precision.
     """
     edges = [np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2).ravel() for corners in elements]
     lengths = np.concatenate([np.zeros(0), *edges])
@@ -37,13 +38,13 @@ def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
 def joined(
     points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float, closed: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Return for each of n points the number of the point it is merged into, shape (n,), and the number of coincident vertices
-    that stay separate.
+    """Return for each of n points the number of the point it is merged into, shape (n,), and the number of coincident
+    vertices that stay separate. quads, triangles: point numbers of the elements.
 
-    Points at a distance of at most `limit` are merged into the first of them. If elements with separate vertices would then
-    coincide, as the two layers of a flat bag do, only vertices on the rims of the sheets are merged. This requires that the
-    layers share their rim in the file or that the surface is `closed`; otherwise a sheet that is stored twice would become a
-    bag.
+    Points at a distance of at most `limit` are merged into the first of them. If elements with separate vertices would
+    then coincide, as the two layers of a flat bag do, only vertices on the rims of the sheets are merged. This requires
+    that the layers share their rim in the file or that the surface is `closed`; otherwise a sheet that is stored twice
+    would become a bag.
     """
     place = place_of_each(points, limit)
     if not _is_crowded(place[quads], place[triangles], len(points)):
@@ -116,7 +117,7 @@ def layers_parted(mesh: Mesh) -> Mesh | None:
 
 
 def _is_crowded(quads: np.ndarray, triangles: np.ndarray, n: int) -> bool:
-    """Return True if two elements have the same corners, or an edge has more than two elements."""
+    """Return True if two elements have the same corners, or an edge has more than two elements; n: number of vertices."""
     if not (first_of_each(quads).all() and first_of_each(triangles).all()):
         return True
     edges = np.concatenate([directed_edges(quads), directed_edges(triangles)])

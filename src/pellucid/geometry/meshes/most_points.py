@@ -11,7 +11,7 @@ MOST_POINTS = 2_000_000
 
 
 def refuse_too_many(points: float) -> None:
-    """Raise Refusal if the number of points exceeds the limit."""
+    """Raise Refusal if the number of points exceeds the limit for generated meshes."""
     if not points <= MOST_POINTS:
         text = f"the mesh would have about {points:.3g} points, but at most {MOST_POINTS:.3g} are allowed"
         raise Refusal(text, "make the mesh coarser")

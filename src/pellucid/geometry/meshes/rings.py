@@ -8,8 +8,8 @@ from pellucid.geometry.meshes.triangulation import directed_edges
 
 
 class Rings(NamedTuple):
-    """Half-edges and one-rings of a triangulation. Half-edge 3 t + k starts at corner k of triangle t; rings are
-    counterclockwise about the normal."""
+    """Half-edges (edges of one triangle, in its direction) and one-rings (neighbours of a node in order) of a triangulation.
+    Half-edge 3 t + k starts at corner k of triangle t; rings are counterclockwise about the normal."""
 
     triangles: np.ndarray  # (e, 3) corners of the triangles
     twin: np.ndarray  # (3 e,) the opposite half-edge
@@ -24,17 +24,18 @@ class Rings(NamedTuple):
 
     @property
     def begin(self) -> np.ndarray:
-        """Start node of each half-edge, shape (3 e,)."""
+        """Node at which each half-edge starts, shape (3 e,)."""
         return self.triangles.ravel()
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return one half-edge of each edge, and its opposite half-edge."""
+        """Return the number of one half-edge of each edge, and of the half-edge in the opposite direction, shape (edges,)
+        each."""
         one = np.flatnonzero(np.arange(len(self.twin)) < self.twin)
         return one, self.twin[one]
 
 
 def rings(triangles: np.ndarray, n: int) -> Rings:
-    """Build the one-rings of n nodes.
+    """Build the one-rings of the n nodes of triangles, shape (e, 3).
 
     Raises ValueError if the surface is not closed, or if the triangles at a node form more than one fan.
     """

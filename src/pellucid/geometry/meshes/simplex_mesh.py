@@ -14,7 +14,7 @@ TOGETHER = 1 << 13  # cells per block, so that a block fits into the cache
 
 
 def in_parts(n: int) -> Iterator[slice]:
-    """Yield consecutive slices that together cover n cells."""
+    """Yield consecutive slices that together cover n cells, so that large arrays are processed in parts."""
     return (slice(start, start + TOGETHER) for start in range(0, n, TOGETHER))
 
 
@@ -96,9 +96,10 @@ class SimplexMesh:
 
 
 def faces_of_cells(cells: np.ndarray) -> np.ndarray:
-    """Return the faces opposite the first corners of all cells, then those opposite the second corners, and so on.
+    """Return the nodes of the faces opposite the first corners of all cells, then of those opposite the second corners, and
+    so on.
 
-    Their nodes are in ascending order: shape (corners c, corners - 1).
+    The nodes of a face are in ascending order: shape (corners c, corners - 1) for c cells.
     """
     corners = range(cells.shape[1])
     return np.sort(np.concatenate([np.delete(cells, left_out, axis=1) for left_out in corners]), axis=1)

@@ -41,7 +41,7 @@ class Meshed(Countable):
 
     @abstractmethod
     def mesh(self) -> Mesh:
-        """Return the quadrilaterals and triangles."""
+        """Return the surface as quadrilaterals and triangles."""
 
     def triangulate(self) -> Triangulation:
         """Return the triangulation of the mesh, with the same vertices."""

@@ -41,7 +41,7 @@ def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def first_of_each(elements: np.ndarray) -> np.ndarray:
-    """Return a mask of the elements, shape (m,): False if an earlier element has the same corners in any order."""
+    """Return a mask of the elements, shape (m,), that is False if an earlier element has the same corners in any order."""
     first = np.zeros(len(elements), bool)
     first[np.unique(np.sort(elements, axis=1), axis=0, return_index=True)[1]] = True
     return first

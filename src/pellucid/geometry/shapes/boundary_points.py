@@ -1,9 +1,10 @@
-"""Points on the boundary of a region with their shares of the vector area, computed only from a point-in-region test.
+"""Points on the boundary of a region with their shares of the vector area, computed only from a function that tests whether
+points lie in the region.
 
-Lattice lines along each axis are followed. A point is placed by bisection where a line enters or leaves the region; the slope
-of the boundary is found from neighbouring crossings. Lines along axis d intersect a boundary with unit normal n with a density
-|n_d|/s² (s: spacing), so that the share s² |n_d| of each point makes the sum over the three families Σ n_d² = 1: areas of
-planes are exact.
+Lattice lines along each axis are followed. A point is placed by bisection where a line enters or leaves the region; the
+slope of the boundary is found from neighbouring crossings. Lines along axis d intersect a boundary with unit normal n
+with a density |n_d|/s² (s: spacing), so that the share s² |n_d| of each point makes the sum over the three families Σ
+n_d² = 1: areas of planes are exact.
 """
 
 from collections.abc import Callable
@@ -23,8 +24,9 @@ def boundary_points(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions [m] and outward vector areas [m²] of points on the boundary, shape (n, 3) each.
 
-    contains: returns a mask of the positions, shape (m, 3), that lie in the region; lower, upper: corners of a box around the
-    region [m]; spacing: approximate distance between points [m]; thickness: of the region along each inactive axis [m].
+    contains: returns a mask of the positions, shape (m, 3), that lie in the region; lower, upper: corners of a box around
+    the region [m]; spacing: approximate distance between points [m]; active: axes along which the grid is more than one
+    cell thick; thickness: of the region along each other axis [m].
     """
     axes = [d for d in range(3) if active[d]]
     counts = {d: max(1, round(float(upper[d] - lower[d]) / spacing)) for d in axes}
@@ -62,7 +64,9 @@ def boundary_points(
 def _crossing(
     contains: Contains, start: np.ndarray, enters: np.ndarray, d: int, low: float | np.ndarray, high: float | np.ndarray
 ) -> np.ndarray:
-    """Return the distance from each start to the boundary along axis d [m], shape (n,), by bisection between two distances."""
+    """Return the distance from each start position to the boundary along axis d [m], shape (n,), by bisection between the
+    distances `low` and `high` [m]. contains: as in `boundary_points`; start: positions [m], shape (n, 3); enters: True if
+    the line enters the region there, shape (n,)."""
     lo, hi = np.broadcast_to(low, len(start)).copy(), np.broadcast_to(high, len(start)).copy()
     for _ in range(BISECTIONS):
         mid = 0.5 * (lo + hi)
@@ -76,7 +80,9 @@ def _crossing(
 def _slope(
     contains: Contains, start: np.ndarray, enters: np.ndarray, found: np.ndarray, d: int, e: int, steps: dict[int, float]
 ) -> np.ndarray:
-    """Return the derivative of the boundary position along axis d with respect to axis e, shape (n,).
+    """Return the derivative of the boundary position along axis d with respect to axis e, shape (n,). contains, start,
+    enters: as in `_crossing`; found: distances that it returned [m]; steps: spacing of the lattice lines along each axis
+    [m].
 
     A central difference is used, or a one-sided one next to an edge.
     """

@@ -21,11 +21,13 @@ class Geometry(Model):
 
     @abstractmethod
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Return a mask of the points [m], shape (n, 3), that lie inside, shape (n,)."""
+        """Return a mask of the points [m], shape (n, 3), that lie inside, shape (n,); active: axes along which the grid is
+        more than one cell thick."""
 
     @abstractmethod
     def measure(self, active: ActiveAxes) -> float:
-        """Return the volume [m³]; with one thin axis the area [m²], with two the length [m]."""
+        """Return the volume [m³]; with one axis that is not active (the grid is one cell thick) the area [m²], with two the
+        length [m]."""
 
     @property
     def is_convex(self) -> bool:
@@ -46,17 +48,20 @@ class Geometry(Model):
         return float(np.maximum(lower * direction, upper * direction).sum())
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
-        """Return the sharp edges and corners; `spacing`: longest chord of a curved edge [m]."""
+        """Return the sharp edges and corners; active: axes along which the grid is more than one cell thick; spacing:
+        longest chord by which a curved edge is approximated [m]."""
         return no_edges()
 
     def in_own_frame(self, points: np.ndarray) -> tuple["Geometry", np.ndarray]:
-        """Return the shape before its rotation, and points [m], shape (n, 3), rotated back accordingly."""
+        """Return the shape before its rotation, and the points [m], shape (n, 3), after the inverse rotation."""
         return self, points
 
     def n_own_points(self) -> int | None:
-        """Return the number of points of the shape's own lattice, or None if the lattice of the grid fills it."""
+        """Return the number of points of the shape's own lattice (see `own_points`), or None if material points are placed
+        on the lattice of the grid."""
         return None
 
     def own_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions [m], shape (n, 3), and volumes [m³], shape (n,), of the points of the shape's own lattice."""
+        """Return positions [m], shape (n, 3), and volumes [m³], shape (n,), of the material points that the shape defines
+        itself."""
         raise NotImplementedError(f"a {type(self).__name__.lower()} has no lattice of its own")

@@ -44,8 +44,8 @@ class Cushion(CushionDimensions, Geometry):
         return np.array(self.centre_) - np.where(kept, 0.0, half), np.array(self.centre_) + half
 
     def reach(self, direction: np.ndarray) -> float:
-        """Return the maximum of x·d over the cushion for a direction d. The coordinate η is sampled finely; over ξ, the
-        maximum of a ξ + k (1 - ξ²) is exact (at a/2k or at an end)."""
+        """Return the maximum of x·d over the positions x of the cushion [m] for a direction d. The coordinate η is sampled
+        finely; over ξ, the maximum of a ξ + k (1 - ξ²) is exact (at a/2k or at an end)."""
         first, kept = np.array([-1.0, -1.0, -1.0]), [axis in self.halved for axis in AXES]
         first[kept] = 0.0
         a, b, c = direction * 0.5 * np.array([*self.sides, self.height])
@@ -71,5 +71,6 @@ class Cushion(CushionDimensions, Geometry):
 
 
 def dome(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-    """Return the height divided by the height in the middle, at distances ξ and η divided by half the sides."""
+    """Return the height of a sheet divided by the height in the middle, (1 - ξ²)(1 - η²), at the distances ξ and η from the
+    middle divided by half the sides."""
     return np.asarray((1.0 - xi**2) * (1.0 - eta**2))

@@ -94,8 +94,8 @@ class Pipe(Hollow):
         return None if self.points is None else int(np.prod(self.points))
 
     def own_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return points in the middle of equal parts of the wall thickness, the circumference and the height, and their
-        volumes.
+        """Return points in the middle of equal parts of the wall thickness, the circumference and the height [m], shape (n,
+        3), and their volumes [m³], shape (n,).
 
         The volume of each point is exactly the volume of its ring sector, θ (r₁² - r₀²) Δz / 2.
         """

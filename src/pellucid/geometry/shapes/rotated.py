@@ -16,7 +16,7 @@ class Rotated(Geometry):
 
     @property
     def turn(self) -> Turn:
-        """The rotation from the original to the rotated position."""
+        """The composed rotation from the original to the rotated position."""
         return turn_about(self.rotate, self.shape.centre())
 
     @property

@@ -43,7 +43,8 @@ Rotations = Rotation | Annotated[tuple[Rotation, ...], Field(min_length=1)] | No
 
 
 class Turn(NamedTuple):
-    """A composed rotation that maps the point `before` to `after` [m], shape (3,) each, and rotates about it by `matrix`."""
+    """A composed rotation that maps the point `before` to `after` [m], shape (3,) each, and rotates about it by `matrix`,
+    shape (3, 3)."""
 
     matrix: np.ndarray
     before: np.ndarray
@@ -63,7 +64,7 @@ class Turn(NamedTuple):
 
 
 def _product(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Multiply each of n vectors by a matrix.
+    """Multiply each of n vectors, shape (n, 3), by a matrix, shape (3, 3): shape (n, 3).
 
     The sum is explicit, as libraries may sum in an order that depends on the number of threads.
     """
@@ -72,12 +73,12 @@ def _product(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def as_list(rotate: Rotations) -> tuple[Rotation, ...]:
-    """Return the rotations of a case as a tuple."""
+    """Return the value of a key `rotate` (none, one or several rotations) as a tuple."""
     return () if rotate is None else (rotate,) if isinstance(rotate, Rotation) else rotate
 
 
 def turn_about(rotate: Rotations, centre: np.ndarray) -> Turn:
-    """Compose the rotations of a shape with this centre [m], shape (3,)."""
+    """Return the composition of the rotations in the key `rotate` of a shape with this centre [m], shape (3,)."""
     matrix, after = np.eye(3), centre
     for rotation in as_list(rotate):
         fixed = after if rotation.centre is None else np.array(rotation.centre)
@@ -87,12 +88,13 @@ def turn_about(rotate: Rotations, centre: np.ndarray) -> Turn:
 
 
 def rotate_parameter(what: str) -> Any:
-    """Declare the key `rotate` of a table."""
+    """Declare the key `rotate` of a table; what: noun for the rotated object in its description."""
     return parameter("", f"rotation of {what}, or a list of rotations in order of application", None)
 
 
 def plane_problems(rotate: Rotations, path: Path, active: ActiveAxes) -> Iterator[Finding]:
-    """Yield findings for rotations, given at a path, that rotate a region out of the plane or line of a grid with thin axes."""
+    """Yield findings about rotations that rotate a region out of the plane or line of a grid with thin axes (one cell
+    thick). path: path of the table with the key `rotate`; active: axes that are not thin."""
     thin = [name for name, counts in zip(AXES, active, strict=True) if not counts]
     for number, rotation in enumerate(as_list(rotate)):
         along = [name for name, component in zip(AXES, rotation.axis, strict=True) if component]

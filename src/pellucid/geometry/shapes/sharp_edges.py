@@ -40,12 +40,13 @@ class SharpEdges(NamedTuple):
 
 
 def no_edges() -> SharpEdges:
-    """Return an empty set of edges."""
+    """Return a `SharpEdges` without edges and corners."""
     return SharpEdges(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3), int))
 
 
 def edges_of_rectangle(lower: np.ndarray, upper: np.ndarray, thin: int) -> SharpEdges:
-    """Return the corners of a rectangle between two corners [m], perpendicular to a thin axis."""
+    """Return the corners of the rectangle between two corners [m], perpendicular to the axis `thin`, along which the grid is
+    one cell thick."""
     first, second = (thin + 1) % 3, (thin + 2) % 3
     sign = np.zeros((4, 3))
     sign[:, first], sign[:, second] = (-1, 1, 1, -1), (-1, -1, 1, 1)
@@ -56,7 +57,7 @@ def edges_of_rectangle(lower: np.ndarray, upper: np.ndarray, thin: int) -> Sharp
 
 
 def edges_of_box(lower: np.ndarray, upper: np.ndarray) -> SharpEdges:
-    """Return the edges of an axis-parallel box between two corners [m]."""
+    """Return the edges and corners of an axis-parallel box between the corners `lower` and `upper` [m]."""
     vertices = np.where(np.array(list(np.ndindex(2, 2, 2))) > 0, upper, lower)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [corners for a, b, c, d in sides for corners in ((a, b, c), (a, c, d))]
@@ -90,7 +91,7 @@ def edges_of_rims(rims: Sequence[tuple[np.ndarray, float, float]], axis: int, sp
 
 
 def edges_of_triangles(triangulation: Triangulation) -> SharpEdges:
-    """Return the sharp convex edges of a closed surface with outward normals."""
+    """Return the sharp convex edges and corners of a closed triangulated surface with outward normals."""
     place, triangles = triangulation
     normal = np.cross(place[triangles[:, 1]] - place[triangles[:, 0]], place[triangles[:, 2]] - place[triangles[:, 0]])
     size = np.linalg.norm(normal, axis=1)
@@ -127,7 +128,8 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 
 def _planes(place: np.ndarray, triangles: np.ndarray, normal: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """Return three corners of each plane that bounds a convex shape, as indices into `corner`; no rows if it is not convex."""
+    """Return three corners of each plane that bounds a convex shape, as indices into `corner`; no rows if it is not convex.
+    place: vertices [m], shape (n, 3); triangles: shape (m, 3), with unit normals `normal`, shape (m, 3)."""
     slack = BEHIND * float(np.ptp(place[corner], axis=0).max(initial=0.0))
     found: list[np.ndarray] = []
     left = np.ones(len(triangles), bool)

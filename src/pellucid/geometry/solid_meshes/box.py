@@ -61,7 +61,7 @@ def graded(n: int, ratio: float) -> np.ndarray:
 
 
 def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMesh:
-    """Return a mesh of the box between two corners [m] with the given number of cubes along each axis.
+    """Return a mesh of the box between the corners `lower` and `upper` [m] with `counts` cubes along the axes.
 
     There is a node at each corner and each centre of a cube. Four tetrahedra surround the line between the centres of
     neighbouring cubes; at the faces of the box the pyramid over a square is divided into two.

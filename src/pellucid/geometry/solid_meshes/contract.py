@@ -16,7 +16,7 @@ class Tetrahedral(Countable):
 
     @abstractmethod
     def make(self) -> SimplexMesh:
-        """Build the nodes and tetrahedra. Raises ValueError if the mesh cannot be built."""
+        """Build the mesh: nodes and tetrahedra. Raises ValueError if it cannot be built."""
 
     # True if the tetrahedra follow a pattern that fills the solid, so that only coordinates can be wrong
     is_pattern: ClassVar[bool] = False

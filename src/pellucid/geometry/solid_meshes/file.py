@@ -46,7 +46,8 @@ class SolidFile(MeshFile, Tetrahedral):
 
 
 def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, list[str]]:
-    """Return the tetrahedra of a file, in its unit and with ordered corners, and notes on their conversion.
+    """Return the tetrahedra of a file, in its unit and with corners ordered for positive volumes, and notes on their
+    conversion. path: for messages; contents: as read; repair: repair faults.
 
     Raises Refusal if the file contains other elements, or no solid element.
     """
@@ -82,7 +83,7 @@ def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, 
 
 
 def _merged(contents: Contents) -> tuple[Contents, list[str]]:
-    """Merge coincident nodes into the first of them; return the contents and notes."""
+    """Merge coincident nodes into the first of them; return the contents and notes on the changes."""
     place = same_place(contents.points, [block.nodes for block in contents.blocks if block.kind in SOLID])
     merged = np.flatnonzero(place != np.arange(len(place)))
     if not len(merged):

@@ -98,7 +98,8 @@ def _boundaries(points: np.ndarray) -> np.ndarray:
 
 
 def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
-    """Return the depth of points inside an ellipsoid, to first order in the distance [m], shape (n,)."""
+    """Return the depth of points inside an ellipsoid about the origin, to first order in the distance [m], shape (n,),
+    negative outside; semi_axes [m], shape (3,)."""
     squares = np.sum((points / semi_axes) ** 2, axis=1)
     slope = np.linalg.norm(points / semi_axes**2, axis=1)
     return np.asarray(0.5 * (1.0 - squares) / np.maximum(slope, 1.0 / semi_axes.max()))

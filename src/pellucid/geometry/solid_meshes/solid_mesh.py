@@ -46,7 +46,7 @@ class SolidMesh(Choice):
         return _turned(chosen.mesh(), self.rotate)
 
     def faults(self) -> Iterator[Fault]:
-        """Return the faults of the mesh, as text, which names its file, and remedy."""
+        """Yield the faults of the mesh, each as a text that names its file, and a remedy."""
         chosen: Tetrahedral = self.chosen()
         before = f"{chosen.origin}: " if chosen.origin else ""
         return ((before + text, remedy) for text, remedy in _faults(self.mesh(), chosen.is_pattern))
@@ -62,7 +62,8 @@ def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
 
 @lru_cache(maxsize=8)
 def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
-    """Return the faults of a mesh; they are cached, because reading a case uses them several times."""
+    """Return the faults of a mesh, as `solid_faults` yields them; they are cached, because reading a case uses them several
+    times."""
     return tuple(solid_faults(mesh, is_pattern))
 
 

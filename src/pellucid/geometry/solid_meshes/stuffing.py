@@ -22,8 +22,8 @@ _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 class _Cuts(NamedTuple):
-    """Sorted edges that cross the boundary: inner and outer node, shape (k,) each, crossing [m], shape (k, 3), and its
-    distance from the inner node as a fraction of the edge, shape (k,)."""
+    """Sorted edges of the lattice that cross the boundary: inner and outer node, shape (k,) each, crossing [m], shape (k,
+    3), and its distance from the inner node as a fraction of the edge, shape (k,)."""
 
     inner: np.ndarray
     outer: np.ndarray
@@ -32,11 +32,12 @@ class _Cuts(NamedTuple):
 
 
 def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) -> SimplexMesh:
-    """Return a mesh of the part of a region that lies in a box of cubes with edge `size` [m] above `lower` [m].
+    """Return a tetrahedral mesh of the part of a region that lies in a box of cubes with edge `size` [m], whose lower corner
+    is `lower` [m]; counts: number of cubes along each axis.
 
-    `contains` returns a mask of the points [m], shape (n, 3), that lie inside, shape (n,). Boundary nodes lie on the boundary
-    of the region. Its sharp edges are cut off within a cube; the faces of the box stay flat with sharp edges. Raises ValueError
-    if no node of the lattice lies inside.
+    `contains` returns a mask of the points [m], shape (n, 3), that lie inside, shape (n,). Boundary nodes lie on the
+    boundary of the region. Its sharp edges are cut off within a cube; the faces of the box stay flat with sharp edges.
+    Raises ValueError if no node of the lattice lies inside.
 
     Source: Labelle & Shewchuk 2007, ACM Transactions on Graphics 26, 57; but quadrilaterals are divided from their deeper
     corner, which in tests gave larger angles than the guaranteed 10.7 degrees.
@@ -75,17 +76,18 @@ def _cuts(contains: Contains, nodes: np.ndarray, cells: np.ndarray, sign: np.nda
 
 
 def _limits(nodes: np.ndarray, cuts: _Cuts, size: float) -> np.ndarray:
-    """Return, for each cut edge, the distance from the boundary within which an end of the edge is moved to the boundary,
-    as a fraction of the edge, shape (k,)."""
+    """Return, for each edge in `cuts`, the distance from the boundary within which an end of the edge is moved to the
+    boundary, as a fraction of the edge, shape (k,). nodes [m], shape (n, 3); size: edge of the cubes [m]."""
     length = np.linalg.norm(nodes[cuts.outer] - nodes[cuts.inner], axis=1)
     return np.where(length > LONG * size, NEAR_LONG, NEAR_SHORT)
 
 
 def _move(nodes: np.ndarray, sign: np.ndarray, cuts: _Cuts, limits: np.ndarray, faces: tuple[np.ndarray, np.ndarray]) -> None:
-    """Move nodes near the boundary onto it, each along its shortest cut edge, and set their sign to 0.
+    """Move nodes near the boundary onto it, each along its shortest cut edge, and set their sign (1 inside, -1 outside,
+    shape (n,)) to 0. cuts: the cut edges; limits: as `_limits` returns them.
 
-    A node on a face of the box (faces: masks of the lower and upper faces, shape (n, 3) each) stays on it. A moved node is no
-    longer the end of a cut edge.
+    A node on a face of the box (faces: masks of the lower and upper faces, shape (n, 3) each) stays on it. A moved node
+    is no longer the end of a cut edge.
     """
     node, other = np.concatenate([cuts.inner, cuts.outer]), np.concatenate([cuts.outer, cuts.inner])
     share, edge = np.concatenate([cuts.share, 1.0 - cuts.share]), np.tile(np.arange(len(cuts.inner)), 2)
@@ -100,10 +102,13 @@ def _move(nodes: np.ndarray, sign: np.ndarray, cuts: _Cuts, limits: np.ndarray, 
 
 
 def _pieces(nodes: np.ndarray, cells: np.ndarray, sign: np.ndarray, cuts: _Cuts) -> np.ndarray:
-    """Return the inner parts of cut cells as tetrahedra, shape (m, 4); crossings are numbered after the nodes.
+    """Return the inner parts of cut cells as tetrahedra, shape (m, 4); crossings are numbered after the nodes. cells: nodes
+    of the tetrahedra of the lattice, shape (c, 4); sign: 1 for nodes inside, -1 outside, 0 on the boundary; cuts: the cut
+    edges.
 
-    A quadrilateral on a face of the lattice is divided from the deeper of its inner nodes, or from the smaller number if they
-    are equally deep. Both cells at the face choose the same diagonal, and the diagonals of a prism never form a cycle.
+    A quadrilateral on a face of the lattice is divided from the deeper of its inner nodes, or from the smaller number if
+    they are equally deep. Both cells at the face choose the same diagonal, and the diagonals of a prism never form a
+    cycle.
     """
     n = len(nodes)
     code = cuts.inner * n + cuts.outer
@@ -137,7 +142,8 @@ def _pieces(nodes: np.ndarray, cells: np.ndarray, sign: np.ndarray, cuts: _Cuts)
 
 
 def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corners, Corners]) -> list[Corners]:
-    """Return for each pyramid the division whose dihedral angles are farther from 0 and 180 degrees."""
+    """Return for each cell the division (`one` or `other`, each into two tetrahedra) whose dihedral angles are farther from
+    0 and 180 degrees."""
     margins = []
     for pair in (one, other):
         angles = np.concatenate([dihedral_angles(nodes, np.stack(corners, axis=1)) for corners in pair], axis=1)
@@ -147,11 +153,11 @@ def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corner
 
 
 def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Add spare cells at edges where two parts of the boundary would otherwise touch, as in a narrow notch; return the
-    cells.
+    """Add spare cells at edges where two parts of the boundary would otherwise touch, as in a narrow notch; return all
+    cells, shape (c, 4).
 
-    spare: cells whose nodes were all moved to the boundary; moved: mask of these nodes. Raises ValueError if parts still
-    touch.
+    spare: cells whose nodes were all moved to the boundary; moved: mask of the nodes that were moved, shape (n,). Raises
+    Refusal if parts still touch.
     """
     while True:
         faces, count = np.unique(faces_of_cells(cells[moved[cells].sum(axis=1) >= 2]), axis=0, return_counts=True)
@@ -169,7 +175,7 @@ def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.n
 
 
 def _upright(nodes: np.ndarray, cells: np.ndarray) -> SimplexMesh:
-    """Return a mesh of the used nodes, with the corners of cells ordered so that volumes are positive."""
+    """Return a mesh of the cells and the nodes that they use, with corners ordered so that volumes are positive."""
     used, which = np.unique(cells, return_inverse=True)
     cells = which.reshape(cells.shape)
     turned = SimplexMesh(nodes[used], cells).volumes < 0.0

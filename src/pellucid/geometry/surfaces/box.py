@@ -42,15 +42,15 @@ class BoxSurface(Meshed):
         return 2.0 * (x * y + y * z + z * x)
 
     def mesh(self) -> Mesh:
-        """Return the mesh. The points are ordered by x, y, z, with z fastest, and the faces as in `FACES`."""
+        """Return the mesh. The points are ordered by x, y, z, with z fastest; the faces have the order of the tuple `FACES`."""
         lattice, quads = lattice_faces(self.points, self._faces)
         low, high = np.array(self.lower), np.array(self.upper)
         return Mesh(low + lattice / (np.array(self.points) - 1.0) * (high - low), quads)
 
 
 def lattice_faces(points: tuple[int, int, int], faces: list[Face]) -> tuple[np.ndarray, np.ndarray]:
-    """Return integer positions of the points on faces of a box (0 to points - 1 along each axis), shape (n, 3), and quads,
-    shape (q, 4)."""
+    """Return the points on faces of a box as integer positions (0 to points - 1 along each axis), shape (n, 3), and
+    quadrilaterals as point numbers, shape (q, 4). points: number of points along each axis; faces: names of the faces."""
     strides = np.array([points[1] * points[2], points[2], 1])
     found = []
     for face in faces:

@@ -34,8 +34,8 @@ class CushionSurface(CushionDimensions, Meshed):
         return 2.0 * self.points[0] * self.points[1]
 
     def mesh(self) -> Mesh:
-        """Return the mesh. Order of the points: upper sheet row by row along y, then the points of the lower sheet that are
-        not on its edges."""
+        """Return the surface as a mesh. Order of the points: upper sheet row by row along y, then the points of the lower
+        sheet that are not on its edges."""
         x, y = (np.linspace(0.0 if axis in self.halved else -1.0, 1.0, n) for axis, n in zip("xy", self.points, strict=True))
         first, second = (a.ravel() for a in np.meshgrid(x, y, indexing="ij"))
         bulge = dome(first, second)

@@ -50,7 +50,8 @@ def rings_of_a_disc(rings: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _between_rings(ring: int) -> np.ndarray:
-    """Return the triangles between a ring and the previous one, in six sectors; ring 0 is the centre."""
+    """Return the triangles between a ring of a disc and the previous one, in six sectors, as point numbers, shape (m, 3);
+    ring 0 is the centre."""
     sector, step = (a.ravel() for a in np.meshgrid(np.arange(6), np.arange(ring), indexing="ij"))
 
     def point(ring: int, sector: np.ndarray, step: np.ndarray) -> np.ndarray:

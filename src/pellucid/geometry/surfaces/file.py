@@ -55,7 +55,8 @@ class SurfaceFile(MeshFile, Meshed):
 
 @lru_cache(maxsize=8)
 def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed: bool) -> tuple[Mesh, dict[str, np.ndarray]]:
-    """Return the elements and sets of the file, in its unit, cached for each state of the file."""
+    """Return the elements and sets of the file, in its unit, cached for each version of the file. states: path, modification
+    time and size of the file and of those it includes; repair, close_holes, closed: keys of `SurfaceFile`."""
     path = states[0][0]
     contents = first_order(read_file(path, "a surface", SURFACES))
     number: np.ndarray | None
@@ -76,10 +77,10 @@ def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed:
 
 
 def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None) -> dict[str, np.ndarray]:
-    """Return the named sets as vertex numbers.
+    """Return the vertex numbers of the named sets of a file.
 
-    number: vertex of each point of the file; if it is None, vertices are found by position, and positions that are not on the
-    surface are dropped.
+    vertices: of the surface [unit of the file], shape (n, 3); number: vertex of each point of the file; if it is None,
+    vertices are found by position, and positions that are not on the surface are dropped.
     """
     named = contents.nodes_of_sets()
     if not named:
@@ -93,10 +94,11 @@ def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None
 
 
 def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mesh, np.ndarray, list[str]]:
-    """Return the surface elements of a file with merged vertices, the vertex of each point of the file, and notes.
+    """Return the surface elements of a file with merged vertices, the vertex of each point of the file, and notes on the
+    changes. path: for messages; contents: as read; closed: the surface encloses a volume.
 
-    Layers that are separate in the file stay separate, see `joined`. Raises Refusal if the file contains other elements, or no
-    surface element.
+    Layers that are separate in the file stay separate, see `joined`. Raises Refusal if the file contains other elements,
+    or no surface element.
     """
     points, blocks = contents.points, contents.blocks
     flat = [block for block in blocks if block.kind in FLAT]
@@ -128,7 +130,8 @@ def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mes
 
 
 def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
-    """Return the repaired surface of a file, and notes. Raises Refusal if no element is left."""
+    """Return the repaired surface of a file, and notes on the changes; close_holes: largest number of edges of a hole that
+    is closed. Raises Refusal if no element is left."""
     mesh, done = repaired(mesh, close_holes)
     if not len(mesh.quads) + len(mesh.triangles):
         text = f"the repair removes all elements of {path}, as none of them has an area"

@@ -27,7 +27,7 @@ class Ellipse(Model):
         return np.array(self.centre[:2]) + _even(self, self.nodes + 1, angle)[:-1]
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Return positions on the ellipse relative to its centre at given angles, shape (n, 2)."""
+        """Return positions on the ellipse relative to its centre [m] at the parameter angles [rad], shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_y or self.radius) * np.sin(angle)], axis=1)
 
 
@@ -47,12 +47,14 @@ class Spheroid(Model):
         return np.array([0.0, self.height]) + found
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Return positions on the meridian relative to the centre at given angles from the equator, shape (n, 2)."""
+        """Return positions (r, z) on the meridian relative to the centre [m] at parameter angles from the equator [rad],
+        shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_z or self.radius) * np.sin(angle)], axis=1)
 
 
 def _even(shape: Ellipse | Spheroid, n: int, angle: np.ndarray) -> np.ndarray:
-    """Return n equally spaced positions on a shape, from the first to the last of a fine sequence of angles."""
+    """Return n equally spaced positions on a shape [m], shape (n, 2), from the first to the last of a fine sequence of
+    parameter angles [rad]."""
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(shape.at(angle), axis=0), axis=1)))
     return shape.at(np.interp(np.linspace(0.0, along[-1], n), along, angle))
 
@@ -101,7 +103,8 @@ class Meridian(Model):
 
 
 def _check(places: np.ndarray, closed: bool) -> None:
-    """Raise ValueError if nodes coincide, lines between them cross, the curve is open, or its interior lies to the right."""
+    """Raise ValueError if nodes coincide, lines between them cross, the curve is open, or its interior lies to the right.
+    places: nodes [m], shape (n, 2); closed: the last node is connected to the first."""
     after = np.roll(places, -1, axis=0) if closed else places[1:]
     before = places if closed else places[:-1]
     gaps = np.linalg.norm(after - before, axis=1)
@@ -123,7 +126,7 @@ def _check(places: np.ndarray, closed: bool) -> None:
 
 
 def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None:
-    """Raise ValueError for two coincident nodes."""
+    """Raise ValueError for the coincident nodes `one` and `other`; places, closed: as in `_check`."""
     place = ", ".join(f"{value:g}" for value in places[one])
     text = f"points {one} and {other} coincide at ({place}) m"
     if other == one + 1:
@@ -134,7 +137,8 @@ def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None
 
 
 def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
-    """Return two crossing segments from `before` to `after`, shape (n, 2) each, or None."""
+    """Return the numbers of two crossing segments, or None; before, after: start and end of each segment [m], shape (n, 2)
+    each."""
 
     def side(of: np.ndarray) -> np.ndarray:
         """Return the side of each segment on which the positions lie (the sign), shape (segments, positions)."""

@@ -23,7 +23,7 @@ class Icosphere(Meshed):
         return 10.0 * 4.0**self.refinements + 2.0
 
     def mesh(self) -> Mesh:
-        """Build the mesh; normals point outward."""
+        """Build and return the mesh of the sphere; normals point outward."""
         vertices, triangles = _icosahedron()
         for _ in range(self.refinements):
             vertices, triangles = _cut_in_four(vertices, triangles)
@@ -66,6 +66,6 @@ class EllipsoidSurface(Meshed):
         return 10.0 * 4.0**self.refinements + 2.0
 
     def mesh(self) -> Mesh:
-        """Build the mesh; normals point outward."""
+        """Build and return the mesh of the ellipsoid; normals point outward."""
         sphere = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=self.refinements).mesh()
         return Mesh(np.array(self.centre) + sphere.vertices * np.array(self.radii), sphere.quads, sphere.triangles)

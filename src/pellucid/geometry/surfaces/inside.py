@@ -39,8 +39,8 @@ class Inside(Geometry):
 
 
 def closed_triangles(surface: Surface) -> Triangulation:
-    """Return the triangulation of a surface, with outward normals. Raises ValueError with the first fault if it is not
-    closed."""
+    """Return the triangulation of a surface, with outward normals. Raises ValueError with the first fault of the mesh if the
+    surface is not closed."""
     triangulation = surface.triangulate()
     if not surface.closed:
         raise Refusal(

@@ -46,7 +46,7 @@ class Surface(Choice):
     rotate: Rotations = rotate_parameter("the surface")
 
     def mesh(self, elements: Elements = "quads") -> Mesh:
-        """Return the elements in new arrays; with elements = "triangles", quadrilaterals are divided into triangles."""
+        """Return the mesh in new arrays; with elements = "triangles", quadrilaterals are divided into triangles."""
         chosen = self.chosen()
         # not cached here for a file, which may change and has its own cache
         mesh = chosen.mesh() if isinstance(chosen, SurfaceFile) else Mesh(*(array.copy() for array in _made(chosen)))
@@ -72,6 +72,6 @@ class Surface(Choice):
 
 @lru_cache(maxsize=8)
 def _made(surface: Any) -> Mesh:
-    """Return the mesh of a surface; it is cached, because reading a case uses it several times."""
+    """Return the mesh of the selected surface; it is cached, because reading a case uses it several times."""
     mesh: Mesh = surface.mesh()
     return mesh

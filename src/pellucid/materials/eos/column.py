@@ -28,10 +28,11 @@ class ColumnEnds(ValueError):
 
 
 def states_at_rest(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return densities [kg/m³] and specific energies [J/kg], each of shape (n,), at depths [m], shape (n,), in any order.
+    """Return densities [kg/m³] and specific energies [J/kg], each of shape (n,), of the column (see the module) at depths
+    [m], shape (n,), in any order.
 
-    density, energy: values at depth 0; gravity: magnitude [m/s²]. Depths are negative above this level. Raises ColumnEnds
-    if there is no state at a depth.
+    eos: equation of state; density, energy: values at depth 0; gravity: magnitude [m/s²]. Depths are negative above this
+    level. Raises ColumnEnds if there is no state at a depth.
     """
     found = np.empty((2, len(depth)))
     for side in (depth >= 0.0, depth < 0.0):
@@ -42,7 +43,7 @@ def states_at_rest(eos: Law, density: float, energy: float, gravity: float, dept
 
 def _one_way(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> np.ndarray:
     """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths that are all positive or all negative; ρ₀ is
-    the density at depth 0."""
+    the density at depth 0. Arguments as in `states_at_rest`."""
     from scipy.integrate import solve_ivp  # models of cases stay light without it
 
     speed = sound_speed(eos, density, energy)

@@ -12,12 +12,14 @@ from pellucid.model import Model
 
 @generic
 def pressure_line(eos: Any, density: float) -> tuple[float, float]:
-    """Return A(ρ) [Pa] and B(ρ) [kg/m³] of the pressure P = A + B e as a function of the specific energy e."""
+    """Return A(ρ) [Pa] and B(ρ) [kg/m³] at a density ρ [kg/m³], which define the pressure P = A + B e as a function of the
+    specific energy e."""
 
 
 @generic
 def lowest_pressure(eos: Any) -> float:
-    """Return the smallest possible pressure [Pa]: the fluid separates below it; -inf if the fluid carries any tension."""
+    """Return the smallest possible pressure [Pa] of an equation of state: the fluid separates below it; -inf if the fluid
+    carries any tension."""
 
 
 def any_tension(eos):
@@ -32,7 +34,7 @@ def limited_tension(eos):
 
 @generic
 def sound_speed(eos: Any, density: float, energy: float) -> float:
-    """Return the adiabatic sound speed [m/s]."""
+    """Return the adiabatic sound speed [m/s] at a density [kg/m³] and a specific energy [J/kg]."""
 
 
 class EquationOfStateModel(Model):
@@ -42,4 +44,5 @@ class EquationOfStateModel(Model):
 
     @abstractmethod
     def law(self, density: float, pressure: float) -> Law:
-        """Return the law for kernels, for a fluid with this initial density [kg/m³] and pressure [Pa]."""
+        """Return the equation of state in the form for kernels, for a fluid with this initial density [kg/m³] and pressure
+        [Pa]."""

@@ -39,7 +39,8 @@ class MieGruneisenCase(EquationOfStateModel):
 
 @pointwise
 def _cold_line(eos, density):
-    """Return A(ρ) [Pa], the pressure P = A + B e at zero specific energy e, and its derivative dA/dρ."""
+    """Return A(ρ) [Pa], i.e. the pressure P = A + B e at zero specific energy e, and its derivative dA/dρ [m²/s²], at a
+    density ρ [kg/m³]."""
     mu = density / eos.rho0 - 1.0
     stiffness = eos.rho0 * eos.c0 * eos.c0
     if mu <= 0.0:
