@@ -1,5 +1,5 @@
-"""Run one measurement of the benchmark as a separate process, so that it has its own peak memory; arguments: the name of a
-module of the benchmark, and the arguments of its `measure` as JSON."""
+"""Run one measurement of the benchmark as a separate process, so that the peak memory of this process is that of the
+measurement. Command-line arguments: name of a module of the benchmark, and the arguments of its `measure` as JSON."""
 
 import json
 import sys

@@ -17,8 +17,8 @@ WHICH = {"sheet": ("sheet",), "block": ("block",), "together": ("sheet", "block"
 
 
 def contact_case(points: int, which: tuple[str, ...]) -> Case:
-    """Build a benchmark case of a sheet with elements half a cell long and a block of about `points` points that covers
-    it, or of only one of the two (`which`)."""
+    """Build a benchmark case of a sheet with elements half a cell long and a block of about `points` material points that
+    covers it. which: names of the bodies to include, "sheet" and "block"."""
     cells = max(2, round((points / (POINTS_PER_CELL * DEEP)) ** 0.5))
     edge, low = cells * CELL, 0.5 * CELL
     along = 2 * cells + 1
@@ -39,9 +39,10 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Measure the step durations of the block, the sheet and both together, in alternation.
+    """Measure the wall-clock time of steps of the block, the sheet and both together in contact, in alternation.
 
-    Returns the lower quartiles [s], and the ratio of both together to the sum of the single ones.
+    points: approximate number of points of the block. steps: measured steps of each. Returns numbers of elements and points,
+    the lower quartiles of the times (`seconds_per_step` [s]), and the `ratio` of both together to the sum of the single ones.
     """
     simulations = {what: Simulation(contact_case(points, which), threads=threads) for what, which in WHICH.items()}
     taken: dict[str, list[float]] = {what: [] for what in WHICH}

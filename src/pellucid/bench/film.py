@@ -42,8 +42,8 @@ def film_case(points: int) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Measure the duration of a step of a film over at least `steps` of its sub-steps. Keys of the result as in
-    `pellucid.bench.whole.bench`."""
+    """Measure the wall-clock time of a step of a film with at most `points` nodes, averaged over at least `steps` of its own
+    time steps. Keys of the result as in `pellucid.bench.whole.bench`."""
     Simulation(film_case(SMALLEST), threads=threads).step()  # compiles the kernels or loads them
     before, start = peak_bytes(), time.perf_counter()
     simulation = Simulation(film_case(points), threads=threads)
@@ -74,7 +74,8 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def _time_parts(film: FluidFilm, seconds: dict[str, float], counts: dict[str, int]) -> None:
-    """Add timers to the parts of a film's sub-steps, which accumulate times [s] and numbers of calls."""
+    """Replace methods of a film by timed ones, which add wall-clock times [s] and numbers of calls by part of the step (matrix,
+    factorization, iteration, nodes) to `seconds` and `counts`."""
     solver = cast(SparseSolver, film.balance.solver)
     timed: list[tuple[Any, str, str]] = [
         (film.balance, "step", "step"),

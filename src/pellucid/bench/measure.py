@@ -14,8 +14,12 @@ BLOCKS = 3
 def measure(
     body: str, points: int, steps: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
 ) -> dict[str, Any]:
-    """Run the benchmark problem for `BLOCKS` blocks of `steps` steps and return the results of the fastest block. Keys of
-    the result as in `pellucid.bench.whole.bench`."""
+    """Run the benchmark problem of a body for `BLOCKS` blocks of `steps` steps and return the results of the fastest block.
+    Keys of the result as in `pellucid.bench.whole.bench`.
+
+    body: name in `MATERIALS` or `MEMBRANES`. points: approximate number of points. functions, transfer: shape functions of the
+    grid and velocity transfer, as in a case.
+    """
     what = body, functions, transfer
     Simulation(case_of(1000, *what), threads=threads).step()  # compiles the kernels or loads them
     before = peak_bytes()
@@ -42,7 +46,8 @@ def measure(
 
 
 def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
-    """Return the share of each part in the time of a step; the rest of the time is the choice of the time step and checks."""
+    """Return the share of each part of a step in the total wall-clock time [s]; the rest of the time is the choice of the time
+    step and checks. timers: time of each part [s]."""
     shares = {part: seconds / total for part, seconds in timers.items()}
     return {**shares, "rest": 1.0 - sum(shares.values())}
 

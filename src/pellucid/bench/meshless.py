@@ -23,15 +23,16 @@ EDGE, STRAIN = 0.1, 0.01  # m
 
 
 def cube(points: int) -> SimplexMesh:
-    """Build a cube with about this number of quadrature points."""
+    """Build the mesh of a cube with about this number of quadrature points."""
     n = max(2, round((points / (POINTS_PER_CELL * CELLS_IN_A_CUBE)) ** (1.0 / 3.0)))
     mesh = box_mesh(np.zeros(3), np.full(3, EDGE), (n, n, n))
     return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))])
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Measure the duration of the computation of forces with pointwise and averaged volume ratios; the fastest of `steps`
-    evaluations counts. Keys of the result as in `pellucid.bench.whole.bench`."""
+    """Measure the wall-clock time of the internal forces of a meshless solid with about `points` quadrature points, with
+    pointwise and averaged volume ratios; the fastest of `steps` evaluations counts. Keys of the result as in
+    `pellucid.bench.whole.bench`."""
     threads = set_threads(threads)
     built(cube(200), True)  # compiles the kernels or loads them
     before, mesh, start, processor_start = peak_bytes(), cube(points), time.perf_counter(), time.process_time()
@@ -51,7 +52,8 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, float]]:
-    """Return the measurements of both forms, including processor time, which is less affected by other processes."""
+    """Return the measured times of the internal forces with averaged and with pointwise volume ratios, including processor
+    time, which is less affected by other processes. Keys as in `pellucid.bench.whole.bench`."""
     found = {}
     for form, taken in (("averaged", solid), ("pointwise", solid._replace(block_volume=np.zeros(0)))):
         seconds, processor_seconds = _fastest(taken, mesh, steps)
@@ -65,13 +67,14 @@ def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, fl
 
 
 def built(mesh: SimplexMesh, averaged: bool) -> Tables:
-    """Build the tables of a meshless solid on a mesh, with cell-based maximum-entropy functions and corrected gradients."""
+    """Build the tables (shape functions and their gradients at quadrature points) of a meshless solid on a mesh, with
+    cell-based maximum-entropy functions and corrected gradients. averaged: whether volume ratios are averaged."""
     law = NeoHookeanMaterial(**SOLID).law()
     return make_tables(mesh, CellMaximumEntropyModel().evaluator(mesh), law, POINTS_PER_CELL, True, averaged)
 
 
 def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]:
-    """Return the smallest wall-clock time and the smallest processor time of `steps` updates of the forces [s]."""
+    """Return the smallest wall-clock time and the smallest processor time of `steps` evaluations of the internal forces [s]."""
     solid.displacement[:] = STRAIN * EDGE * np.sin(mesh.nodes / EDGE)
     bundle, force, taken = in_kernels(solid), np.zeros_like(mesh.nodes), []
     for _ in range(steps + 1):
@@ -87,8 +90,8 @@ def _size(value: Any) -> int:
 
 
 def _moved(solid: Solid) -> int:
-    """Return the smallest number of bytes that an update of the forces reads and writes: all tables once, or twice for
-    averaged volume ratios."""
+    """Return the smallest number of bytes that an evaluation of the internal forces reads and writes: all tables of shape
+    functions once, or twice for averaged volume ratios."""
     once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
     averages = _size(solid.corners) if len(solid.block_volume) else 0
     return (2 if averages else 1) * (once + averages) + solid.weights.nbytes

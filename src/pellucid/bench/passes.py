@@ -18,8 +18,9 @@ SECONDS = 0.05  # of a round, about
 def measure(
     body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
 ) -> dict[str, Any]:
-    """Measure the durations of the passes of the benchmark problem; the fastest of `ROUNDS` rounds counts. Keys of the
-    result as in `pellucid.bench.whole.bench`."""
+    """Measure the wall-clock times of the passes (kernels that loop over all points) of the benchmark problem of a body; the
+    fastest of `ROUNDS` rounds counts. Arguments as in `pellucid.bench.measure.measure`, keys of the result as in
+    `pellucid.bench.whole.bench`."""
     simulation = Simulation(case_of(points, body, functions, transfer), threads=threads)
     for _ in range(WARM_UP_STEPS):
         simulation.step()

@@ -1,4 +1,4 @@
-"""The same step in other programs: runs the scripts of `benchmarks/peers` whose libraries are installed."""
+"""Speed of other programs for the same step: runs the scripts of `benchmarks/peers` whose libraries are installed."""
 
 import json
 import os
@@ -13,8 +13,11 @@ INTERPRETER_VARIABLE = "PELLUCID_PEER_PYTHON"
 
 
 def run_peers(points: int, steps: int, threads: int) -> list[dict[str, Any]]:
-    """Run the other programs and return one result for each program and law, as printed by its script, or {"peer", "law",
-    "missing": reason}."""
+    """Run the other programs and return one result for each program and material law: the dictionary that its script printed,
+    or {"peer", "law", "missing": reason}.
+
+    points: approximate number of points. steps: measured steps.
+    """
     folder = _scripts()
     if folder is None:
         why = "the scripts are in benchmarks/peers of the source tree; run the command in the source tree"

@@ -31,12 +31,18 @@ SPEED = {"ideal-gas": 3.0, "hypoelastic": 0.5, "neo-hookean": 0.5}  # m/s, ampli
 
 
 def case_of(points: int, body: str, functions: str = "trilinear", transfer: str = "flip") -> Case:
-    """Build the problem of a body in `MATERIALS` or `MEMBRANES`."""
+    """Build the benchmark case of a body: a name in `MATERIALS` (a cube of material points with this material) or in
+    `MEMBRANES` (a square sheet).
+
+    points: approximate number of points. functions, transfer: shape functions of the grid and velocity transfer, as in a case;
+    for sheets, the defaults are used.
+    """
     return sheet_case(body, points) if body in MEMBRANES else bench_case(body, points, functions, transfer=transfer)
 
 
 def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Case:
-    """Build the case of the given bodies; time: further fields of `[time]`; more: further tables.
+    """Build a benchmark case. name: for its title. bodies: tables `[[body]]`. time: further fields of `[time]`. more: further
+    tables, by key.
 
     Energy limits are disabled because small waves in a hot gas exchange little energy, so that the relative error is large.
     """
@@ -45,12 +51,13 @@ def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = M
 
 
 def grid(lower: list[float], upper: list[float], functions: str = "trilinear") -> dict[str, Any]:
-    """Return the `[grid]` table of a case for a grid between two corners [m]."""
+    """Return the `[grid]` table of a case for a grid between two corners [m]. functions: kind of its shape functions."""
     return {"lower": lower, "upper": upper, "cell": CELL, "functions": functions}
 
 
 def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, Any]:
-    """Return the table of a square sheet with its lower corner [m], edge length [m] and number of points along an edge."""
+    """Return the `[[body]]` table of a square sheet. kind: kind of membrane. corner: its lower corner [m]. edge: edge length
+    [m]. along: number of points along an edge."""
     edges = {"first_edge": [edge, 0.0, 0.0], "second_edge": [0.0, edge, 0.0]}
     surface = {"rectangle": {"corner": corner, **edges, "points": [along, along]}}
     law = {"kind": "linear-membrane", **SOLID}
@@ -58,7 +65,8 @@ def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, 
 
 
 def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any) -> Case:
-    """Build the case of a cube of about `points` points with the material `body`; `time`: further fields of `[time]`."""
+    """Build the case of a cube of about `points` material points in a closed box, with the material named `body`. functions:
+    kind of shape functions of the grid; `time`: further fields of `[time]`."""
     cells = max(2, round((points / POINTS_PER_CELL) ** (1 / 3)))
     edge = cells * CELL
     lower, upper = [0.0, 0.0, 0.0], [edge, edge, edge]
@@ -75,7 +83,8 @@ def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any
 
 
 def sheet_case(kind: str, points: int) -> Case:
-    """Build the case of a freely moving square sheet of about `points` membrane points or element nodes, half a cell apart."""
+    """Build the case of a freely moving square sheet of about `points` membrane points or element nodes (`kind`), half a cell
+    apart."""
     along = max(3, round(points**0.5))
     corner, high = [2.0 * CELL, 2.0 * CELL, 0.0], (math.ceil((along - 1) / 2) + 4) * CELL
     moving = {**sheet(kind, corner, 0.5 * (along - 1) * CELL, along), "velocity": [0.0, 0.0, 0.1]}

@@ -8,8 +8,8 @@ from rich.table import Table
 
 
 def table(result: dict[str, Any]) -> RenderableType:
-    """Format the result of `bench` for rich: machine, bodies with the parts of their step, functions, transfers, membranes,
-    threads, contact, meshless solid, films, peers."""
+    """Format the result of `bench` as tables for the terminal: machine, bodies with the parts of their step, shape functions,
+    velocity transfers, membranes, threads, contact, meshless solid, films, other programs."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
@@ -28,7 +28,8 @@ WHAT = ("body", "functions", "transfer")
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
-    """Build a table with left-aligned text columns, followed by right-aligned columns of numbers."""
+    """Build a table with left-aligned text columns, followed by right-aligned columns of numbers. left, right: headings of both
+    kinds of columns."""
     shown = Table(title=title)
     for heading in left:
         shown.add_column(heading)
@@ -40,7 +41,8 @@ def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable
 
 
 def _names(rows: list[dict[str, Any]], key: str) -> list[str]:
-    """Return the names of the parts of a step or of the passes (`key`) in all rows, without duplicates."""
+    """Return the names of the parts of a step or of the kernels (`key`: "parts" or "passes") in all results, without
+    duplicates."""
     return list(dict.fromkeys(name for row in rows for name in row[key]))
 
 

@@ -1,4 +1,4 @@
-"""The whole benchmark: the machine, each body at each size, and the peers."""
+"""The whole benchmark: the machine, each body at each size, and other programs."""
 
 import json
 import os
@@ -100,7 +100,7 @@ def bench(
 
 
 def _steps(points: int) -> int:
-    """Return the number of steps per block, which limits both the timing noise and the duration."""
+    """Return the number of steps per measured block for a number of points, a compromise between timing noise and duration."""
     return max(20, min(500, 20_000_000 // points))
 
 
@@ -122,7 +122,8 @@ def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_ratio(peer: dict[str, Any], bodies: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the result of a peer with "ratio": our rate divided by its rate, for the same law and number of points."""
+    """Return the result of another program with "ratio" added: our point-steps per second divided by its, for the same material
+    law and number of points. bodies: our results."""
     if "missing" in peer:
         return peer
     same = [b for b in bodies if b["body"] == peer["law"] and b["points"] == peer["points"]]

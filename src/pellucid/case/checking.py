@@ -16,7 +16,8 @@ CaseType = TypeVar("CaseType", bound=BaseModel)
 
 
 def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | None, list[Finding]]:
-    """Return the case, or None and all findings: errors within tables, and conflicts between the valid tables."""
+    """Check the data of a case file against `model`, the class of the case. Return the case and no findings; or None and all
+    findings: errors within tables, and conflicts between the valid tables."""
     try:
         return model.model_validate(data), []
     except ValidationError as error:
@@ -26,8 +27,8 @@ def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | Non
 
 
 def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, Any]) -> CaseType:
-    """Return the case for data with `settings` applied at their dotted keys. Raises CaseError, whose problems name the
-    setting."""
+    """Apply settings to the data of a case and return the resulting case. model: class of the case. settings: values by dotted
+    key, such as {"grid.cell": 0.02}. Raises CaseError, whose problems name the setting."""
     paths: dict[str, Path] = {}
     problems: list[Problem] = []
     for key, value in settings.items():
@@ -45,7 +46,7 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
 
 
 def related(one: Path, other: Path) -> bool:
-    """Return True if one of two paths of keys is the beginning of the other."""
+    """Return True if one of two paths (keys from the case down to a value) is the beginning of the other."""
     length = min(len(one), len(other))
     return one[:length] == other[:length]
 
@@ -56,8 +57,11 @@ def setting(key: str, value: Any) -> str:
 
 
 def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Where a setting changed the `kind` of a table, remove the keys that only its previous kind has. The new kind starts
-    from its defaults."""
+    """Remove from the data the keys that only the previous kind of a table has, where a setting changed its `kind`. The new
+    kind starts from its defaults.
+
+    model: class of the case. paths: paths of the values that settings changed.
+    """
     for path in paths:
         if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
             table = value_at(path[:-1], data)
@@ -66,8 +70,11 @@ def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list
 
 
 def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
-    """Return a finding as a problem that names the setting at or above its path; if there is no such setting, it names
-    all settings."""
+    """Return a finding as a problem that names the setting at, above or below its path; if there is no such setting, it names
+    all settings.
+
+    settings: values by dotted key; paths: path of each of these keys in the data.
+    """
     item = problem(found, data)
     near = [key for key, path in paths.items() if related(path, found.path)] or list(settings)
     return Problem(item.text, item.key, item.value, item.remedy, None, " ".join(setting(key, settings[key]) for key in near))

@@ -22,7 +22,8 @@ MOMENTUM, ENERGY = "kg m/s", "J"
 
 
 def unit_of(name: str, parts: Parts) -> str | None:
-    """Return the SI unit of a column of the history, "" for a dimensionless number; None if the history has no such column."""
+    """Return the SI unit of a column of the history, "" for a dimensionless number; None if the history of a case with these
+    parts has no such column."""
     probe = parts.named(Probe, name)
     if probe is not None:
         return probe.unit
@@ -37,14 +38,15 @@ def unit_of(name: str, parts: Parts) -> str | None:
 
 
 def beyond_end(time: float, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield a finding if a time [s] is later than the end of the run."""
+    """Yield a finding at `path` if a time [s] is later than the end of the run. parts: the parts of the case."""
     clock: Any = parts.sections["time"].items[0]
     if hasattr(clock, "passed") and clock.passed(time):
         yield Finding(path, f"{time:g} s is later than time.end = {clock.end:g} s", "Set a time up to time.end.")
 
 
 def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield a finding if the history will have no column of this name; no finding while a probe or condition is invalid."""
+    """Yield a finding at `path` if the history will have no column `name`; no finding while a probe or condition is invalid.
+    parts: the parts of the case."""
     sound = parts.are_sound(Probe) and parts.are_sound(Condition)
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]

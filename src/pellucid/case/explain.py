@@ -48,7 +48,8 @@ class Detail(NamedTuple):
 
 
 def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
-    """Return the faults of data described by a schema, each at the path that the user wrote, without repetitions."""
+    """Convert the errors that pydantic raised for the data of a case to findings, each at the path of the key as the user wrote
+    it, without repetitions. schema: JSON schema of the case."""
     details = [
         Detail(written_path(item["loc"], item["type"], data), item["type"], item.get("ctx", {}), item["msg"])
         for item in error.errors(include_url=False)
@@ -66,8 +67,8 @@ def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
 
 
 def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
-    """Return the location in a pydantic error without the names of the alternatives that pydantic tried, which are not in
-    the case."""
+    """Return the path in the data of the location in a pydantic error: without the names of the alternatives that pydantic
+    tried, which are not in the case. kind: pydantic's type of the error."""
     path: Path = ()
     for part in location:
         following = value_at((part,), data)
@@ -90,7 +91,7 @@ def value_at(path: Path, data: Any) -> Any:
 
 
 def problem(found: Finding, data: Any) -> Problem:
-    """Convert a finding to a problem for the user, with key and value as written in the case."""
+    """Convert a finding in the data of a case to a problem for the user, with key and value as written in the case."""
     path = found.path
     if path[-1:] == (0,) and isinstance(value_at(path[:-1], data), str):
         path = path[:-1]  # one name where there may be a list
@@ -99,7 +100,7 @@ def problem(found: Finding, data: Any) -> Problem:
 
 
 def dotted(path: Path, data: Any) -> str:
-    """Return a path as a dotted key, with list items by name or, for unnamed items, by index."""
+    """Return a path in the data of a case as a dotted key, with list items by name or, for unnamed items, by index."""
     parts = []
     for part in path:
         data = data[part] if value_at((part,), data) is not MISSING else None
@@ -157,8 +158,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
 
 
 def _belongs(path: Path, data: Any, schema: Schema) -> str:
-    """Return the remedy for an unknown key that would be valid in a neighbouring or enclosing table; an empty text if
-    there is no such table."""
+    """Return the remedy for an unknown key, at `path`, that would be valid in a neighbouring or enclosing table; an empty text
+    if there is no such table."""
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
@@ -171,7 +172,7 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
 
 
 def _of_others(path: Path, data: Any, schema: Schema) -> str:
-    """Return the remedy for a key that only other kinds of the table have; an empty text if no kind has it."""
+    """Return the remedy for a key at `path` that is valid only in other kinds of its table; an empty text if none has it."""
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
     if not kinds:
         return ""
@@ -188,7 +189,7 @@ def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> F
 
 
 def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
-    """Return the remedy for a table that was given where a list of tables is required."""
+    """Return the remedy for a table at `path` where a list is required. field: schema of the key."""
     if "prefixItems" in field:
         return f"Write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with one number for each."
     if len(path) == 1 and schema.is_list_of_tables(field):
@@ -201,7 +202,7 @@ def _choices(detail: Detail) -> list[str]:
 
 
 def _lengths(field: dict[str, Any], schema: Schema) -> str:
-    """Return the allowed numbers of items of a list, in words."""
+    """Return the allowed numbers of items of a list in words, such as "at least 2 items". field: schema of the key."""
     words = []
     for least, most in schema.lengths(field):
         if least == most:
@@ -219,6 +220,6 @@ def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:
 
 
 def _without_echoes(found: list[Finding]) -> list[Finding]:
-    """Remove the report of a missing key if a report of a misspelt key in the same table already points to it."""
+    """Remove each finding of a missing key that only repeats a finding of a misspelt key in the same table."""
     meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith("did you mean `")}
     return [item for item in found if not (item.text.startswith("is missing") and item.path in meant)]

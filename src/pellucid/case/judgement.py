@@ -15,7 +15,8 @@ Quantity = float | str
 
 
 def in_si(value: Quantity, unit: str) -> float:
-    """Convert a number, or a text with a unit, to a number in this SI unit. Raises UnitError."""
+    """Convert a value of a case to a number in the SI unit `unit`; a number is already in SI units, a text contains its unit.
+    Raises UnitError."""
     return to_si(value, unit) if isinstance(value, str) else value
 
 
@@ -78,7 +79,8 @@ class Check(Part):
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown columns, quantities of another dimension, and files without the curve."""
+        """Yield a finding for an unknown column, a value with a unit of another dimension, a time after the end of the run, and
+        a file without the curve. Arguments as in `Part.problems`."""
         yield from unknown_column(self.column, (*path, "column"), parts)
         if self.at is not None:
             yield from beyond_end(self.at, (*path, "at"), parts)

@@ -60,7 +60,7 @@ class MeasuredCurve(Model):
 
     @property
     def title(self) -> str:
-        """Title of the curve."""
+        """Text that names the curve in the legend of a plot."""
         return self.label or Path(self.path).stem.replace("_", " ")
 
     def read(self, x_unit: str, y_unit: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

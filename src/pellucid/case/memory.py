@@ -21,7 +21,8 @@ POINT_BYTES = 450  # position, velocity, state of the law, and the second copy t
 
 
 def check_memory(case: "Case") -> None:
-    """Raise CaseError if the nodes, points and tables of shape functions need more than the physical memory."""
+    """Raise CaseError if the estimated memory of a case (grid nodes, points, tables of shape functions) exceeds the physical
+    memory. The error states the cell size, or the number of points, that would fit."""
     there, needed = physical_memory(), memory_estimate(case)
     nodes, points = n_nodes(case), n_points(case)
     tables = table_bytes(case)
@@ -47,8 +48,8 @@ def check_memory(case: "Case") -> None:
 
 
 def _blame_points(case: "Case", text: str, room: float) -> None:
-    """Raise CaseError if no cell size reduces the memory enough, but fewer points per cell of the largest body would fit
-    into `room` [bytes]."""
+    """Raise CaseError with the remedy to use fewer points per cell, if that of the largest body can reduce the memory to `room`
+    [bytes]; otherwise return. text: statement of the needed memory."""
     counts = [body.with_others(case.body).n_points(case.grid_or_none) for body in case.body]
     largest = max(range(len(counts)), key=counts.__getitem__)
     body = case.body[largest]
@@ -64,13 +65,15 @@ def _blame_points(case: "Case", text: str, room: float) -> None:
 
 
 def memory_estimate(case: "Case") -> float:
-    """Return the memory of program, nodes, points and tables [bytes]; see `validation/memory`."""
+    """Return the memory that a run of the case needs [bytes]: program, grid nodes, points, and tables of shape functions; see
+    `validation/memory`."""
     arrays = NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
     return PROGRAM_BYTES + arrays + viscous_bytes(case)
 
 
 def viscous_bytes(case: "Case") -> float:
-    """Return the additional memory of nodes in fields with implicit viscosity [bytes]."""
+    """Return the memory of the linear system of the implicit viscosity [bytes], which the nodes of fluids with this option need
+    in addition."""
     solved = {body.field for body in case.body if body.solves_viscosity}
     return bytes_of(ViscousRows) * n_nodes(case) * len(solved) / len({body.field for body in case.body})
 
@@ -81,7 +84,8 @@ def table_bytes(case: "Case") -> float:
 
 
 def n_nodes(case: "Case") -> float:
-    """Return the number of stored nodes: nodes of the grid times number of velocity fields."""
+    """Return the number of stored nodes: nodes of the grid times number of velocity fields (sets of nodal velocities; bodies in
+    different fields can come into contact)."""
     if case.grid_or_none is None:
         return 0.0
     axes = zip(case.grid.counts(), case.grid.thin(), case.grid.is_periodic(), strict=True)

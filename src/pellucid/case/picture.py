@@ -97,7 +97,8 @@ class Pictured(Figure):
             raise ValueError("the first value of `limits` must be less than the second")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown bodies, fields and components."""
+        """Yield a finding for each key that does not fit the case: unknown bodies, fields and components, units of another
+        dimension, and cuts, slices, windows or mirrors that the case cannot have. Arguments as in `Part.problems`."""
         yield from super().problems(path, parts)
         for name in self.bodies:
             yield from parts.unknown(BodyModel, (*path, "bodies"), name)
@@ -157,7 +158,8 @@ class Picture(Pictured):
             raise ValueError("`instants` cannot be combined with `times`, `largest` or `smallest`; remove `instants`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report also unknown columns. For times beyond the end, the last frame is shown."""
+        """Yield the findings of `Pictured.problems`, and one for each unknown column of the history. For times beyond the end,
+        the last frame is shown."""
         yield from super().problems(path, parts)
         for key in ("largest", "smallest"):
             if (name := getattr(self, key)) is not None:

@@ -16,7 +16,7 @@ Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several), Field(min_le
 
 
 def unit_problems(unit: str, wanted: str | None, path: Path) -> Iterator[Finding]:
-    """Yield a finding if a quantity with the SI unit `wanted` cannot be converted to a unit."""
+    """Yield a finding at `path` if the unit `unit` of a user cannot be converted to the SI unit `wanted` of the quantity."""
     if not unit or wanted is None:
         return
     try:
@@ -36,7 +36,7 @@ class Figure(Part):
     title: str = parameter("", "caption in the report", "")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a name that is already used or reserved."""
+        """Yield a finding if the name is already used or reserved. Arguments as in `Part.problems`."""
         taken = self.name in RESERVED or self.name.startswith("bodies")
         if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
             why = "this name is reserved for a figure of the report" if taken else "another figure has this name"
@@ -66,7 +66,8 @@ class Panel(Model):
             raise ValueError("`difference` requires a `measured` curve; add one, or remove `difference`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown columns, columns with different units, units of another dimension, and files without the curve."""
+        """Yield a finding for unknown columns, columns with different units, units of another dimension, and files without the
+        curve. Arguments as in `Part.problems`."""
         wrong = list(unknown_column(self.x, (*path, "x"), parts))
         for name in self.y:
             wrong += unknown_column(name, (*path, "y"), parts)
@@ -94,7 +95,7 @@ class Plot(Panel, Figure):
     beside: tuple[Panel, ...] = parameter("", "additional panels of the figure", ())
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report problems of the name and the panels."""
+        """Yield the findings of the name (`Figure.problems`) and of each panel (`Panel.problems`)."""
         yield from Figure.problems(self, path, parts)
         yield from Panel.problems(self, path, parts)
         for number, panel in enumerate(self.beside):

@@ -28,7 +28,8 @@ QuantityFunction = Callable[[Fetch], np.ndarray]
 
 
 class Quantity(NamedTuple):
-    """A derived field of a body: a function that computes it from other fields, and its description."""
+    """A field of a body that probes can name and that is computed from other fields: the function that computes it, and its
+    description."""
 
     function: Callable[[Fetch], np.ndarray]
     field: Field
@@ -45,8 +46,8 @@ PLACED = ("count", "nearest", "point")  # reductions that need a further key
 
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
-    """Decorator that registers a reduction for probes: a function that reduces the values of all points, shape (n,), to one
-    number."""
+    """Decorator that registers a function under `name` as a reduction, which probes can name: it receives the values of all
+    points of a body, shape (n,), and returns one number."""
     if not isinstance(name, str):
         raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
     _check_name("reduction", name)
@@ -66,10 +67,11 @@ def _check_name(what: str, name: str) -> None:
 
 
 def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
-    """Decorator that registers a quantity for probes: a function that computes a field from other fields of a body.
+    """Decorator that registers a function under `name` as a quantity (a field of a body), which probes can name.
 
-    The function receives `field`, which returns fields by name, and returns an array of shape (n,), or (n, components) for
-    3 or 6 components. unit: SI unit, such as "m/s". Raises ValueError for another number of components or another unit.
+    The function receives `field`, a function that returns other fields of the body by name, and returns an array of shape (n,),
+    or (n, components) for 3 or 6 components. unit: SI unit, such as "m/s". meaning: description. Raises ValueError for another
+    number of components or another unit.
     """
     if components not in (1, 3, 6):
         raise ValueError(f'the quantity "{name}" has {components} components; use 1, 3 (a vector) or 6 (a symmetric tensor)')
@@ -88,8 +90,11 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
 def surface_quantity(
     name: str, unit: str, meaning: str, components: tuple[str, ...] = ()
 ) -> Callable[[QuantityFunction], QuantityFunction]:
-    """Decorator that registers a quantity of a body's surface, whose triangles are `field(TRIANGLES)`; components: names of
-    several components."""
+    """Decorator that registers a quantity of a body's surface. The function is used as in `quantity`; `field(TRIANGLES)`
+    returns the triangles of the surface, shape (t, 3).
+
+    unit: SI unit. meaning: description. components: names of several components.
+    """
 
     def add(function: QuantityFunction) -> QuantityFunction:
         known = Field(max(1, len(components)), unit, meaning, components)
@@ -134,7 +139,7 @@ COLUMNS = (
 
 
 def other_columns(parts: Parts) -> list[str]:
-    """Return the columns that the history of a case may have in addition to its probes."""
+    """Return the names of the columns that the history of a case may have in addition to its probes."""
     conditions = conditions_in_case(parts)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
@@ -203,7 +208,8 @@ class Probe(Part):
         return "" if self.reduce == "count" else self.field().unit
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report an unknown body, field, component or condition."""
+        """Yield a finding for an unknown body, field, component or condition, and for a reserved name. Arguments as in
+        `Part.problems`."""
         if self.name in other_columns(parts):
             yield Finding((*path, "name"), "the name is reserved for a column of the history", "Choose another name.")
         if self.body is None:
@@ -240,7 +246,8 @@ class Probe(Part):
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "Add this `name` to the condition.")
 
     def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
-        """Return problem and remedy for a probe of a torque whose condition is not a motion of a rigid body."""
+        """Return problem and remedy for a probe of a torque whose condition is not a motion of a rigid body. names: motions of
+        rigid bodies in the case."""
         text = f"`torque` requires a [[motion]] of a rigid body, but `{self.condition}` is not one"
         if names:
             return (
@@ -267,8 +274,8 @@ class Probe(Part):
         return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 
     def values(self, fetch: Fetch) -> np.ndarray:
-        """Return the quantity of every point, shape (n,) or (n, components), computed from the fields that `fetch` returns
-        by name."""
+        """Return the quantity of the probe at every point, shape (n,) or (n, components) in SI units. fetch: function that
+        returns a field of the probe's body by name."""
         own = QUANTITIES.entries.get(self.quantity)
         if own is None:
             return fetch(self.quantity)
@@ -284,8 +291,8 @@ class Probe(Part):
 
 
 def _checked(what: str, function: Callable[[Any], Any], given: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Call a function and return its result as an array of this shape. Raises RunStopped; what: name of the function in a
-    message."""
+    """Call `function(given)`, which may be user code, and return its result as an array of the given shape. Raises RunStopped
+    if it fails or returns another shape; what: name of the function in the message."""
     with failing_as(lambda why: RunStopped(f"{what} raised an error: {why}"), function):
         found = function(given)
     try:

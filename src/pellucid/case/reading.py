@@ -53,7 +53,8 @@ def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quic
 
 
 def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any], quick: bool) -> Case:
-    """Read a case whose file is invalid, with settings applied before the check. Raises CaseError as `load`."""
+    """Read a case from TOML text that is not valid by itself, with settings applied before the check. Arguments as in `load`
+    and `loads`. Raises CaseError as `load`."""
     data, lines = _parse(text, filename, folder)
     coarse = data.get("quick", {}) if quick else {}
     chosen = {**(coarse if isinstance(coarse, dict) else {}), **settings}
@@ -81,7 +82,11 @@ def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
-    """Return an error of the set-up, completed with the line of the case or the setting that caused it."""
+    """Complete an error that the set-up of a run raised: return it with the name of the case file, and with the line or the
+    setting that caused each problem.
+
+    case, quick: as in `load`. settings: settings as written on the command line, such as "grid.cell=0.02".
+    """
     text, filename = _source(case)
     data, lines = parsed(text), key_lines(text)
     own = [(find(data, key), setting(key, value)) for key, value in map(parse_setting, settings)]
@@ -96,7 +101,8 @@ def located(error: CaseError, case: str, quick: bool = False, settings: Sequence
 
 
 def _source(case: "str | FilePath") -> tuple[str, str]:
-    """Return the text of a case and the name of its file."""
+    """Return the text of a case, given by its gallery id or path, and the name of its file. Raises CaseError if it cannot be
+    read."""
     if catalogue.has(str(case)):
         return catalogue.text(str(case)), f"{case}.toml"
     path = FilePath(case)
@@ -128,7 +134,8 @@ def loads(text: str, filename: str = "", folder: str = "") -> Case:
 
 
 def _parse(text: str, filename: str, folder: str) -> tuple[dict[str, Any], dict[Path, int]]:
-    """Return the data of a TOML text, with paths resolved from a folder, and the lines of its keys. Raises CaseError."""
+    """Return the data of a TOML text, with relative paths resolved from `folder`, and the line number of each key. Raises
+    CaseError."""
     try:
         data = parsed(text)
     except tomllib.TOMLDecodeError as error:
@@ -139,7 +146,8 @@ def _parse(text: str, filename: str, folder: str) -> tuple[dict[str, Any], dict[
 
 
 def _resolve_paths(data: Any, folder: str) -> None:
-    """Resolve extensions and all values of keys `path`, also in quick settings, relative to a folder, in place."""
+    """Make paths in the data of a case absolute, in place: `extensions` and all values of keys `path`, also in quick settings.
+    Relative paths start from `folder`."""
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         if key == "extensions" and isinstance(value, list):
             data[key] = [str((FilePath(folder) / item).absolute()) if isinstance(item, str) else item for item in value]
@@ -150,7 +158,7 @@ def _resolve_paths(data: Any, folder: str) -> None:
 
 
 def _quick_findings(case: Case) -> list[Finding]:
-    """Return the findings in the quick settings of a valid case."""
+    """Apply the quick settings of a valid case and return the findings in them."""
     found = []
     try:
         case.quick_variant()
@@ -168,7 +176,8 @@ def _at_line(found: Finding, data: Any, lines: Mapping[Path, int]) -> Problem:
 
 
 def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Return the line number of a path, or of the innermost enclosing table with a known line; None if there is none."""
+    """Return the line number of the key at a path, or of the innermost enclosing table with a known line; None if there is
+    none. lines: result of `key_lines`."""
     return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
 
 

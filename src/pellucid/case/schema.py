@@ -10,14 +10,19 @@ from pellucid.registry import Registry
 
 
 class Schema:
-    """The JSON schema (draft 2020-12) of a model; every number has its SI unit under the key `unit`."""
+    """The JSON schema (draft 2020-12) of a case or of one of its tables, the class `model`; every number has its SI unit under
+    the key `unit`.
+
+    In the methods, path is the path of a key in the case, data the data of the case, and node the schema of a key.
+    """
 
     def __init__(self, model: type[BaseModel]) -> None:
         self.whole: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
         self.whole |= model.model_json_schema(by_alias=True)
 
     def field_at(self, path: Path, data: Any) -> dict[str, Any]:
-        """Return the schema of the key at `path`, chosen among alternatives by the data; empty if unknown."""
+        """Return the schema of the key at `path`. If several kinds of tables are possible, the data determine which one; empty
+        if the key is unknown."""
         node = self.whole
         for part in path:
             node = self._choice(node, data)
@@ -41,12 +46,14 @@ class Schema:
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
-        """Return the kinds of the tables that a field accepts, of those kinds that have the key `key`."""
+        """Return the kinds of tables that a key accepts, of those kinds that have the key `key`. node: schema of the key that
+        holds the table."""
         tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
         return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 
     def lengths(self, node: dict[str, Any]) -> list[tuple[int, int | None]]:
-        """Return the smallest and largest number of items (None: no limit) for each type of list that a field accepts."""
+        """Return the smallest and largest number of items (None: no limit) for each type of list that a key accepts. node:
+        schema of the key."""
         if "$ref" in node:
             return self.lengths(self.whole["$defs"][node["$ref"].rpartition("/")[2]])
         options = node.get("anyOf", node.get("oneOf"))
@@ -57,12 +64,13 @@ class Schema:
         return [(node.get("minItems", len(node.get("prefixItems", ()))), node.get("maxItems"))]
 
     def is_list_of_tables(self, node: dict[str, Any]) -> bool:
-        """Return True if a field is a list of tables."""
+        """Return True if a key holds a list of tables. node: schema of the key."""
         items = node.get("items", {})
         return "prefixItems" not in node and bool(items) and "properties" in self._choice(items, None)
 
     def _choice(self, node: dict[str, Any], value: Any) -> dict[str, Any]:
-        """Return the schema after following references; of several alternatives, the one that fits the value best."""
+        """Return the schema of a key after following references; if it accepts several types of values, the schema of the type
+        that fits `value` best."""
         if "$ref" in node:
             return self._choice(self.whole["$defs"][node["$ref"].rpartition("/")[2]], value)
         options = [self._choice(option, value) for option in node.get("anyOf", node.get("oneOf", ()))]

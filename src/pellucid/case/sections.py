@@ -26,7 +26,8 @@ class Place(NamedTuple):
 
 @cache
 def places(case: type[BaseModel]) -> dict[str, Place]:
-    """Return the keys of a case that hold tables with their own class, with type and attribute."""
+    """Return the keys of a case file that hold tables with a class of their own, with the class and type of each. case: class
+    of the case."""
     found = {}
     for attribute, field in case.model_fields.items():
         item = field.annotation
@@ -40,7 +41,7 @@ def places(case: type[BaseModel]) -> dict[str, Place]:
 
 
 def parts_of(case: BaseModel) -> Parts:
-    """Return the parts of a valid case."""
+    """Return the parts (tables) of a valid case by class, see `Parts`."""
     sections = {}
     for key, place in places(type(case)).items():
         value = getattr(case, place.attribute)
@@ -50,7 +51,8 @@ def parts_of(case: BaseModel) -> Parts:
 
 
 def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
-    """Return the parts of the data of a case; an invalid part is represented by its name, or None."""
+    """Return the parts (tables) of the data of a case that need not be valid; an invalid table is represented by its name, or
+    None. case: class of the case."""
     sections = {}
     for key, place in places(case).items():
         if place.is_list:

@@ -49,7 +49,8 @@ def split_key(key: str) -> list[str]:
 
 
 def find(data: Mapping[str, Any], key: str) -> Path:
-    """Return the path of a dotted key in `data`, with list items by index; parts that do not exist remain as written."""
+    """Return the path in `data` of a dotted key such as "body.driver.velocity", with list items by index; parts that do not
+    exist remain as written."""
     here: Any = data
     path: Path = ()
     for part in split_key(key):

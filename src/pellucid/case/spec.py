@@ -73,8 +73,9 @@ class TimeCase(Part):
         return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a chosen step together with steady states, a fixed step above the stable step at the start or with too many
-        steps, a missing step if no body moves, and bodies that the scheme `usf` cannot strain first."""
+        """Yield a finding for a chosen step together with steady states, a fixed step above the stable step at the start or
+        with too many steps, a missing step if no body moves, and bodies whose strain the scheme `usf` cannot update first.
+        Arguments as in `Part.problems`."""
         if parts.one(SteadyCase) is not None:
             text = "the step of a relaxation to steady states is chosen automatically"
             if self.step is not None:
@@ -133,7 +134,8 @@ class OutputCase(Part):
         return self.frames or end / 10
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report too many rows or frames, since their space in the files is reserved at the start of the run."""
+        """Yield a finding for too many rows or frames, since their space in the files is reserved at the start of the run.
+        Arguments as in `Part.problems`."""
         time = parts.one(TimeCase)
         rows = ("history", self.history, MOST_ROWS, "rows of history.csv")
         frames = ("frames", self.frames, MOST_FRAMES, "frames of the fields")
@@ -151,7 +153,7 @@ class EnergyCase(Part):
     stop: float = parameter("", "relative energy error above which the run stops", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a limit for warnings above the limit at which the run stops."""
+        """Yield a finding if the limit for warnings is above the limit that stops the run. Arguments as in `Part.problems`."""
         if self.warn > self.stop:
             text = f"is above energy.stop = {self.stop:g}, so the run would stop without a warning"
             yield Finding((*path, "warn"), text, f"Set it to at most {self.stop:g}, or increase energy.stop.")
@@ -208,7 +210,7 @@ class Case(Model):
 
     @property
     def largest_gravity(self) -> float:
-        """Largest gravity of the run [m/s²]."""
+        """Largest magnitude of the acceleration of gravity during the run [m/s²]."""
         return hypot(*self.gravity) * (self.gravity_amplitude.largest if self.gravity_amplitude else 1.0)
 
     @model_validator(mode="before")
@@ -248,11 +250,12 @@ class Case(Model):
 
     @property
     def periods(self) -> Vector:
-        """Period along each axis [m]; 0 along axes that are not periodic."""
+        """Length after which the grid repeats itself along each axis [m]; 0 along axes that are not periodic."""
         return (0.0, 0.0, 0.0) if self.grid_or_none is None else self.grid_or_none.periods()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """Return the conditions on the bodies by class; damping comes first, rigidity last, since it receives all impulses."""
+        """Return the conditions on the bodies, such as supports, loads and contacts, by class; damping comes first, rigidity
+        last, since it receives the impulses of all others."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
         if self.steady is not None:
             led |= {body.name: self._without_turns(led[body.name]) for body in self.body if body.is_rigid}
@@ -274,14 +277,15 @@ class Case(Model):
         return first | acting | {Rigid: rigid}
 
     def _without_turns(self, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
-        """Return the motions of a rigid body; if none of them mentions rotations, the last one is changed to prevent all
-        rotations."""
+        """Return the prescribed motions of a rigid body; if none of them prescribes or holds a rotation, the last one is
+        replaced by a copy that prevents all rotations."""
         if not motions or any(motion.turns_about() or motion.hold_rotation is not None for motion in motions):
             return motions
         return (*motions[:-1], motions[-1].model_copy(update={"hold_rotation": ("x", "y", "z")}))
 
     def _growing(self, condition: Condition) -> Condition:
-        """Return the condition; if it would act fully at once, return a copy that grows with the loads of a steady state."""
+        """Return the condition; if its load would act fully at once, return a copy whose load grows until the end of the load
+        time of a steady analysis."""
         at_once = getattr(condition, "rise", None) == 0.0 and getattr(condition, "amplitude", None) is None
         return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
@@ -293,7 +297,8 @@ class Case(Model):
         return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
-        """Return the case with its quick settings, for a run within seconds; the case itself without such settings."""
+        """Return the case with its quick settings applied (a smaller problem that runs within seconds); the case itself if it
+        has none."""
         return self.with_settings(self.quick) if self.quick else self
 
     def __repr__(self) -> str:

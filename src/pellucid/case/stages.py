@@ -52,8 +52,8 @@ class SteadyCase(Part):
     )
 
     def levels(self, end: float) -> list[float]:
-        """Return the load levels of the start and of each equilibrium; one unit is one load step, and all load steps have
-        equal length.
+        """Return the load levels at the start and at each equilibrium, in ascending order; 1 is the load after one of the
+        `load_steps` equal load steps.
 
         end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
         """
@@ -67,7 +67,8 @@ class SteadyCase(Part):
         return regular
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report times outside the run, and bodies that cannot be relaxed or do not start at rest."""
+        """Yield a finding for times outside the run, and for bodies that cannot be relaxed or do not start at rest. Arguments
+        as in `Part.problems`."""
         bodies = parts.of(BodyModel)
         if bodies and all(_is_tool(body, parts) for body in bodies):
             text = "all bodies of the case are rigid, so there is no steady state to compute"
@@ -100,12 +101,14 @@ class SteadyCase(Part):
 
 
 def _is_tool(body: BodyModel, parts: Parts) -> bool:
-    """Return True if a body of points on the grid is rigid or follows a motion as a whole."""
+    """Return True if a body of points on the grid is rigid or has a prescribed motion as a whole; the relaxation does not move
+    such a body."""
     return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
 
 
 def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a rigid body whose motion is not fully prescribed."""
+    """Yield a finding for a rigid body whose motion is not fully prescribed. path: path of the body in the case; parts: the
+    parts of the case."""
     motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
     along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
     about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
@@ -148,7 +151,8 @@ class SettleCase(Part):
     most_steps: int = parameter("", "largest number of settling steps; the run stops when it is exceeded", 100_000, ge=10)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report steady states, bodies without inertia or not at rest, and supports that move."""
+        """Yield a finding for steady states, for bodies without inertia or not at rest, and for supports that move. Arguments
+        as in `Part.problems`."""
         if parts.one(SteadyCase) is not None:
             yield Finding(path, "[settle] and [steady] cannot be combined", "Remove one of the two.")
         for other, body in parts.placed(BodyModel):
@@ -188,7 +192,8 @@ class StartCase(Part):
     body: tuple[str, ...] | None = parameter("", "names of the bodies (default: all bodies of both runs)", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report an earlier run that does not exist, and bodies that are not in the case."""
+        """Yield a finding for an earlier run that does not exist, and for bodies that are not in the case. Arguments as in
+        `Part.problems`."""
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
             other = "it is a file" if folder.exists() else "it does not exist"

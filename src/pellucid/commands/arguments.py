@@ -25,7 +25,7 @@ Quick = Annotated[bool, typer.Option("--quick", help="Use the quick settings of 
 
 
 def read_threads(text: str) -> int:
-    """Return the number of threads in a text. Raises UsageError for an invalid text."""
+    """Return the number of threads in the text of the option `--threads`. Raises UsageError for an invalid text."""
     from pellucid.jit import check_threads
 
     threads = int(text) if text.isascii() and text.isdecimal() else text
@@ -61,10 +61,10 @@ Until = Annotated[
 
 
 def read_case(case: str, quick: bool, settings: list[str] | None, studied: Mapping[str, Any] | None = None) -> "Case":
-    """Read a case with its quick settings and the user's settings, and check it.
+    """Read a case (gallery id or path) with its quick settings and the user's settings "KEY=VALUE", and check it.
 
-    `studied`: values of fields that a study replaces in every run; they are applied if the case is invalid without them.
-    Raises CaseError.
+    `studied`: values of fields that a study replaces in every run, by dotted key; they are applied if the case is invalid
+    without them. Raises CaseError.
     """
     from pellucid.case import load
 
@@ -78,14 +78,15 @@ def read_case(case: str, quick: bool, settings: list[str] | None, studied: Mappi
 
 
 def read_settings(settings: list[str] | None) -> dict[str, Any]:
-    """Return the values of `--set` by key. Raises CaseError for an invalid text."""
+    """Return the values of the options `--set KEY=VALUE` by key. Raises CaseError for an invalid text."""
     from pellucid.case import parse_setting
 
     return dict(parse_setting(text) for text in settings or ())
 
 
 def read_time(option: str, text: str | None) -> float | None:
-    """Return a positive time [s] from a text such as "0.1" or "20 ms". Raises UsageError with the option."""
+    """Return a positive time [s] from a text such as "0.1" or "20 ms"; None for None. Raises UsageError, which names the
+    option."""
     from pellucid.units import UnitError, to_si
 
     if text is None:

@@ -60,7 +60,7 @@ def mesh(
 
 
 def _check_place(path: Path, file: str) -> None:
-    """Raise UsageError if a path cannot be written or is the mesh file itself."""
+    """Raise UsageError if a path cannot be written or is the mesh file itself. file: the mesh file."""
     if path.exists() and Path(file).exists() and path.samefile(file):
         raise UsageError(f"{path} is the input file, which is never overwritten.\n    Choose another name.")
     if path.is_dir() or not path.absolute().parent.is_dir():

@@ -155,8 +155,8 @@ def view(dir_: Folder) -> None:
 
 
 def share(ranks: int | None) -> None:
-    """Start this number of MPI processes that share the command, in place of this process; do nothing for None. Raises
-    UsageError if several processes already share it."""
+    """Replace this process by `ranks` MPI processes that share the command; do nothing for None. Raises UsageError if several
+    processes already share it."""
     if ranks is None:
         return
     if processes.size > 1:
@@ -167,7 +167,7 @@ def share(ranks: int | None) -> None:
 
 @contextmanager
 def resumable(folder: Path) -> Iterator[None]:
-    """Add the command that continues the run to the message of an interruption."""
+    """Add the command that continues the run in `folder` to the message of an interruption in the block."""
     try:
         yield
     except Interrupted as error:
@@ -181,7 +181,7 @@ def resumable(folder: Path) -> Iterator[None]:
 
 
 def what_is_left(folder: Path) -> str:
-    """Describe the files of a run that was interrupted outside its steps."""
+    """Return the message for a run that was interrupted outside its steps: which results exist and how to continue."""
     from pellucid.results.storage.run_folder import RunFolder
 
     chosen = RunFolder(folder)
@@ -203,7 +203,7 @@ def unused(parent: Path, name: str) -> Path:
 
 
 def conclude(finished: "Run", folder: Path) -> None:
-    """Print the result of a run in one or two lines."""
+    """Print the result of a run (end time, steps, speed, metrics and folder)."""
     from pellucid.progress import clock
 
     if not processes.is_first:

@@ -32,7 +32,7 @@ Slurm = Annotated[
 
 @contextmanager
 def _gone_on_with(folder: Path) -> Iterator[None]:
-    """Add the command that continues the study to the message of an interruption."""
+    """Add the command that continues the study in `folder` to the message of an interruption in the block."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -24,7 +24,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def console() -> "Console":
-    """Return a console on stdout with the width of the terminal; in a pipe lines never wrap."""
+    """Return a rich console on stdout with the width of the terminal; in a pipe lines never wrap."""
     from rich.console import Console
 
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 1000
@@ -37,7 +37,8 @@ def number(value: float | None) -> str:
 
 
 def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"]) -> None:
-    """Print metrics with their references, after columns of `names`; print nothing if there are no metrics."""
+    """Print metrics with their references, errors and tolerances as a table; print nothing if there are no metrics. names:
+    additional first columns, by heading."""
     columns = ("value", "reference", "error", "tolerance")
     rows = [
         (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "fail")

@@ -42,14 +42,15 @@ class Totals:
         self.parts: dict[str, float] = {}
 
     def give(self, left: Passed, affine: float) -> None:
-        """Subtract the momentum and energies of points that left the body; affine: the part of their kinetic energy that
-        belongs to affine fields [J]."""
+        """Subtract the momentum and energies of points that left the body. left: their sums. affine: the part of their kinetic
+        energy that belongs to the affine velocity fields of APIC [J]."""
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
 
     def take(self, entered: Passed, size: float) -> None:
-        """Add the mass, momentum and energy of points that entered the body; size: sum Σ m|v| over these points [kg m/s]."""
+        """Add the momentum and energies of points that entered the body. entered: their sums. size: sum Σ m|v| over these
+        points [kg m/s]."""
         self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
@@ -77,19 +78,19 @@ class Balanced(Protocol):
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, compared with the external work and losses of the `channels` of the run, which
-    are given with their columns.
+    """Energies and momentum after each step, compared with the external work and losses. The `channels` of the run (causes of
+    work, see `Channel`) are given with their columns in a row of works.
 
-    Velocities and stresses of a step are half a step apart. The forces f of the new stress would change the kinetic energy
-    in this half step by f·v Δt/2. This energy is exchanged with the stored energy and back. `staggering` is the sum of its
+    Velocities and stresses of a step are half a step apart. The forces f of the new stress would change the kinetic energy in
+    this half step by f·v Δt/2. This energy is exchanged with the stored energy and back. `staggering` is the sum of its
     changes, positive if the velocities are ahead of the stresses (for symplectic Euler schemes this is the modified energy:
     Hairer, Lubich & Wanner 2006, Geometric Numerical Integration, section IX.3).
 
     The remaining error is split by its two causes. `transfer` is the kinetic energy lost or gained in transfers of velocity
-    between points and grid, except the work and heat that other entries contain. `time_integration` is the difference
-    between the change of the stored energy and the work of the internal forces. Both are errors of the method and vanish
-    under refinement. Their sum is compared with `energy_scale`: the largest energy that moved so far, at least the energy
-    `at_stake` at the start [J].
+    between points and grid, except the work and heat that other entries contain. `time_integration` is the difference between
+    the change of the stored energy and the work of the internal forces. Both are errors of the method and vanish under
+    refinement. Their sum is compared with `energy_scale`: the largest energy that moved so far (kinetic energy plus all energy
+    exchanged since the start), at least the energy `at_stake` at the start [J].
     """
 
     def __init__(
@@ -124,10 +125,11 @@ class EnergyBudget:
         dt: float,
         weight: float = 1.0,
     ) -> None:
-        """Add a step to the balance: the bodies at its end, its work, and the impulses of named contacts by name, shape
-        (3,) each [N s].
+        """Add a step to the balance.
 
-        weight: factor on the impulses in the reactions if the time of the loads differs from the time of the steps.
+        bodies: their state at the end of the step. done: work and impulses of the step. contact_impulses: impulses of named
+        contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the impulses in the reactions if
+        the time of the loads differs from the time of the steps.
         """
         kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
@@ -154,7 +156,8 @@ class EnergyBudget:
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
     def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
-        """Subtract points that left after a recorded step dt [s]; bodies: their state without these points.
+        """Enter in the balance the points that left a body after a step was recorded. bodies: their state without these points.
+        left: sums over these points. dt: length of the step [s].
 
         The staggering energy of the points is also removed, so that no error changes.
         """
@@ -171,7 +174,8 @@ class EnergyBudget:
         self.left_stored += left.stored
 
     def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
-        """Add points that entered after a recorded step; bodies: their state with these points."""
+        """Enter in the balance the points that entered a body after a step was recorded. bodies: their state with these points.
+        entered: sums over these points."""
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
@@ -200,9 +204,9 @@ class EnergyBudget:
                 sums[name] = [so_far + more for so_far, more in zip(before, (weight * impulse).tolist(), strict=True)]
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Return the impulses so far [N s], shape (3,), by name, of motions and of named supports and contacts.
+        """Return the total impulses since the start [N s], shape (3,), of motions and of named supports and contacts, by name.
 
-        Impulses of supports with the same name are summed.
+        support_names: name of each support, or None. Impulses of supports with the same name are summed.
         """
         result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
         for name, impulse in zip(support_names, self.support_impulses, strict=False):
@@ -213,9 +217,10 @@ class EnergyBudget:
     def energies(self) -> dict[str, float]:
         """Return the entries of the balance at the end of the last recorded step by name [J].
 
-        The entries are: kinetic, internal and strain energy, with separate entries for components of the strain energy
-        (work against hourglass modes, energy dissipated by damage); the work of each channel; heat of the artificial
-        viscosity, which is part of the internal energy; the staggering energy; the two errors of the method.
+        The entries are: kinetic, internal and strain energy, with separate entries for components of the strain energy (work
+        against hourglass modes, energy dissipated by damage); the work or heat of each channel (cause of external work or
+        loss); heat of the artificial viscosity, which is part of the internal energy; the staggering energy; the two errors of
+        the method.
         """
         return {
             "kinetic": self.kinetic,
@@ -229,23 +234,23 @@ class EnergyBudget:
 
     @property
     def energy_scale(self) -> float:
-        """Return the reference of the energy error [J]: the largest energy that moved so far, at least the energy at stake
-        at the start."""
+        """Reference of the energy error [J]: the largest energy that moved so far (kinetic energy plus all energy exchanged
+        since the start), at least the energy that the bodies could release at the start."""
         return max(self.moved, self.at_stake)
 
     @property
     def made(self) -> float:
-        """Energy gained by the bodies from channels that can only remove energy [J]; it is an error of the method."""
+        """Energy that the bodies gained from channels that can only remove energy (contact, velocity transfer, friction) [J];
+        it is an error of the method."""
         channels = (channel for channel in ONLY_TAKE if channel in self.channels)
         return sum(max(channel.sign * self.sums[channel.name], 0.0) for channel in channels)
 
     def energy_error(self) -> float:
-        """Return the relative error of the energy balance: the energy that no channel explains plus `made`, divided by
-        `energy_scale`.
+        """Return the relative error of the energy balance: the change of energy that no channel (cause of external work or
+        loss) explains plus `made`, divided by `energy_scale`.
 
-        The scale is the largest energy that moved so far, but at least the strain and potential energy at the start, with
-        an allowance for the rounding of the internal energy and of the energy of small strains
-        (`pellucid.energy.at_stake`).
+        The scale is the largest energy that moved so far, but at least the strain and potential energy at the start, with an
+        allowance for the rounding of the internal energy and of the energy of small strains (`pellucid.energy.at_stake`).
         """
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
@@ -314,7 +319,8 @@ class EnergyBudget:
 
 
 class AngularMomentum(NamedTuple):
-    """Angular momentum of bodies about a point, shape (3,), and the sum of the magnitudes Σ m |r| |v| over their points."""
+    """Angular momentum of bodies about a point, shape (3,), and the sum of the magnitudes Σ m |r| |v| over their points, where
+    r is the position relative to this point."""
 
     vector: np.ndarray  # (3,) Σ m r × v, including the angular momentum of each point about its centre [N m s]
     size: float  # Σ m |r| |v| [N m s]
@@ -330,7 +336,8 @@ class Turning(Protocol):
 class AngularBalance:
     """Balance of the angular momentum of all bodies about their common centre of mass at the start.
 
-    axes: axes about which the bodies can rotate. The error is relative to the largest Σ m |r| |v| so far.
+    axes: axes (0 to 2) about which the bodies can rotate. The error is relative to the largest Σ m |r| |v| so far, summed over
+    the points with the position r relative to this centre.
     """
 
     def __init__(self, bodies: Sequence[Turning], axes: Sequence[int]) -> None:
@@ -342,8 +349,8 @@ class AngularBalance:
         self._initial, self._scale = self._sum(bodies)
 
     def error(self, bodies: Sequence[Turning]) -> float:
-        """Return the change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 if no point has
-        moved."""
+        """Return the largest change of a component of the angular momentum since the start, relative to the largest Σ m |r|
+        |v|; 0 if no point has moved."""
         now, size = self._sum(bodies)
         scale = max(self._scale, size)
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0

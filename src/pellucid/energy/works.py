@@ -15,8 +15,8 @@ exchange kinetic and stored energy. The columns from FIRST_LOAD on belong to the
 
 
 class Channel(NamedTuple):
-    """External work or loss: its name in `history.csv`, which ends in `_work`, `_heat` or `_energy`, and its sign in the
-    balance."""
+    """A cause of external work or loss, i.e. an entry of the energy balance: its name in `history.csv`, which ends in `_work`,
+    `_heat` or `_energy`, and its sign in the balance."""
 
     name: str
     sign: float = 1.0
@@ -68,19 +68,20 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 
 def channel_of_load(name: str) -> Channel:
-    """Return the work channel (a column of the energy balance) for external forces with this name. Its sign is 1, except
-    for the exchanges with enclosed fluid and surface energy, which are not external work."""
+    """Return the channel (entry of the energy balance) of the work of external forces with this name. Its sign is 1, except for
+    the work of enclosed fluids and of surface tension, which is an exchange within the balance (0)."""
     passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
     return passing.get(name, Channel(name))
 
 
 class WorkLayout:
-    """Columns of a row of works for the channels of a run, and the number of supports with impulses.
+    """Order of the columns in a row of works [J] for the channels (entries of the energy balance) of a run, and the number of
+    supports whose impulses are summed.
 
-    loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of
-    work counted by conditions or kernels. channels: all channels shown in the history, in its order, with their columns.
-    touching: True if surfaces are in contact; the last nodal array then contains the contact forces, whose work is added to
-    the contact work. Raises ValueError if two channels have the same name.
+    loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of work
+    counted by conditions or kernels. channels: all channels shown in the history, in its order, with their columns. touching:
+    True if surfaces are in contact; the last nodal array then contains the contact forces, whose work is added to the contact
+    work. Raises ValueError if two channels have the same name.
     """
 
     def __init__(
@@ -100,12 +101,12 @@ class WorkLayout:
         self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
 
     def column(self, channel: Channel) -> int:
-        """Return the column of a channel of this run."""
+        """Return the column of a channel (entry of the energy balance) of this run in a row of works."""
         return self.channels[channel]
 
     def with_surface_contact(self, done: "StepWork", from_outside: float = 0.0) -> "StepWork":
-        """Add the work of forces between surfaces to the contact work of a step, clear its own column, and return the
-        step's work.
+        """Move the work of forces between surfaces, which has a column of its own, to the contact work of a step. `done` is
+        changed and returned; unchanged if no surfaces are in contact.
 
         from_outside: work done by moving walls [J], which is counted as work of supports.
         """
@@ -116,7 +117,7 @@ class WorkLayout:
         return done
 
     def no_work(self) -> "StepWork":
-        """Return the work of a step without any work or impulse, with all columns."""
+        """Return a `StepWork` of zeros with all columns and supports of this layout."""
         return no_work(self.n_columns, self.n_supports)
 
 
@@ -137,23 +138,23 @@ def no_work(columns: int, n_supports: int) -> StepWork:
 
 
 def row_length(columns: int, n_impulses: int) -> int:
-    """Return the length of the row that a kernel sums: columns of work, mass on which gravity acts, impulses of three
-    components."""
+    """Return the number of entries of the row that a kernel sums: the columns of work, the mass on which gravity acts, and
+    three components of each impulse."""
     return columns + 1 + 3 * n_impulses
 
 
 def step_work(sums: np.ndarray, columns: int) -> StepWork:
-    """Convert a row summed by a kernel, see `row_length`, to the work of a step.
+    """Convert a row summed by a kernel, see `row_length`, to the work of a step. columns: number of columns of work.
 
-    The impulses of the supports and of axes that are one cell thick come first in the row; the impulse of loads and
-    absorbing faces comes last.
+    The impulses of the supports and of axes that are one cell thick come first in the row; the impulse of loads and absorbing
+    faces comes last.
     """
     impulses = sums[columns + 1 :].reshape(-1, 3)
     return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
 
 
 def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
-    """Return the sum of several works of a step, added in their order, in a row with this number of columns."""
+    """Sum the works and impulses of several parts of a step, in their order; the sum has `columns` columns of work."""
     works, gravity_mass = np.zeros(columns), 0.0
     reactions, impulse = np.zeros((max(len(part.reactions) for part in parts), 3)), np.zeros(3)
     motions: dict[str, np.ndarray] = {}

@@ -17,12 +17,14 @@ def column(run: Run, name: str) -> Array:
 
 
 def compared(value: float, exact: float, tolerance: float, unit: str, meaning: str) -> Metric:
-    """Return the metric of a number with a known exact value; the error is relative."""
+    """Return the metric of a number with a known exact value, not 0; the error is relative to it. tolerance: largest allowed
+    error; meaning: description."""
     return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
 
 
 def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> Metric:
-    """Return the metric of a number whose exact value is zero."""
+    """Return the metric of a number whose exact value is zero; its error is its magnitude. tolerance: largest allowed error;
+    meaning: description."""
     return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
 
 
@@ -40,11 +42,12 @@ def energy_metric(run: Run, tolerance: float) -> Metric:
 def deviations(
     run: Run, table: str, columns: Mapping[str, tuple[str, str]], tolerance: float, known: str = ""
 ) -> dict[str, Metric]:
-    """Return metrics of the largest deviations of history columns from finite elements, relative to the largest change of
-    the reference.
+    """Return metrics of the largest deviations of history columns from finite elements, relative to the largest change of the
+    finite-element curve.
 
-    columns: column and its description, by name of the metric. known: prefix of the reference columns in the table. Raises
-    ValueError if the problem differs from the gallery's, because the reference is not valid for it.
+    table: name of the stored finite-element curves. columns: column of the history and its description, by name of the metric.
+    tolerance: largest allowed deviation. known: prefix of the columns in the table. Raises ValueError if the problem differs
+    from the gallery's, because the reference is not valid for it.
     """
     if not finite_elements.same_problem(run.case, load(run.stored.id)):
         raise ValueError("the finite-element reference requires the bodies and materials of the gallery's case")
@@ -59,8 +62,8 @@ def deviations(
 
 
 def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
-    """Draw a curve in colour over the exact curve, which is wide and grey; later curves are dashed so that none hides
-    another."""
+    """Draw a computed curve `found` in colour over the exact curve, which is wide and grey. Further computed curves on the same
+    axes are dashed so that none hides another."""
     first = not axes.lines
     axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)
     axes.plot(time, found, color=colour, linewidth=1.2, linestyle="-" if first else (0, (4, 3)), label=name)

@@ -24,8 +24,8 @@ MEASURE = {1: 2.0, 2: 2.0 * pi, 3: 4.0 * pi}  # of the unit sphere's surface; of
 
 @dataclass(frozen=True)
 class Similarity:
-    """The self-similar solution of an explosion: the energy constant α, and profiles at ascending ξ = r/R (radius over
-    shock radius) from INNERMOST to 1, arrays of shape (n,)."""
+    """The self-similar solution of an explosion: the energy constant α, and profiles of the dimensionless velocity U, density G
+    and pressure P at ascending ξ = r/R (radius over shock radius) from INNERMOST to 1, arrays of shape (n,)."""
 
     alpha: float
     xi: Array
@@ -76,7 +76,7 @@ class Blast:
 
     @classmethod
     def of(cls, case: "Case") -> "Blast":
-        """Build the blast of a case. The first body is the hot gas, a cylinder or ball that may be cut by planes of
+        """Build the blast of a case. The first body must be the hot gas, a cylinder or ball that may be cut by planes of
         symmetry; the second body is the cold gas."""
         hot, cold = case.body
         x, y, z = (not thin for thin in case.thin)
@@ -91,8 +91,8 @@ class Blast:
         return np.asarray((self.energy * np.square(time) / (alpha * self.density)) ** (1.0 / (n + 2)))
 
     def at(self, radius: Array, time: float) -> dict[str, Array]:
-        """Return density [kg/m³], radial velocity [m/s] and pressure [Pa] at radii [m] of any shape; the gas ahead of the
-        shock is at rest with zero pressure."""
+        """Return density [kg/m³], radial velocity [m/s] and pressure [Pa] by name at radii [m] of any shape and a time [s]; the
+        gas ahead of the shock is at rest with zero pressure."""
         front = float(self.radius(time))
         speed = 2.0 / (self.dimensions + 2.0) * front / time
         profiles, xi = similarity(self.dimensions, self.gamma), radius / front

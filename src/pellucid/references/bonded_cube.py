@@ -1,8 +1,8 @@
-"""Soft cube bonded to two plates, by finite elements: `validation/mountris2019-cube`.
+"""Soft cube bonded to two plates and stretched or compressed, by finite elements: `validation/mountris2019-cube`.
 
-Edge 0.1 m, Young's modulus 3000 Pa, Poisson's ratio 0.49; the free sides may pass the planes of the plates. The two forms
-of the energy are defined in `stretched_block`. The positions of the free sides of the stretched cube are in the table
-`cube_bulge` of `finite_elements`.
+Edge 0.1 m, Young's modulus 3000 Pa, Poisson's ratio 0.49; the free sides may pass the planes of the plates. The two forms of
+the energy are defined in `stretched_block`. The positions of the free sides of the stretched cube are in the table `cube_bulge`
+of `finite_elements`.
 """
 
 from typing import NamedTuple

@@ -12,11 +12,11 @@ from pellucid.references.annotations import Array, Case
 
 
 def martin_moyce(quantity: str) -> tuple[Array, Array]:
-    """Return times and values of `front` (T = n t sqrt(g/a), Z = x/a) or `height` (tau = t sqrt(g/a), H = y/(n² a)), for n²
-    = 2.
+    """Return times and values of a measured curve, shape (n,) each, for n² = 2: `front` (times T = n t sqrt(g/a), front Z =
+    x/a) or `height` (times tau = t sqrt(g/a), height at the wall H = y/(n² a)).
 
-    The start of the flow could not be observed in the experiment: each series is shifted in time so that all agree at Z =
-    1.44.
+    a: initial width of the column, n²: ratio of its height to its width. The start of the flow could not be observed in the
+    experiment: each series is shifted in time so that all agree at Z = 1.44.
     """
     text = files("pellucid.references").joinpath("martin_moyce_1952.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
@@ -26,7 +26,7 @@ def martin_moyce(quantity: str) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Column:
-    """A water column at a wall: width a [m], height [m], gravity g [m/s^2]."""
+    """A water column at a wall: width a [m], initial height [m], gravity g [m/s^2]."""
 
     width: float
     height: float
@@ -44,14 +44,14 @@ class Column:
         return self.height / self.width
 
     def front_time(self, time: ArrayLike) -> Array:
-        """Return the dimensionless times T = n t sqrt(g/a) of times [s]."""
+        """Return the dimensionless times T = n t sqrt(g/a) of times t [s]."""
         return np.asarray(time, dtype=float) * sqrt(self.aspect * self.gravity / self.width)
 
     def height_time(self, time: ArrayLike) -> Array:
-        """Return the dimensionless times tau = t sqrt(g/a) of times [s]."""
+        """Return the dimensionless times tau = t sqrt(g/a) of times t [s]."""
         return np.asarray(time, dtype=float) * sqrt(self.gravity / self.width)
 
     def ritter(self, time: ArrayLike) -> Array:
-        """Return the front position x/a = 1 + 2T of a frictionless thin sheet (shallow water), an upper bound for all
-        columns."""
+        """Return the front position x/a = 1 + 2T of a frictionless thin sheet (shallow water) at times [s], an upper bound for
+        all columns; T: dimensionless time of `front_time`."""
         return 1.0 + 2.0 * self.front_time(time)

@@ -23,5 +23,6 @@ def between_zero_ends(start: Callable[[Array], Array], length: float, spread: fl
 
 
 def harmonic_decay(degree: int, radius: float, diffusivity: float) -> float:
-    """Return the decay rate of spherical harmonics of degree l on a sphere, l (l + 1) D/R² [1/s]."""
+    """Return the decay rate of the concentration of a spherical harmonic of degree l on a sphere, l (l + 1) D/R² [1/s], with
+    the radius R [m] and the diffusivity D [m²/s]."""
     return degree * (degree + 1) * diffusivity / radius**2

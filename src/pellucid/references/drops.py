@@ -19,8 +19,8 @@ def deformation(capillary: float, ratio: float, confinement: float = 0.0) -> flo
 
 
 def approach(capillary: float, ratio: float, strain: float) -> float:
-    """Return the deformation of an initially spherical drop after a strain (shear rate times time), as a share of the
-    steady deformation, without inertia.
+    """Return the deformation of an initially spherical drop after a strain (shear rate times time), as a share of the steady
+    deformation, without inertia. capillary, ratio: as in `deformation`.
 
     The relaxation rate of an ellipsoid is used: Rallison 1984, Annu. Rev. Fluid Mech. 16, 45.
     """

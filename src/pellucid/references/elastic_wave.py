@@ -43,11 +43,11 @@ class StandingWave:
         return 2.0 * np.pi / self.frequency
 
     def velocity(self, x: Array, time: float) -> Array:
-        """Return the velocity along the bar [m/s] at initial positions x [m]."""
+        """Return the velocity along the bar [m/s] at initial positions x [m] and a time [s]."""
         return self.amplitude * np.sin(self.wave_number * x + self.phase) * np.cos(self.frequency * time)
 
     def displacement(self, x: Array, time: float) -> Array:
-        """Return the displacement along the bar [m] at initial positions x [m]."""
+        """Return the displacement along the bar [m] at initial positions x [m] and a time [s]."""
         swing = np.sin(self.frequency * time) / self.frequency
         return self.amplitude * np.sin(self.wave_number * x + self.phase) * swing
 

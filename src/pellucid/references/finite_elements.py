@@ -20,8 +20,8 @@ def read(table: str) -> dict[str, Array]:
 
 
 def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Array, reference: Array) -> float:
-    """Return the largest deviation of a curve from a reference, divided by the largest change of the reference from its
-    start (no unit).
+    """Return the largest deviation of a curve (times, values) from a reference curve, divided by the largest change of the
+    reference from its start (no unit).
 
     Both curves have the same units. They are compared at the times of the reference, up to the end of the curve.
     """
@@ -32,7 +32,8 @@ def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Arra
 
 
 def same_problem(case: Case, other: Case) -> bool:
-    """Return True if two cases describe the same problem for the same bodies.
+    """Return True if two cases describe the same problem for the same bodies, so that a reference for one is valid for the
+    other.
 
     Grid, points, step, length and output may differ, and so may the kind of a membrane: points or elements.
     """

@@ -43,7 +43,7 @@ class HeavyColumn:
         return np.asarray(-self.density * self.gravity * (self.height - heights))
 
     def stretch(self, heights: Array) -> Array:
-        """Return the stretch at heights in the stress-free column [m] of any shape, by bisection."""
+        """Return the axial stretch λ at heights in the stress-free column [m] of any shape, by bisection."""
         wanted = self.stress(heights)
         low, high = np.full(wanted.shape, 1e-6), np.ones(wanted.shape)
         for _ in range(60):

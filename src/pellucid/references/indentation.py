@@ -18,8 +18,8 @@ from pellucid.references.annotations import Array
 
 
 class Layer(NamedTuple):
-    """An elastic layer on a rigid base: Young's modulus [Pa], Poisson's ratio, thickness [m]; bonded to the base or
-    slipping on it."""
+    """An elastic layer on a rigid base: Young's modulus [Pa], Poisson's ratio, thickness [m]; bonded to the base, or free to
+    slip on it."""
 
     young_modulus: float
     poisson_ratio: float
@@ -39,7 +39,8 @@ class Layer(NamedTuple):
 
 
 def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, float]:
-    """Return depth [m] and force [N] for a sphere of a radius [m] at a contact radius [m].
+    """Return the depth to which a sphere of a radius [m] is pressed into a layer [m] and the force on it [N], for a contact
+    radius `contact` [m].
 
     Raises ValueError if the contact is wider than two thicknesses, which the quadrature does not resolve.
     """

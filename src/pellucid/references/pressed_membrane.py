@@ -23,19 +23,21 @@ class PressedSphere(NamedTuple):
     radius: float
 
     def force(self, displacement: float) -> float:
-        """Return the force on one plate [N] at a displacement [m]."""
+        """Return the force on one plate [N] when it has moved by `displacement` [m] since first contact."""
         return self._interpolate("force", displacement) * self.young_modulus * self.thickness * self.radius
 
     def pressure(self, displacement: float) -> float:
-        """Return the pressure of the liquid relative to the outside [Pa] at a displacement [m]."""
+        """Return the pressure of the liquid relative to the outside [Pa] when one plate has moved by `displacement` [m] since
+        first contact."""
         return self._interpolate("pressure", displacement) * self.young_modulus * self.thickness / self.radius
 
     def equator(self, displacement: float) -> float:
-        """Return the largest radius of the mid-surface [m] at a displacement [m]."""
+        """Return the largest radius of the mid-surface [m] when one plate has moved by `displacement` [m] since contact."""
         return self._interpolate("equator", displacement) * self.radius
 
     def _interpolate(self, name: str, displacement: float) -> float:
-        """Return a dimensionless column of the table at a displacement [m]. Raises ValueError outside the table."""
+        """Return the dimensionless column `name` of the table at the displacement of one plate [m]. Raises ValueError outside
+        the table."""
         from scipy.interpolate import PchipInterpolator
 
         table = read("pressed_membrane")

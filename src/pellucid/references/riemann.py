@@ -18,7 +18,7 @@ FLOAT_LIMIT = 1e-15
 
 
 class VacuumError(ValueError):
-    """Error for two states between which a vacuum opens, so that there is no star region."""
+    """Error for two gas states between which a vacuum opens, so that there is no star region (the region between the waves)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class GasState:
 
 
 class Wave(NamedTuple):
-    """A wave that runs into a state: speeds of head and tail [m/s], which are equal for a shock, and density behind it
+    """A wave that runs into a gas: speeds of its head and tail [m/s], which are equal for a shock, and density behind it
     [kg/m^3]."""
 
     head: float
@@ -61,7 +61,8 @@ class Wave(NamedTuple):
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """Exact solution: the left and right states, pressure and velocity of the star region, and the waves on both sides."""
+    """Exact solution: the left and right gas states, pressure [Pa] and velocity [m/s] of the star region (between the waves),
+    and the waves on both sides."""
 
     left: GasState
     right: GasState
@@ -87,7 +88,7 @@ class RiemannSolution:
 
 
 def solve(left: GasState, right: GasState) -> RiemannSolution:
-    """Compute the star region and the waves between two states.
+    """Compute the solution for two gas states: the star region (between the waves) and the waves.
 
     Raises VacuumError if a vacuum opens between them.
     """
@@ -104,8 +105,8 @@ def solve(left: GasState, right: GasState) -> RiemannSolution:
 
 
 def _star_pressure(left: GasState, right: GasState) -> float:
-    """Return the root of f(p) = f_L(p) + f_R(p) + u_R - u_L. f is increasing and concave, so Newton's method from below
-    never overshoots."""
+    """Return the pressure between the waves [Pa], the root of f(p) = f_L(p) + f_R(p) + u_R - u_L with `_velocity_change` f_L,
+    f_R. f is increasing and concave, so Newton's method from below never overshoots."""
 
     def mismatch(p: float) -> tuple[float, float]:
         (f_left, df_left), (f_right, df_right) = _velocity_change(left, p), _velocity_change(right, p)
@@ -124,8 +125,8 @@ def _star_pressure(left: GasState, right: GasState) -> float:
 
 
 def _velocity_change(gas: GasState, pressure: float) -> tuple[float, float]:
-    """Return the velocity change across the wave from `gas` to `pressure` [m/s], and its derivative with respect to
-    pressure."""
+    """Return the velocity change f across the wave from `gas` to the pressure behind it [m/s], and its derivative with respect
+    to this pressure [m/(s Pa)]."""
     gamma = gas.gamma
     if pressure > gas.pressure:  # shock: Rankine-Hugoniot
         a, b = 2.0 / ((gamma + 1.0) * gas.density), (gamma - 1.0) / (gamma + 1.0) * gas.pressure
@@ -137,7 +138,7 @@ def _velocity_change(gas: GasState, pressure: float) -> tuple[float, float]:
 
 
 def _wave(gas: GasState, pressure: float) -> Wave:
-    """Return the wave between a *left* state and the star region, which has this pressure [Pa]."""
+    """Return the wave that runs into the *left* gas state; pressure: pressure behind it, in the star region [Pa]."""
     gamma, ratio = gas.gamma, pressure / gas.pressure
     if ratio > 1.0:
         g = (gamma - 1.0) / (gamma + 1.0)
@@ -152,7 +153,8 @@ def _wave(gas: GasState, pressure: float) -> Wave:
 def _one_side(
     gas: GasState, wave: Wave, star_pressure: float, star_velocity: float, xi: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return density, velocity and pressure at x/t = xi on the left of the contact."""
+    """Return density [kg/m^3], velocity [m/s] and pressure [Pa] at x/t = xi [m/s] on the left of the contact, each of the shape
+    of xi. gas: left state; wave: left wave."""
     gamma, sound = gas.gamma, gas.sound_speed
     star = (np.full(xi.shape, wave.density), np.full(xi.shape, star_velocity), np.full(xi.shape, star_pressure))
     inside = (xi >= wave.head) & (xi < wave.tail)

@@ -30,13 +30,15 @@ class Tube:
         return cls(solve(left, right), diaphragm, case.grid.lower[0], case.grid.upper[0], case.grid.cell)
 
     def exact(self, x: Array, time: float) -> dict[str, Array]:
-        """Return the exact fields at positions x [m] of any shape; valid until a wave reaches an end of the tube."""
+        """Return density, velocity, pressure and internal energy by name (SI units) at positions x [m] of any shape and a time
+        [s]; valid until a wave reaches an end of the tube."""
         if time == 0.0:  # the two gases, whatever lies between them later
             return self.solution.sample(np.where(x < self.diaphragm, -np.inf, np.inf))
         return self.solution.sample((x - self.diaphragm) / time)
 
     def fronts(self, time: float) -> dict[str, float]:
-        """Return the positions of the head and tail of the left rarefaction, of the contact, and of the right shock [m]."""
+        """Return the positions of the head and tail of the left rarefaction, of the contact, and of the right shock [m] at a
+        time [s], by name."""
         speeds = {
             "fan head": self.solution.left_wave.head,
             "fan tail": self.solution.left_wave.tail,
@@ -65,7 +67,8 @@ class Tube:
 
 @dataclass(frozen=True)
 class Profile:
-    """A profile of means over bins along x: `edges` [m], shape (n+1,), and an array of shape (n,) for each quantity."""
+    """A profile of means over bins (intervals along x): `edges` [m], shape (n+1,), and `means`, an array of shape (n,) for each
+    quantity."""
 
     edges: Array
     means: dict[str, Array]
@@ -77,10 +80,10 @@ class Profile:
 
     @classmethod
     def of_points(cls, points: dict[str, Array], edges: Array) -> "Profile":
-        """Compute means of the points in each bin.
+        """Compute means of the fields of points (by name) in bins along x with the given edges [m], shape (n+1,).
 
-        Density is mass divided by volume; pressure is weighted by volume, velocity and internal energy by mass. A bin
-        without points has the value NaN.
+        Density is mass divided by volume; pressure is weighted by volume, velocity and internal energy by mass. A bin without
+        points has the value NaN.
         """
         x, mass = points["position"][:, 0], points["mass"]
         volume = mass / points["density"]
@@ -96,7 +99,8 @@ class Profile:
         return cls(edges, means)
 
     def relative_l1(self, exact: "Profile", name: str) -> float:
-        """Return the relative L1 error, sum |mean - exact mean| / sum |exact mean|, over the bins that contain points."""
+        """Return the relative L1 error of the quantity `name`, sum |mean - exact mean| / sum |exact mean|, over the bins that
+        contain points. exact: profile of exact means in the same bins."""
         width, found, wanted = np.diff(self.edges), self.means[name], exact.means[name]
         known = np.isfinite(found)
         return float(np.sum((width * np.abs(found - wanted))[known]) / np.sum(width * np.abs(wanted)))

@@ -93,7 +93,7 @@ class SpinningDisc:
 
     def stresses(self, r: ArrayLike, time: float | None = None) -> tuple[Array, Array]:
         """Return radial and hoop stress [Pa] at radii r > 0 [m] and a time [s]; without a time, the stresses of the static
-        state."""
+        state (without oscillation)."""
         a, b = self._static
         r = np.asarray(r, dtype=float)
         stretch, hoop = a - 3.0 * b * r**2, a - b * r**2

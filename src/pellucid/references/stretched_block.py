@@ -19,7 +19,8 @@ class Stretched(NamedTuple):
 
 
 def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poisson_ratio: float, stretch: float) -> Stretched:
-    """Compute the state of a block with Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis."""
+    """Compute the homogeneous state of a block with Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis,
+    with free sides; form: form of the energy."""
     mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
     bulk = young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
     state = _coupled if form == "coupled" else _decoupled
@@ -32,8 +33,8 @@ def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poiss
 
 
 def _coupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
-    """Return a value with the sign of the lateral stress, the energy, and the axial stress, for shear and bulk modulus,
-    lateral stretch a and axial stretch s."""
+    """Return a value with the sign of the lateral stress, the energy per initial volume [J/m³], and the axial force per initial
+    area [Pa], for shear and bulk modulus [Pa], lateral stretch a and axial stretch s."""
     lam, ln_J = bulk - 2.0 * mu / 3.0, log(a * a * s)
     energy = 0.5 * mu * (2.0 * a * a + s * s - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2
     return mu * (a * a - 1.0) + lam * ln_J, energy, (mu * (s * s - 1.0) + lam * ln_J) / s

@@ -16,8 +16,8 @@ NEWTON = 30
 
 
 def least_energy(radius: float, half_width: float, thickness: float, young_modulus: float, poisson_ratio: float) -> float:
-    """Return the minimum energy [J] of a spherical skin of a radius [m] and thickness [m] that is spread to a half width
-    [m]."""
+    """Return the minimum energy [J] of a spherical skin of a radius [m] and thickness [m] that is filled with incompressible
+    liquid and spread to a half width [m]."""
     E, nu, q = young_modulus, poisson_ratio, half_width / radius
     lam, mu = nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 / (1.0 + nu)  # over E
     angle = np.linspace(0.0, 0.5 * np.pi, CONES + 1)
@@ -48,8 +48,8 @@ def _volume(r: np.ndarray, z: np.ndarray) -> float:
 
 
 def _density(first: np.ndarray, second: np.ndarray, lam: float, mu: float) -> np.ndarray:
-    """Return the energy per initial volume of two principal stretches [J/m³], minimized over wrinkling and the free
-    thickness."""
+    """Return the strain energy per initial volume of two principal stretches [J/m³], minimized over wrinkling and the free
+    thickness. lam, mu: Lamé's constants [Pa]."""
     major, minor = np.maximum(np.maximum(first, second), 1.0), np.minimum(first, second)
     minor = np.maximum(minor, np.sqrt(_squared(major, lam, mu, 1.0)))  # the natural width
     third = np.sqrt(_squared(major * minor, lam, mu, 0.5))

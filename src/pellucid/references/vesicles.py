@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 
 class Growing(NamedTuple):
-    """A growing circle or sphere of film whose equation of state has the exponent 1."""
+    """A circle or sphere of fluid film that grows or shrinks; the exponent of its equation of state is 1."""
 
     sphere: bool
     radius: float  # initial radius [m]
@@ -83,12 +83,12 @@ solutions of the shape equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev.
 
 
 def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, radius: float) -> float:
-    """Return the decay rate [1/s] of a disturbance with n waves around a circle of inextensible film, with the same drag in
-    all directions.
+    """Return the decay rate [1/s] of a small disturbance of the radius with n waves around a circle of inextensible film, with
+    the same drag in all directions.
 
     ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the radius R [m], the inner pressure P [Pa], the bending
-    rigidity κ [J/m] and the drag ζ [Pa s/m]. Linear theory: r = R + u cos nφ causes the normal force -S u, and without
-    stretch the tangential velocity is 1/n of the normal velocity. Errors are of the order of (u/R)².
+    rigidity κ [J/m] and the drag ζ [Pa s/m]. Linear theory: r = R + u cos nφ causes the normal force -S u, and without stretch
+    the tangential velocity is 1/n of the normal velocity. Errors are of the order of (u/R)².
     """
     square = waves * waves
     stiffness = (square - 1) * (pressure / radius + rigidity * (square - 1) / radius**4)
@@ -96,11 +96,11 @@ def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, r
 
 
 def sphere_mode_rate(degree: int, rigidity: float, viscosity: float, dilatational: float, radius: float) -> float:
-    """Return the decay rate [1/s] of a spherical harmonic of degree l on a sphere of film without drag, tension and
-    pressure.
+    """Return the decay rate [1/s] of a small disturbance of the radius of a spherical film, a spherical harmonic of degree l,
+    without drag, tension and pressure.
 
-    ω = κ L ((2μ + λ) L - 2μ)/(4μ (μ + λ) R⁴), L = l (l + 1), with the bending rigidity κ [J] and the viscosities μ, λ [N
-    s/m] (linear theory). Errors are of the order of the amplitude divided by R.
+    ω = κ L ((2μ + λ) L - 2μ)/(4μ (μ + λ) R⁴), L = l (l + 1), with the bending rigidity κ [J], the viscosities μ, λ
+    (dilatational) [N s/m] and the radius R [m] (linear theory). Errors are of the order of the amplitude divided by R.
     """
     L = degree * (degree + 1)
     drag = 4.0 * viscosity * (viscosity + dilatational) * radius**4

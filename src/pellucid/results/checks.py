@@ -22,7 +22,11 @@ ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 
 
 def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Metric:
-    """Evaluate a check on the columns of a history."""
+    """Evaluate a check of the case on the history and return its metric: computed value, reference value, error, tolerance.
+
+    asked: the check. units: unit of each column of the history. If a file with a reference curve cannot be read, the error of
+    the metric is infinite.
+    """
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
         instant = asked.at if asked.when is None else _passed(asked.when, readings, units)
@@ -39,13 +43,18 @@ def _unit(units: Mapping[str, str], column: str) -> str:
 
 
 def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
-    """Return the first time [s] at which a column of the history reaches the value of a `Passing`; nan if it never does."""
+    """Return the first time [s] at which a column of the history reaches a value, the event `passing` of a check; NaN if it
+    never does. units: unit of each column."""
     return readings.first_time(passing.column, in_si(passing.reaches, _unit(units, passing.column)))
 
 
 def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:
-    """Return the computed value, the reference value, the error, the magnitude of the reference, and a description of the
-    evaluation."""
+    """Evaluate a check at `instant` [s], or over all rows if `instant` is None.
+
+    Returns the computed value, the reference value, the error, the magnitude of the reference, and a description of the
+    evaluation. For a reference curve, computed value and error are the root mean square of the difference from the curve. unit:
+    SI unit of the result.
+    """
     times, values = readings.curve(asked.column)
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)

@@ -35,5 +35,5 @@ class Metric:
 
 
 def finite(number: float) -> float | None:
-    """Return the number, or None if it is not finite."""
+    """Return the number, or None if it is NaN or infinite (JSON has no such numbers)."""
     return float(number) if math.isfinite(number) else None

@@ -32,7 +32,7 @@ class Readings:
         return float(times[0]), float(times[-1])
 
     def curve(self, y: str, x: str = "time", whole: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return a column against another one, both at the same instants.
+        """Return the column `y` against the column `x`, both at the same instants.
 
         These are the instants of the rows, or the middles of the intervals between them if one of the two is a mean. Values at
         rows are averaged to the middles.

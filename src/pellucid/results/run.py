@@ -97,7 +97,11 @@ class Run(StoredRun):
 
 
 def dimension(name: str, components: int) -> str:
-    """Return the name of the component axis of a field in a dataset."""
+    """Return the name of the component axis of a field in an xarray dataset.
+
+    Vectors and tensors in space share the names "axis", "axes" and "row_by_row" (3, 6, 9 components); another field has an axis
+    of its own.
+    """
     along = COMPONENT_NAMES.get(components)
     is_along_axes = along is not None and (name not in FIELDS or FIELDS[name].names == along)
     return {3: "axis", 6: "axes", 9: "row_by_row"}[components] if is_along_axes else f"component_of_{name}"

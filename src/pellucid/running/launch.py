@@ -52,15 +52,15 @@ def run_case(
     report: bool = True,
     foretell: bool = False,
 ) -> Run:
-    """Run a case from the start and write all results to `out`, by default a temporary folder that is removed with the
-    returned run.
+    """Run a case from the start and write all results to `out`, by default a temporary folder that is removed with the returned
+    run.
 
-    `until` [s] ends the run after the first step that reaches this time. `report=False` omits figures and report.
-    `foretell` reports the expected number of steps before the run. `progress=True` shows the progress on a terminal or in a
-    notebook. An earlier run in `out` is replaced.
+    `threads`: number of threads; by default the fastest number is measured. `until` [s] ends the run after the first step that
+    reaches this time. `report=False` omits figures and report. `foretell` reports the expected number of steps before the run.
+    `progress=True` shows the progress on a terminal or in a notebook. An earlier run in `out` is replaced.
 
-    Raises `UsageError` if `case` is not a case, or if the folder contains other files or is in use; `RunStopped` after a
-    forensic dump; `Interrupted` after a checkpoint; `OutputError` if the disk is full.
+    Raises `UsageError` if `case` is not a case, or if the folder contains other files or is in use; `RunStopped` after an error
+    stop, whose state has been written for diagnosis; `Interrupted` after a checkpoint; `OutputError` if the disk is full.
     """
     from pellucid.case.spec import required
 
@@ -147,8 +147,9 @@ def resume_case(
 ) -> Run:
     """Resume the run in `out` from its last checkpoint, bit for bit; without a checkpoint, restart it from the beginning.
 
-    `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output).
-    Raises `UsageError` if there is no run or a setting may not change, and the errors of `run_case`.
+    `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output). Other
+    arguments as in `run_case`. Raises `UsageError` if there is no run or a setting may not change, and the errors of
+    `run_case`.
     """
     progress = seen(progress)
     domain.group.join()
@@ -209,7 +210,8 @@ def _go_on(
 
 
 def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
-    """Read the case of a run; if its file was edited and is invalid, apply the settings that may correct it."""
+    """Read the case of a run. If its file was edited and is invalid, apply the settings (values by dotted key), which may
+    correct it."""
     try:
         return folder.read_case()
     except CaseError:
@@ -219,15 +221,16 @@ def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
 
 
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Read the newest undamaged checkpoint, or None. With several processes, the first one searches first and sets damaged
-    files aside."""
+    """Read arrays and numbers of the newest undamaged checkpoint; None if there is none. With several processes, the first one
+    searches first and renames damaged files."""
     found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
     domain.group.told(None)
     return found if domain.group.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
 
 
 def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> None:
-    """Raise UsageError if processes that were started together run different cases."""
+    """Raise UsageError if processes that were started together run different cases, write to different folders or end at
+    different times."""
     from pellucid.case import dumps
 
     asked = [dumps(case), str(out), until]
@@ -254,7 +257,8 @@ def _first_set_up(
 ) -> Iterator[tuple[Any, Callable[[], float], dict[str, dict[str, np.ndarray]]]]:
     """Set up a case for a run from the start, with all checks before the first step.
 
-    Yields the simulation, a function that returns the compilation time so far [s], and the state of the earlier run.
+    Yields the simulation, a function that returns the compilation time so far [s], and the arrays of bodies that continue an
+    earlier run, by name. `alone`: as in `_simulation`.
     """
     start = read_start(case, progress.message)
     with _simulation(case, threads, progress, start, alone) as (simulation, compiling):
@@ -270,10 +274,10 @@ def _simulation(
     start: Mapping[str, Mapping[str, Any]] | None = None,
     alone: bool = False,
 ) -> Iterator[tuple[Any, Callable[[], float]]]:
-    """Build the simulation of a case, whose bodies may continue from an earlier run, and report which kernels are compiled.
+    """Build the simulation of a case and report which kernels are compiled.
 
-    Yields the simulation and a function that returns the compilation time so far [s]. `alone`: True if no other process
-    compiles kernels of later steps in advance.
+    start: arrays of bodies that continue an earlier run, by name. Yields the simulation and a function that returns the
+    compilation time so far [s]. `alone`: True if no other process compiles kernels of later steps in advance.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
@@ -289,7 +293,8 @@ def _simulation(
 
 
 def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
-    """Describe the file that a run with an unreadable case lacks, and the remedy."""
+    """Return the message for a run whose case can no longer be read: the missing file or registration, and the remedy. error:
+    the error from reading the case."""
     stored = folder.read_stored()
     found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
     homes = found[1]["recorder"].get("kinds", {}) if found else {}
@@ -306,7 +311,8 @@ def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
 
 
 def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
-    """Raise UsageError if an input file of the case has changed since the start of the run."""
+    """Raise UsageError if an input file of the case has changed since the start of the run. before: digest of each file by path
+    at the start, see `pellucid.case.inputs.digests`."""
     from pellucid.case.inputs import digests
 
     now = digests(case)
@@ -317,15 +323,16 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 
 
 def seen(progress: Progress | bool | None) -> Progress:
-    """Return the object to which a run reports its progress; in a run with several processes only the first one reports.
-    progress: True for one that fits the terminal or notebook."""
+    """Return the object to which a run reports its progress. In a run with several processes only the first one shows it; the
+    others show warnings only. progress: True for a display that fits the terminal or notebook."""
     if progress is True:
         progress = for_terminal()
     return progress if progress and domain.group.is_first else WarningsOnly()
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
-    """Compute this process's share of a simulation, and wait until the first process has written the results."""
+    """Compute the share of one process other than the first in a simulation, and wait until the first process has written the
+    results. Arguments as in `run_case`."""
     if foretell:
         foretold(simulation, until, WarningsOnly())
     simulation.run(recorder, until=until)
@@ -376,7 +383,8 @@ def _finish(
 
 
 def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> None:
-    """Draw the results of a run that stopped itself. An error in drawing never hides the error of the run."""
+    """Draw the results of a run that stopped itself, and add the path of the report to the error. An error in drawing never
+    hides the error of the run."""
     from pellucid.results.report.report import draw_report
 
     try:

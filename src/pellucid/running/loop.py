@@ -1,4 +1,4 @@
-"""User-defined loop over the steps of a simulation, with output to a folder."""
+"""Loop over the steps of a simulation in a script of the user, with output to a folder."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 def recorded(
     simulation: "Simulation", out: Path | str, until: float | None = None, progress: Progress | bool | None = None
 ) -> Iterator["Simulation"]:
-    """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to
-    `out`.
+    """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to the
+    folder `out`.
 
-    Yields the simulation after each step. `pellucid.Run(out)` reads the results. If the loop ended early,
-    `pellucid.resume(out)` continues the run. Raises the errors of `pellucid.run`.
+    Yields the simulation after each step. progress: as in `pellucid.run`. `pellucid.Run(out)` reads the results. If the loop
+    ended early, `pellucid.resume(out)` continues the run. Raises the errors of `pellucid.run`.
     """
     case, folder = simulation.case, RunFolder(out)
     check_until(until, case)

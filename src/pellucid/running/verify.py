@@ -12,7 +12,7 @@ from pellucid.running.launch import run_case
 
 
 class Row(NamedTuple):
-    """Row of the table that `pellucid verify` shows."""
+    """Row of the table that `pellucid verify` shows: one metric of one case."""
 
     case: str
     name: str

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """A row of the study: value of the varied key, error of the metric, and the ratio of errors and the order of
-    convergence relative to the previous row."""
+    """A row of a convergence study: value of the varied key, error of the metric, ratio of the previous error to this one, and
+    order of convergence relative to the previous row (None in the first row)."""
 
     value: Any
     error: float
@@ -28,7 +28,7 @@ class Step(NamedTuple):
 
 
 def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
-    """Return the values by key from texts such as "grid.cell=0.05,0.025".
+    """Read the values of `--over` options such as "grid.cell=0.05,0.025"; return the values by key.
 
     Raises UsageError for a range, and unless every key has the same number of values, and at least two.
     """
@@ -54,10 +54,12 @@ def study(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> list[Step]:
-    """Run the case for each row of values and return the errors of `metric`; the first key of the sweep is the abscissa.
+    """Run a case for each row of values and return, for each run, the error of the metric named `metric` and the order of
+    convergence.
 
-    out: folder in which the runs are kept; default: a temporary folder. Before any run, raises CaseError for an invalid
-    value and UsageError for a metric that the case does not have.
+    sweep: values by dotted key; the n-th run has the n-th value of every key, and the first key is the abscissa. out: folder in
+    which the runs are kept; default: a temporary folder. Before any run, raises CaseError for an invalid value and UsageError
+    for a metric that the case does not have.
     """
     from pellucid.running.launch import run_case
 
@@ -78,7 +80,8 @@ def study(
 
 
 def observed_order(steps: Sequence[Step]) -> float | None:
-    """Return the least-squares slope of log error against log value; None unless all are positive numbers."""
+    """Return the order of convergence: the least-squares slope of log error against log value; None unless all are positive
+    numbers."""
     numbers = [(step.value, step.error) for step in steps]
     if not all(_positive(value) and _positive(error) for value, error in numbers):
         return None
@@ -90,7 +93,8 @@ def observed_order(steps: Sequence[Step]) -> float | None:
 
 
 def write_study(steps: Sequence[Step], key: str, metric: str, folder: Path) -> None:
-    """Write convergence.csv and, if all values are positive numbers, the log-log figure convergence.png."""
+    """Write convergence.csv and, if all values are positive numbers, the log-log figure convergence.png to a folder. key: the
+    varied key; metric: name of the metric."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "convergence.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

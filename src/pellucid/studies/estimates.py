@@ -44,9 +44,11 @@ def estimated(
 ) -> Estimates:
     """Compute the estimates and their confidence intervals at the minimum of the misfit.
 
-    shares: parameters as shares of their ranges, shape (parameters,). residuals: weighted residuals, shape (values,).
-    slopes: Jacobian J of the residuals with respect to the shares, shape (values, parameters). The covariance is (JᵀJ)⁻¹,
-    as for a linear model; if standard deviations are not stated, it is scaled by the variance of the residuals.
+    free: ranges of the parameters, by key. shares: positions of the parameters in their ranges, from 0 to 1, shape
+    (parameters,). residuals: differences from the measurements divided by the standard deviations, shape (values,). slopes:
+    Jacobian J of the residuals with respect to the shares, shape (values, parameters). are_stated: whether the standard
+    deviations are known. The covariance is (JᵀJ)⁻¹, as for a linear model; if they are not known, it is scaled by the variance
+    of the residuals.
     """
     from scipy.stats import norm, t
 
@@ -79,8 +81,12 @@ def estimated(
 
 
 def _undetermined(keys: list[str], halves: np.ndarray, directions: np.ndarray) -> list[str]:
-    """Return a warning for each parameter whose confidence interval is as wide as its range; the warning names the
-    parameters that the data determine only in combination."""
+    """Return a warning for each parameter, or combination of parameters, that the measurements do not determine: its confidence
+    interval is as wide as its range.
+
+    keys: of the parameters. halves: half widths of the intervals in units of the ranges, shape (parameters,), along the
+    directions in the rows of `directions`, shape (parameters, parameters).
+    """
     told = []
     for half, direction in zip(halves, directions, strict=True):
         if half > UNDETERMINED:

@@ -1,4 +1,4 @@
-"""Packages of the extra `sweep`, imported when they are needed."""
+"""Import of packages of the extra `sweep` (pandas, dask, optuna and others) when they are needed."""
 
 from functools import partial
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit: estimates with their uncertainties, fitted case and table of runs."""
+    """Result of a fit: estimates with their uncertainties, the case with the estimated parameters, and the table of runs."""
 
     estimates: dict[str, Estimate]
     """Estimates by the key of the parameter: value, lower and upper end of the 95 % confidence interval, in SI units."""
@@ -98,8 +98,12 @@ def run_fit(
     trials: int | None,
     seed: int,
 ) -> Fit:
-    """Run the fit, write `estimates.json`, `fitted.toml`, `fit.png`, `report.html` and the table of members to `out`, and
-    return the result."""
+    """Run the fit, write `estimates.json`, `fitted.toml`, `fit.png`, `report.html` and the table of runs to `out`, and return
+    the result.
+
+    curves: measured curves. free: ranges of the parameters, by dotted key. workers: options of parallel runs. Other arguments
+    as in `fit`.
+    """
     workers.check()
     for module in ("distributed", "pandas", "pyarrow", *(["optuna"] if method == "optuna" else [])):
         need(module)

@@ -18,7 +18,11 @@ from pellucid.studies.page import figure, frame_table, titled, write_page
 
 
 def write_fit_page(out: Path, title: str, found: Estimates, curves: Sequence[Curve], run: Run, table: Any) -> Path:
-    """Write `report.html` and `fit.png` of a fit; return the path of the page. `run` has the estimated parameters."""
+    """Write `report.html` and `fit.png` of a fit to `out`; return the path of the page.
+
+    title: title of the case. found: the estimates. curves: measured curves. run: run with the estimated parameters. table:
+    pandas table of all runs.
+    """
     with house_style():
         drawn = _curves(curves, run)
         with replacing(out / "fit.png") as file:

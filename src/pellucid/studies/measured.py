@@ -49,15 +49,14 @@ class Curve(NamedTuple):
     unit: str
 
     def residuals(self, run: Run) -> np.ndarray:
-        """Return the differences between a run and the measurements, divided by the standard deviations, shape (n,)."""
+        """Return the computed minus the measured values of the probe, divided by the standard deviations, shape (n,)."""
         return (self.values(run) - self.y) / self.deviation
 
     def values(self, run: Run) -> np.ndarray:
-        """Return the probe of a run at the measured abscissae, shape (n,).
+        """Return the values of the probe in a run at the measured abscissae, shape (n,).
 
-        A steady analysis is extrapolated linearly by up to a tenth of its range, because the end of its range may depend on
-        the parameters, e.g. if the abscissa is a force. Raises NotReached if measured abscissae lie further outside the
-        run.
+        A steady analysis is extrapolated linearly by up to a tenth of its range, because the end of its range may depend on the
+        parameters, e.g. if the abscissa is a force. Raises NotReached if measured abscissae lie further outside the run.
         """
         x, y = self._branch(run)
         if self._beyond(x) > (EXTRAPOLATED if _is_smooth(run) and self.against != TIME else 1e-6) * np.ptp(x):
@@ -77,14 +76,15 @@ class Curve(NamedTuple):
         return np.abs(_read(x, y, self.x, True) - _read(x, y, self.x, False))
 
     def distance_to_rows(self, run: Run) -> float:
-        """Return the largest distance of a measured abscissa from the nearest row of a run, as a share of the range."""
+        """Return the largest distance of a measured abscissa from the nearest row of a run's history, divided by the range of
+        abscissae of the run."""
         x, _ = self._branch(run)
         apart = np.abs(self.x[:, None] - x).min(axis=1)
         return float(apart[(self.x >= x[0]) & (self.x <= x[-1])].max(initial=0.0) / np.ptp(x))
 
     def instants(self, run: Run) -> np.ndarray:
-        """Return the times [s] at which the abscissa of a steady run has the measured values; values outside the range of
-        the run are omitted."""
+        """Return the load times [s] at which the abscissa (a probe) of a steady run has the measured values, shape (k,); values
+        outside the range of the run are omitted."""
         x, times = self._branch(run, along=TIME)
         if len(x) < 2:
             return times
@@ -98,7 +98,7 @@ class Curve(NamedTuple):
 
     def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
         """Return abscissae and ordinates of a run in order of ascending abscissae, up to the first turning point of the
-        abscissa."""
+        abscissa. along: history column of the ordinates, by default the probe."""
         x, y = run.readings.curve(along or self.probe, self.against, whole=True)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
@@ -112,7 +112,8 @@ class Curve(NamedTuple):
         return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
 
     def _beyond(self, x: np.ndarray) -> float:
-        """Return the largest distance by which measured abscissae lie outside the range of a run; 0 if all lie inside."""
+        """Return the largest distance by which measured abscissae lie outside the range of a run; 0 if all lie inside. x:
+        ascending abscissae of the run."""
         return float(max(x[0] - self.x.min(), self.x.max() - x[-1], 0.0))
 
     def _reach(self, x: np.ndarray, run: Run) -> str:
@@ -121,13 +122,14 @@ class Curve(NamedTuple):
 
 
 def _is_smooth(run: Run) -> bool:
-    """Return True if a run is a steady analysis, i.e. a smooth curve of few equilibria. Motions in time have many rows,
-    jumps and noise."""
+    """Return True if a run is a steady analysis, whose history is a smooth curve through few equilibria. Motions in time have
+    many rows, jumps and noise."""
     return run.stored.steady is not None
 
 
 def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndarray:
-    """Interpolate a curve: with a cubic spline if it is smooth, otherwise with a monotone cubic; extrapolate linearly."""
+    """Return the values at abscissae `at` of the curve through the points (x, y): a cubic spline if it is smooth, otherwise a
+    monotone cubic; extrapolated linearly."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     if len(x) < 2:
@@ -187,8 +189,12 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
 
 
 def _columns(table: Table, across: str, along: str, probe: str, case: "Case", units: Mapping[str, str]) -> list[np.ndarray]:
-    """Return abscissae and values of a table. If the table is the history of a run, columns that are means are evaluated at
-    the middles of their intervals, as in the fitted run."""
+    """Return abscissae and values of a measured curve in SI units. If the table is the history of a run, columns that are means
+    over an interval are evaluated at the middle of the interval, as in the fitted run.
+
+    table: columns of the CSV file. across, along: names of its columns of abscissae and values. probe: name of the probe.
+    units: SI units of time and of the probes.
+    """
     x, y = table.column(across, units[across]), table.column(along, units[probe])
     if along != probe or not {TIME, "step", "dt"} <= table.values.keys():
         return [x, y]

@@ -24,7 +24,8 @@ DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 @dataclass(frozen=True)
 class Member:
-    """A member of a study: its settings, case, end time and digest."""
+    """A member of a study, i.e. one of its runs: the settings (values by dotted key), the case with these settings, the time at
+    which the run ends (None: end of the case) and the digest that identifies the member."""
 
     settings: Mapping[str, Any]
     case: "Case"
@@ -33,14 +34,14 @@ class Member:
 
 
 class Outcome(NamedTuple):
-    """Outcome of a member: state ("done" or "failed") and message."""
+    """Outcome of a member of a study: state ("done", "failed" or "interrupted") and message."""
 
     state: str
     message: str = ""
 
 
 class Places(NamedTuple):
-    """Paths of the files of a member in the folder of its study."""
+    """Paths of the folder and files of a member in the folder of its study: folder of the run, case file, log file."""
 
     run: Path
     case: Path
@@ -48,9 +49,10 @@ class Places(NamedTuple):
 
 
 def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | None = None) -> list[Member]:
-    """Return the members for these settings, without duplicates.
+    """Return the members of a study, without duplicates: the case with each row of settings (values by dotted key).
 
-    Raises CaseError with all problems of all members, and UsageError if `until` is after the end of a case.
+    until: time at which the runs end [s]; default: end of the case. Raises CaseError with all problems of all members, and
+    UsageError if `until` is after the end of a case.
     """
     from pellucid.running.launch import check_until
 
@@ -63,7 +65,8 @@ def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | N
 
 
 def _digest(case: "Case", until: float | None) -> str:
-    """Return twelve digits of the SHA-256 digest of the case, without its texts, and of the files that it reads."""
+    """Return twelve digits of the SHA-256 digest of the case, without its texts, of the files that it reads and of the end time
+    `until` of the run [s]."""
     from pellucid.case.inputs import digests
 
     data = {key: value for key, value in case.to_data().items() if key not in TEXTS}
@@ -72,12 +75,13 @@ def _digest(case: "Case", until: float | None) -> str:
 
 
 def places(out: Path, digest: str) -> Places:
-    """Return the paths of a member: its run in `members/`, its case, and its log."""
+    """Return the paths of the member with a digest in the folder `out` of a study: its run in `members/`, its case, and its
+    log."""
     return Places(out / "members" / digest, out / "cases" / f"{digest}.toml", out / "logs" / f"{digest}.txt")
 
 
 def prepare(out: Path, members: Sequence[Member]) -> None:
-    """Create the folder of a study with the cases of its members. Raises UsageError for the folder of a run."""
+    """Create the folder `out` of a study with the cases of its members. Raises UsageError for the folder of a run."""
     from pellucid.case import dumps
 
     if RunFolder(out).is_of_a_run:
@@ -92,8 +96,8 @@ def prepare(out: Path, members: Sequence[Member]) -> None:
 
 
 def outcome(out: Path, digest: str) -> Outcome | None:
-    """Return the outcome of a member from its files: done, or failed with the message of the error stop; None if the member
-    has not ended."""
+    """Return the outcome of the member with a digest from its files in the folder `out` of the study: done, or failed with the
+    message of the error stop; None if the member has not ended."""
     run = Run(places(out, digest).run)
     if stopped := run.stopped:
         return Outcome(FAILED, str(stopped.get("message", "the run stopped with an error")))

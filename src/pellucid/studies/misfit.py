@@ -35,8 +35,13 @@ FEWEST_ROWS, MOST_ROWS = 200, 5000
 
 
 class Misfit:
-    """Weighted differences between runs and measurements (residuals) as a function of the free parameters, which are
-    given as shares of their ranges: arrays of shape (parameters,) with values from 0 to 1."""
+    """Residuals of a case as a function of its free parameters: differences between runs and measurements, divided by the
+    standard deviations.
+
+    The parameters are given as `shares`: positions in their ranges from 0 (lower end) to 1 (upper end), shape (parameters,).
+    case: the case. free: ranges by dotted key. curves: measured curves. out: folder of the study. pool: workers that run the
+    members (runs of the study). `members` and `ended` have the members so far and their outcomes, by digest.
+    """
 
     def __init__(
         self, case: "Case", free: Mapping[str, Range], curves: Sequence[Curve], out: Path, pool: Pool, progress: Progress
@@ -80,7 +85,7 @@ class Misfit:
             self._add_equilibria([*times, *found])
 
     def _add_equilibria(self, times: Sequence[np.ndarray]) -> None:
-        """Add equilibria at these load times [s] to the steady analysis."""
+        """Add equilibria at these load times [s], except those close to others, to the steady analysis of the case."""
         steady, end = self.case.steady, self.case.time.end
         if steady is None:
             return
@@ -106,19 +111,20 @@ class Misfit:
             self.case = self.case.with_settings({"output.history": min(rows, interval)})
 
     def settings(self, shares: np.ndarray) -> dict[str, Any]:
-        """Return the values of the parameters by key."""
+        """Return the values of the parameters in SI units by dotted key; shares: as in the class."""
         return {key: each.at(float(share)) for (key, each), share in zip(self.free.items(), shares, strict=True)}
 
     def run(self, shares: np.ndarray) -> Run | None:
-        """Return the run with these parameters; None if it failed or if the case is invalid."""
+        """Return the results of the run with these parameters, which must have been computed; None if it failed or if the case
+        is invalid."""
         member = self._member(shares)
         if member is None or self.ended[member.digest].state != DONE:
             return None
         return Run(places(self.out, member.digest).run)
 
     def residuals(self, several: Sequence[np.ndarray]) -> list[np.ndarray | None]:
-        """Return the residuals at several parameter vectors, computed in parallel, each of shape (values,); None for a
-        failed run."""
+        """Return the residuals for several sets of parameters (`shares`), whose runs are computed in parallel: shape (values,)
+        each; None for a failed run."""
         members, new = self._run_members(several)
         found = [self._of_run(self.run(shares)) for shares in several]
         for member, values in zip(members, found, strict=True):
@@ -129,7 +135,8 @@ class Misfit:
         return found
 
     def _run_members(self, several: Sequence[np.ndarray]) -> tuple[list[Member | None], dict[str, Member]]:
-        """Run the members of these parameter vectors; return all members, and the new members by digest."""
+        """Compute the runs for several sets of parameters (`shares`). Return the member of each set (None if the case is
+        invalid), and the members that had to be run, by digest."""
         members = [self._member(shares) for shares in several]
         new = {member.digest: member for member in members if member is not None and member.digest not in self.ended}
         if new:
@@ -145,15 +152,14 @@ class Misfit:
             return None
 
     def one(self, shares: np.ndarray) -> np.ndarray | None:
-        """Return the residuals at one parameter vector, shape (values,); None if the run failed."""
+        """Return the residuals for one set of parameters (`shares`), shape (values,); None if the run failed."""
         return self.residuals([shares])[0]
 
     def jacobian(self, shares: np.ndarray, central: bool = False) -> np.ndarray:
-        """Return the Jacobian of the residuals with respect to the shares, shape (values, parameters), by finite
-        differences of parallel runs.
+        """Return the Jacobian of the residuals with respect to the shares, shape (values, parameters), by finite differences of
+        runs that are computed in parallel.
 
-        central: use central instead of one-sided differences. Raises UsageError if too few of the neighbouring runs
-        succeed.
+        central: use central instead of one-sided differences. Raises UsageError if too few of the neighbouring runs succeed.
         """
         at, width = self._rounded(shares), len(shares)
         inward = np.where(at + STEP <= 1.0, 1.0, -1.0)
@@ -190,8 +196,8 @@ class Misfit:
 
 
 def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
-    """Return a warning for each curve whose interpolation error between the rows of a run is large compared with its
-    deviations or residuals."""
+    """Return warnings for the user: measured curves that lie partly beyond the end of a run, and curves whose interpolation
+    error between the rows of the run is large compared with the standard deviations or residuals."""
     told = []
     for curve in curves:
         if (beyond := curve.extrapolation(run)) is not None:

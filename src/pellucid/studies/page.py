@@ -13,7 +13,7 @@ from pellucid.studies.ranges import with_units
 
 
 def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
-    """Write a self-contained HTML page; return its path."""
+    """Write a self-contained HTML page with a title and sections (HTML) to `path`; return the path."""
     body = "\n".join([f"<h1>{escape(title)}</h1>", *filter(None, sections)])
     with explained(path.parent):
         write_text(path, page_of(title, body))
@@ -21,7 +21,7 @@ def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
 
 
 def figure(drawn: Any, caption: str) -> str:
-    """Return a matplotlib figure as HTML with an embedded image."""
+    """Return a matplotlib figure as HTML with an embedded image and a caption."""
     picture = BytesIO()
     drawn.savefig(picture, format="png")
     data, text = base64.b64encode(picture.getvalue()).decode("ascii"), escape(caption)
@@ -39,7 +39,7 @@ def cell(value: Any) -> str:
 
 
 def frame_table(table: Any, columns: Iterable[str]) -> str:
-    """Return columns of a pandas table as an HTML table."""
+    """Return columns of a pandas table as an HTML table, with the units in the table's `attrs["units"]`."""
     names = list(columns)
     rows = ([cell(value) for value in row] for row in table[names].itertuples(index=False, name=None))
     return table_of(map(escape, with_units(names, table.attrs.get("units", {}))), rows, "numbers")

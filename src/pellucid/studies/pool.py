@@ -25,7 +25,11 @@ WAIT = 60  # s for a scheduler to answer
 
 @dataclass(frozen=True)
 class Workers:
-    """Workers of a study: this machine with a number of parallel runs, the workers of a scheduler, or Slurm jobs."""
+    """Options of the parallel runs of a study: on this machine, by the workers of a dask scheduler, or as Slurm jobs.
+
+    at_once: number of parallel runs on this machine. threads: threads of each run. scheduler: address of a dask scheduler.
+    slurm: arguments of `dask_jobqueue.SLURMCluster`.
+    """
 
     at_once: int | None = None
     threads: int | None = None
@@ -59,10 +63,10 @@ def read_slurm(text: str | None) -> dict[str, str]:
 
 
 class Pool:
-    """Runs members to their ends in the folder `out`.
+    """Runs the members of a study to their ends in the folder `out`; use it as a context manager.
 
-    Workers are started for the first member that has to run, and stop at the end of the block. When interrupted, members on
-    this machine write checkpoints first.
+    Workers are started for the first member that has to run, and stop at the end of the `with` block. When interrupted, members
+    on this machine write checkpoints first.
     """
 
     def __init__(self, out: Path, workers: Workers, progress: Progress) -> None:
@@ -84,8 +88,8 @@ class Pool:
         return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
 
     def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
-        """Return the outcome of each member by its digest. Members that are not done are run, the most expensive first;
-        told: called with each new outcome."""
+        """Run the members that are not done, the most expensive first, and return the outcome of every member by its digest.
+        told: function called with each new outcome."""
         found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
         left = [member for member in members if member.digest not in found]
         if left and self._client is None:
@@ -155,8 +159,8 @@ def _cores() -> int:
 
 
 def _share(cost: float) -> int:
-    """Return the number of threads of a member that has this share of the total cost: the same share of the cores, at
-    least one."""
+    """Return the number of threads of a member, at least one: the number of cores times its share `cost` of the total cost of
+    the study."""
     return max(1, int(_cores() * cost))
 
 

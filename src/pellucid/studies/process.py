@@ -28,8 +28,11 @@ _ending = Event()
 
 
 def run_member(out: Path, digest: str, threads: int, until: float | None) -> Outcome:
-    """Run a member to its end, from the start or from its last checkpoint, and return its outcome; a finished member is not
-    run again."""
+    """Run a member of the study in the folder `out` in a separate process, from the start or from its last checkpoint, and
+    return its outcome; a finished member is not run again.
+
+    digest: identifies the member. until: time at which the run ends [s]; None: end of the case.
+    """
     where = places(out, digest)
     while _is_held(where.run):  # by the process of a study that was killed just now, or by another study
         time.sleep(PAUSE)
@@ -51,7 +54,7 @@ def allow_running() -> None:
 
 
 def end_running() -> None:
-    """Request all running members of this process to write a checkpoint and stop, and start no more."""
+    """Request all members that this process runs to write a checkpoint and stop, wait for them, and start no more."""
     with _changing:
         _ending.set()
         running = list(_running)
@@ -71,7 +74,7 @@ def _is_held(folder: Path) -> bool:
 
 
 def _call(arguments: list[str], log: Path) -> int:
-    """Run a command in a separate process and return its exit status; its output goes to `log`."""
+    """Run a `pellucid` command with these arguments in a separate process, with output to `log`; return its exit status."""
     command = [sys.executable, "-c", BEGIN, *arguments]
     with log.open("wb") as said:
         with _changing:
@@ -89,7 +92,8 @@ def _call(arguments: list[str], log: Path) -> int:
 
 
 def _ended(status: int, log: Path) -> Outcome:
-    """Return the outcome of a process with a status other than 0, with the end of its log."""
+    """Return the outcome of a process that ended with a status other than 0: interrupted, or failed with the error message at
+    the end of its log."""
     if status == SIGTERM or status == -15:
         return Outcome(INTERRUPTED, "interrupted; run the same command again to continue from the checkpoint")
     if status < 0:

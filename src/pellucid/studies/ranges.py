@@ -18,38 +18,39 @@ DECADES = 10.0
 
 
 class Range(NamedTuple):
-    """A range from `low` to `high`, in SI units."""
+    """Range of a parameter from `low` to `high`, in SI units. A position in it is a `share`: 0 at the lower and 1 at the upper
+    end, on a logarithmic scale if the range spans a decade."""
 
     low: float
     high: float
 
     @property
     def is_logarithmic(self) -> bool:
-        """True if the interval spans a decade or more."""
+        """True if the range is positive and spans a decade or more."""
         return self.low > 0.0 and self.high >= DECADES * self.low
 
     def at(self, share: float) -> float:
-        """Return the value at a share of the range from 0 to 1, rounded to seven digits so that equal values give the same
-        member."""
+        """Return the value at a share of the range (0 to 1), rounded to seven digits so that equal values give equal runs."""
         value = self.beyond(share)
         size = max(abs(value), 1e-7 * (self.high - self.low))
         return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
 
     def beyond(self, share: float) -> float:
-        """Return the value at any share, also outside the range."""
+        """Return the value at a share, which may be outside 0 to 1."""
         if self.is_logarithmic:
             return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)
 
     def share(self, value: float) -> float:
-        """Return the position of a number in the range, 0 at its lower and 1 at its upper end."""
+        """Return the share of a value: 0 at the lower and 1 at the upper end of the range."""
         if self.is_logarithmic:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 
 def split_setting(option: str, text: str, example: str) -> tuple[str, str]:
-    """Return key and value of a text KEY=VALUE. Raises UsageError, with an example, for another form."""
+    """Split a text KEY=VALUE of a command-line option into key and value. Raises UsageError, which shows `example`, for another
+    form."""
     key, equals, value = text.partition("=")
     if not equals or not key.strip() or not value.strip():
         raise UsageError(f"{option} {text}: must have the form {example}")
@@ -75,7 +76,8 @@ def read_values(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
-    """Return the ends of a text LOW:HIGH as written. Raises UsageError for another form."""
+    """Return both ends of a range written as LOW:HIGH (`values`). option, text: the command-line option and its whole text, for
+    the message of the UsageError for another form."""
     low, colon, high = values.partition(":")
     if not colon or not low.strip() or not high.strip() or ":" in high:
         example = "body.tissue.material.young_modulus=1kPa:50kPa"
@@ -84,8 +86,11 @@ def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
 
 
 def range_of(case: "Case", key: str, low: Any, high: Any, option: str = "--over") -> Range:
-    """Return the range of a field of the case in SI units. Raises UsageError if the ends are not numbers or not in
-    ascending order."""
+    """Return the range of the number at a dotted key of the case, in SI units.
+
+    low, high: ends as the user wrote them. option: command-line option, for messages. Raises UsageError if the ends are not
+    numbers or not in ascending order.
+    """
     ends = [at_key(case.with_settings({key: end}), key) for end in (low, high)]
     if not all(isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends):
         text = f"{option} {key}={low}:{high}: {key} is not a number, so it cannot have a range"
@@ -125,7 +130,7 @@ def unit_at(case: "Case", key: str) -> str:
 
 
 def with_units(names: Sequence[str], units: Mapping[str, str]) -> list[str]:
-    """Return column names with their units, such as "grid.cell [m]"."""
+    """Return column names with their units, such as "grid.cell [m]". units: SI units by column name."""
     return [f"{name} [{unit}]" if (unit := units.get(name, "")) and unit != "1" else name for name in names]
 
 
@@ -148,7 +153,7 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
 
 @contextmanager
 def readable(path: Path, option: str) -> Iterator[None]:
-    """Raise UsageError instead of an error of the system for a file that cannot be read."""
+    """Turn errors of reading a CSV file in the block into a UsageError. option: command-line option that names the file."""
     try:
         yield
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -157,12 +162,12 @@ def readable(path: Path, option: str) -> Iterator[None]:
 
 
 def named(settings: Mapping[str, Any]) -> str:
-    """Return settings as one line of text for messages."""
+    """Return settings (values by key) as one line of text for messages."""
     return ", ".join(f"{key} = {value}" for key, value in settings.items())
 
 
 def all_checked(case: "Case", rows: Sequence[Mapping[str, Any]]) -> "list[Case]":
-    """Return the case with each row of settings. Raises CaseError with all problems of all rows."""
+    """Return the case with each row of settings (values by dotted key). Raises CaseError with all problems of all rows."""
     cases, problems = [], {}
     for row in rows:
         try:

@@ -1,4 +1,5 @@
-"""Searches for the parameters with the smallest misfit: least squares, and Optuna for rough misfits."""
+"""Searches for the parameters with the smallest misfit (sum of squared residuals): least squares, and Optuna for misfits that
+are not smooth."""
 
 from collections.abc import Callable, Mapping
 
@@ -21,10 +22,10 @@ search ends; it corresponds to a seventh of a parameter's standard deviation."""
 
 
 def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarray:
-    """Return the parameters, as shares of their ranges, from scipy's bounded least squares, started in the middle of the
-    ranges.
+    """Return the best parameters, as positions in their ranges from 0 to 1, shape (parameters,), by scipy's bounded least
+    squares, started in the middle of the ranges.
 
-    trials: largest number of steps. Raises UsageError if the run in the middle fails.
+    trials: largest number of steps. seed, at_once: not used. Raises UsageError if the run in the middle fails.
     """
     from scipy.optimize import least_squares
 
@@ -56,10 +57,10 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
 
 
 def by_optuna(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarray:
-    """Return the best parameters, as shares of their ranges, of `trials` trials of Optuna's tree-structured Parzen
-    estimator, with `at_once` trials in parallel.
+    """Return the best parameters, as positions in their ranges from 0 to 1, shape (parameters,), of `trials` runs chosen by
+    Optuna's tree-structured Parzen estimator; `at_once` runs are computed in parallel.
 
-    Raises UsageError if all runs fail.
+    seed: seed of the estimator. Raises UsageError if all runs fail.
     """
     optuna = need("optuna")
     optuna.logging.set_verbosity(optuna.logging.ERROR)

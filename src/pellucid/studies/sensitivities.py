@@ -12,7 +12,8 @@ LEAST = 40
 
 
 class Sensitivity(NamedTuple):
-    """First-order sensitivity index: the share of the variance of an output that one parameter alone explains."""
+    """First-order sensitivity index: the share of the variance of an output (result column) that one parameter (`key`) alone
+    explains."""
 
     output: str
     key: str
@@ -22,10 +23,11 @@ class Sensitivity(NamedTuple):
 
 
 def sensitivities(table: Any, keys: Sequence[str], outputs: Sequence[str]) -> list[Sensitivity]:
-    """Compute sensitivity indices of finished members by RBD-FAST (Tarantola, Gatelli & Mara 2006); empty for too few
-    members.
+    """Compute first-order sensitivity indices of the finished runs by RBD-FAST (Tarantola, Gatelli & Mara 2006); empty for too
+    few runs.
 
-    `keys` are the parameters that were sampled as numbers; the sample must be random, such as a Latin hypercube.
+    table: pandas table of the runs. keys: parameters that were sampled as numbers; the sample must be random, such as a Latin
+    hypercube. outputs: names of result columns.
     """
     done = table[table["state"] == DONE]
     if len(done) < LEAST or not keys:

@@ -64,8 +64,12 @@ def run_sweep(
     progress: Progress | None,
     at_random: bool,
 ) -> Any:
-    """Run the members with these settings, write the results to `out` and return the table of members. at_random: True if
-    the settings are a random sample."""
+    """Run the members with these settings (values by dotted key), write the results to `out` and return the pandas table of
+    members.
+
+    until: time at which the runs end [s]. workers: options of parallel runs. at_random: True if the settings are a random
+    sample, from which sensitivities can be computed.
+    """
     workers.check()
     for module in ("distributed", "pandas", "pyarrow", *(["SALib"] if at_random else [])):
         need(module)

@@ -21,7 +21,10 @@ WORDS = dict(zip(LINES, ("solid", "dashed", "dash-dotted", "dotted"), strict=Fal
 def write_sweep_page(
     out: Path, title: str, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
 ) -> Path:
-    """Write `report.html` of a sweep; return its path. keys: keys of the varied parameters."""
+    """Write `report.html` of a sweep to `out`; return its path.
+
+    title: title of the case. table: pandas table of the members. keys: varied parameters. found: sensitivity indices.
+    """
     done = table[table["state"] == DONE]
     failed = table[table["state"] != DONE]
     outputs = outputs_of(done, keys)[:MOST_OUTPUTS]
@@ -45,7 +48,8 @@ def write_sweep_page(
 
 
 def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[str]) -> list[str]:
-    """Return figures, as HTML, of every probe against time with a line for each member.
+    """Return figures, as HTML, of every probe against time with a line for each member; numeric: varied parameters that are
+    numbers.
 
     The colour shows the first numeric parameter; the line style shows the second one if its number of values is small.
     """
@@ -93,7 +97,8 @@ def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
 
 
 def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
-    """Return a figure, as HTML, of every result against every parameter for all members."""
+    """Return a figure, as HTML, of every result column in `outputs` against every parameter in `keys` for all members; table:
+    pandas table of the members."""
     if not outputs:
         return ""
     units = table.attrs.get("units", {})

@@ -17,10 +17,11 @@ REDUCED = ("last", "min", "max", "mean")
 
 
 def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> Any:
-    """Return a pandas table with a row per member, in the order of the members.
+    """Return a pandas table with a row per member of the study in the folder `out`, in the order of the members. ended: outcome
+    of each member by digest.
 
-    Columns: `member`, `state`, settings by key in SI units, `steps`, `wall_seconds`, metrics by name, probes as
-    `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`; the units are in `attrs["units"]`.
+    Columns: `member`, `state`, settings by key in SI units, `steps`, `wall_seconds`, metrics by name, probes as `<probe>_last`,
+    `_min`, `_max` and `_mean` over time, and `message`; the units are in `attrs["units"]`.
     """
     rows = [_row(out, member, ended[member.digest]) for member in members]
     columns = dict.fromkeys(name for row in rows for name in row if name != "message")
@@ -33,7 +34,7 @@ def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]
 
 
 def units_of(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> dict[str, str]:
-    """Return the SI units of the columns that have a unit."""
+    """Return the SI units of the table's columns that have a unit, by name. Arguments as in `tabulated`."""
     units = {"wall_seconds": "s"} | {key: unit_at(members[0].case, key) for key in keys_of(members)}
     done = next((member for member in members if ended[member.digest].state == DONE), None)
     if done is not None:
@@ -44,7 +45,7 @@ def units_of(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome])
 
 
 def write_table(table: Any, out: Path) -> list[Path]:
-    """Write `members.csv` and `members.parquet`; return their paths."""
+    """Write the pandas table of a study to `members.csv` and `members.parquet` in the folder `out`; return their paths."""
     need("pyarrow")
     csv, parquet = out / "members.csv", out / "members.parquet"
     with replacing(csv) as file:
@@ -77,14 +78,15 @@ def _row(out: Path, member: Member, ended: Outcome) -> dict[str, Any]:
 
 
 def _plain(value: Any, said: Any) -> Any:
-    """Return a setting as a table cell: numbers and texts as in the case, other values in the form that a user would write."""
+    """Return a setting as a table cell: numbers and texts as in the case (`value`), other values in TOML syntax. said: the
+    setting as the user wrote it, used if the case has no such value."""
     value = said if value is None else value
     return value if isinstance(value, (int, float, str)) else shown(value, 200)
 
 
 def metrics_of(run: Run) -> dict[str, float]:
-    """Return the metrics of a run from its summary; if the run was killed before they were written, compute them from its
-    files."""
+    """Return the computed values of the metrics of a run by name, from its summary; if the run was killed before they were
+    written, compute them from its files."""
     stored = run.summary["metrics"]
     try:
         found: Mapping[str, Any] = stored or {name: metric.to_data() for name, metric in run.metrics.items()}
@@ -94,7 +96,8 @@ def metrics_of(run: Run) -> dict[str, float]:
 
 
 def probes_of(run: Run, names: Sequence[str]) -> dict[str, float]:
-    """Return the last, smallest, largest and mean value over time of each probe."""
+    """Return the last, smallest, largest and mean value over time of each named probe, by `<probe>_last`, `_min`, `_max` and
+    `_mean`."""
     found: dict[str, float] = {}
     for name in names:
         time, values = run.curve(name)

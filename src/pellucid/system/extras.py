@@ -1,4 +1,4 @@
-"""Packages of extras, imported when they are needed."""
+"""Packages of extras (optional dependencies), imported when they are needed."""
 
 from importlib import import_module
 from typing import Any
@@ -7,13 +7,13 @@ from pellucid.errors import UsageError
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra, for messages and help."""
+    """Return the command that installs an extra (a group of optional dependencies), for messages and help."""
     return f"pip install '.[{extra}]' in the clone of pellucid"
 
 
 def needed(module: str, extra: str, what: str) -> Any:
-    """Import a module of an extra. Raises UsageError, with the installation command, if it is not installed; what: the
-    features that need it, in the plural."""
+    """Import and return a module of an extra (a group of optional dependencies). Raises UsageError, with the installation
+    command, if it is not installed; what: the features that need it, in the plural."""
     try:
         return import_module(module)
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Start of several processes that share the run of a command."""
+"""Start of several MPI processes that share the run of a command."""
 
 import os
 import shutil

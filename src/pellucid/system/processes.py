@@ -49,8 +49,8 @@ class Helper:
         self._connection.send_bytes(pickle.dumps((make, arguments)))
 
     def ask(self, job: Any) -> Any:
-        """Return the result of a job. Raises RuntimeError with the message of an error in the worker process, EOFError if
-        the process ended."""
+        """Send a job to the process and return its result. Raises RuntimeError with the message of an error in the worker
+        process, EOFError if the process ended."""
         self._connection.send_bytes(pickle.dumps(job))
         done, answer = self._connection.recv()
         if not done:
@@ -65,7 +65,7 @@ class Helper:
 
 
 def serve(connection: Connection) -> None:
-    """Process jobs in a worker process until the other end of the connection is closed."""
+    """Process jobs of a `Helper` in its worker process until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     received: SimpleQueue[bytes] = SimpleQueue()
 
@@ -90,7 +90,7 @@ def serve(connection: Connection) -> None:
 
 @contextmanager
 def helped(helpers: Sequence[Helper]) -> Iterator[None]:
-    """End the helpers at the end of the block."""
+    """End the worker processes `helpers` at the end of the block."""
     try:
         yield
     finally:
@@ -99,9 +99,10 @@ def helped(helpers: Sequence[Helper]) -> Iterator[None]:
 
 
 def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Callable[[int], None]) -> list[Any]:
-    """Return the results of the jobs. Helpers and this process each take the next job when they are free.
+    """Return the results of jobs, in their order. Worker processes and this process each take the next job when they are free.
 
-    count: called with the number of completed jobs. A job that fails in a helper is repeated in this process.
+    work: function that does a job in this process; the helpers have built their own. count: called with the number of completed
+    jobs. A job that fails in a helper is repeated in this process.
     """
     waiting, answers = deque(enumerate(jobs)), dict[int, Any]()
 

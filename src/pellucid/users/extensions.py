@@ -59,7 +59,7 @@ def load_file(path: str) -> None:
 
 
 def module_name(path: str) -> str:
-    """Return the module name of a file, which is the same in every process."""
+    """Return the name under which a file of the user is imported as a module; it is the same in every process."""
     stem = re.sub(r"\W", "_", Path(path).stem)
     return f"pellucid_extension_{stem}_{hashlib.sha256(path.encode()).hexdigest()[:8]}"
 
@@ -80,7 +80,7 @@ def load_installed() -> None:
 
 
 def _line(error: BaseException, path: str) -> str:
-    """Return the line of a file where an error occurred as text for a message; empty if unknown."""
+    """Return the line of a file where an error occurred as the start of a message, such as "line 17: "; empty if unknown."""
     if isinstance(error, SyntaxError) and error.filename == path:
         return f"line {error.lineno}: "
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path]

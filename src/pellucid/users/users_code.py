@@ -25,8 +25,8 @@ class WrongArray(ValueError):
 
 @contextmanager
 def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
-    """Replace an exception of users' code in the block, which calls `function`, by the exception that `make` builds from
-    its description.
+    """Turn an exception of users' code in the block, which calls `function`, into the exception that `make` builds from its
+    description.
 
     Errors of pellucid itself are not replaced.
     """
@@ -39,7 +39,8 @@ def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterat
 
 
 def failure(error: BaseException, function: Any = None) -> str:
-    """Describe an exception with its place, or the place of the function, and a remedy if the cause is known."""
+    """Describe an exception of users' code in a text: type, message, place in the code (or the place of `function`), and a
+    remedy if the cause is known."""
     words = " ".join(str(error).partition("\n\n")[0].split())
     text = f"{type(error).__name__}: {words}" if words else type(error).__name__
     if place := place_of(error):
@@ -64,7 +65,8 @@ def place_of(error: BaseException) -> str:
 
 
 def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
-    """Convert the result of a user's function to an array of numbers with this shape. Raises WrongArray."""
+    """Convert the result `found` of a user's function to an array of numbers with this shape. Raises WrongArray, which names
+    the function."""
     array, given = np.zeros(0), ""
     try:
         array = np.asarray(found)
@@ -108,10 +110,10 @@ def line_at(filename: str, line: int) -> str:
 
 
 def is_own(filename: str) -> bool:
-    """Return True for a file of pellucid."""
+    """Return True if a file belongs to pellucid."""
     return filename.startswith(OWN)
 
 
 def is_users(filename: str) -> bool:
-    """Return True for a file that is neither part of pellucid nor of an installed library."""
+    """Return True if a file belongs neither to pellucid nor to an installed library."""
     return not (is_own(filename) or filename.startswith(("<", *LIBRARIES)))

@@ -36,7 +36,8 @@ class Pressed(NamedTuple):
 
     @classmethod
     def of(cls, run: Run) -> "Pressed":
-        """Build the reference of a run."""
+        """Build the reference from the case of a run. Raises TypeError unless the bodies are a meshless block and a spherical
+        membrane."""
         block, ball = run.case.body
         if not isinstance(block, MeshlessSolidCase) or not isinstance(ball, MembraneElementsCase) or not ball.surface.sphere:
             raise TypeError(
@@ -48,16 +49,18 @@ class Pressed(NamedTuple):
         return cls(layer, sphere.radius + 0.5 * ball.thickness, sphere.centre[2])
 
     def middle(self, run: Run, time: float) -> float:
-        """Return the height of the centre of the ball at a time [m]."""
+        """Return the prescribed height of the centre of the ball at a time [m]."""
         return float(self.centre + run.case.motion[0].functions()[2](time))
 
     def depth(self, run: Run, time: float) -> float:
-        """Return the depth of the ball in the layer at a time [m]."""
+        """Return the depth of the lowest point of the ball below the undeformed surface of the layer at a time [m]; 0 before
+        contact."""
         return max(0.0, self.layer.thickness + self.radius - self.middle(run, time))
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: force at rest, distance of the face from the ball, energy and momentum errors."""
+    """Compute the metrics by name: force on the ball at rest, mean gap between the ball and the face of the tissue beneath it,
+    errors of the energy and momentum balances."""
     exact, end = Pressed.of(run), float(run.history["time"][-1])
     depth = exact.depth(run, end)
     known, found = force(exact.layer, exact.radius, depth), _force(run)[np.asarray(run.history["time"]) > AT_REST * end].mean()
@@ -83,7 +86,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _force(run: Run) -> Array:
-    """Return the force on the whole ball at each row of the history [N]."""
+    """Return the contact force on the whole ball, four times that on the computed quarter, at each row of the history [N]."""
     return np.asarray(4.0 * np.asarray(run.history["force"], dtype=float))
 
 

@@ -19,7 +19,8 @@ CAPTIONS = {"capstan": "Mean tension along the drum while the belt slides; ratio
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: ratio of the forces on the drum, pulling force, tension along the drum, energy balance."""
+    """Compute the metrics by name: ratio of the horizontal to the vertical contact force on the drum, force at the pulled end,
+    largest error of the tension along the drum, error of the energy balance."""
     exact, late = Capstan(run), np.asarray(run.history["time"]) >= SLIDES
     touch_x, touch_z = (float(np.mean(column(run, name)[late])) for name in ("touch_x", "touch_z"))
     pull = abs(float(np.mean(column(run, "pull")[late])))
@@ -56,25 +57,26 @@ class Capstan:
         self._straight = -float(start[:, 0].min())
 
     def tension(self, angle: Array) -> Array:
-        """Return the tension at angles on the drum [N]."""
+        """Return the exact tension of the belt [N] at angles on the drum from the end where the weight hangs [rad]."""
         q = self._drag * self.radius / self._friction
         return np.asarray((self._hangs + q) * np.exp(self._friction * np.asarray(angle)) - q)
 
     @property
     def pull(self) -> float:
-        """Return the force at the pulled end [N]."""
+        """Return the exact force at the pulled end of the belt [N]."""
         return float(self.tension(np.array(0.5 * np.pi))) + self._drag * self._straight
 
     @property
     def ratio(self) -> float:
-        """Return the ratio of horizontal to vertical force on the drum, from the tensions at its ends and the drag on the
-        quarter."""
+        """Exact ratio of horizontal to vertical force on the drum, from the tensions at both ends of the contact and the drag
+        between."""
         drag = self._drag * self.radius
         return (float(self.tension(np.array(0.5 * np.pi))) - drag) / (self._hangs + drag)
 
 
 def tension_along(run: Run) -> tuple[Array, Array]:
-    """Return angles from the end where the weight hangs [rad], and the mean tension of the belt there while it slides [N]."""
+    """Return 41 angles on the drum from the end where the weight hangs [rad], shape (41,), and the tension of the belt there
+    [N], averaged across the belt and over the frames in which it slides, shape (41,)."""
     angles, found = np.linspace(0.02, 0.98, 41) * 0.5 * np.pi, []
     for time in run.times("belt"):
         if time < SLIDES:
@@ -93,7 +95,8 @@ def tension_along(run: Run) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the tension along the drum, and the forces against time."""
+    """Draw the tension along the drum, and the ratio of horizontal to vertical force on the drum against time, with the exact
+    values."""
     exact, (angles, tensions) = Capstan(run), tension_along(run)
     figure, (left, right) = new_panels(1, 2)
     smooth = np.linspace(0.0, 0.5 * np.pi, 91)

@@ -28,8 +28,8 @@ METRICS = ("radius", "worst_radius", "density_l1", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: shock radius at the end and its largest error in the second half, errors of density and energy
-    balance."""
+    """Compute the metrics by name: shock radius at the end, shock radius with the largest error in the second half of the run,
+    L1 error of the density profile, largest error of the energy balance."""
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
     exact = blast.radius(times)
@@ -60,7 +60,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def rings(run: Run) -> Array:
-    """Return the edges of rings that are one cell wide [m], from the centre to the wall."""
+    """Return the radii of the edges of concentric rings (shells in space) that are one cell wide [m], from the centre to the
+    wall, shape (rings + 1,)."""
     cell, width = run.case.grid.cell, float(run.case.grid.extent_upper()[0] - run.case.grid.lower[0])
     return np.arange(0.0, width + 0.5 * cell, cell)
 
@@ -75,7 +76,8 @@ def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array
 
 
 def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
-    """Return the density in rings, i.e. mass divided by volume [kg/m³]."""
+    """Return the density in the frame at a time [s] in rings with the given edges [m]: mass of the points in a ring divided by
+    its volume [kg/m³], shape (rings,)."""
     radius, mass, _, _ = gas(run, blast, time)
     n = blast.dimensions
     across = run.case.grid.slice_thickness() ** (3 - n)
@@ -84,7 +86,8 @@ def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
 
 
 def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.0) -> Array:
-    """Return the mean density of the exact solution in rings [kg/m³], optionally displaced outwards by a distance [m]."""
+    """Return the mean density of the exact solution at a time [s] in rings with the given edges [m], shape (rings,) [kg/m³].
+    displaced: distance by which the exact profile is moved outwards [m]."""
     width = edges[1] - edges[0]
     radius = (edges[:-1, None] + width * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
     weight = (radius ** (blast.dimensions - 1)).reshape(-1, SAMPLES)
@@ -93,7 +96,8 @@ def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.
 
 
 def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
-    """Return the times of the frames after the start [s] and the radius of the shock in each frame [m]."""
+    """Return the times of the frames after the start [s] and the radius of the shock in each frame [m]: the radius at which the
+    mean pressure of the rings crosses half of the exact pressure behind the shock."""
     edges, times = rings(run), np.asarray(run.times(run.case.body[0].name), dtype=float)[1:]
     middles, found = 0.5 * (edges[1:] + edges[:-1]), []
     for time in times:
@@ -108,7 +112,7 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the shock radius against time, and the density against the radius."""
+    """Draw the shock radius against time, and the density against the radius at the end, with the exact solution."""
     blast = Blast.of(run.case)
     figure, (fronts_axes, profile) = new_panels(1, 2, width=10.0, height=3.6)
     times, found = fronts(run, blast)

@@ -1,4 +1,4 @@
-"""Metrics and figures of a spherical blast: those of the cylindrical one."""
+"""Metrics and figures of a spherical blast, the same as those of a cylindrical blast."""
 
 from pellucid.gallery.basics.blast import CAPTIONS, METRICS, figures, metrics
 

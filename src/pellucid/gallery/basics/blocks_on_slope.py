@@ -27,8 +27,8 @@ def shear_and_compression(run: Run) -> tuple[float, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: speeds of sliding blocks, displacements of sticking blocks, height and motion of the resting
-    block, energy."""
+    """Compute the metrics by name: speeds of sliding blocks at the end, largest displacements of sticking blocks, rise and late
+    speed of the resting block, error of the energy balance."""
     time = column(run, "time")
     end, (sheared, pressed) = float(time[-1]), shear_and_compression(run)
     result = {}

@@ -14,7 +14,8 @@ TOUCH, DURATION, FORCE = GAP / SPEED, 2.0 * LENGTH / WAVE_SPEED, 0.5 * IMPEDANCE
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: contact force and duration, speeds after the impact, energy error."""
+    """Compute the metrics by name: mean contact force, duration of contact, speeds of both bars at the end, error of the energy
+    balance."""
     time, force = column(run, "time"), column(run, "force")
     since = (time - TOUCH) / DURATION
     middle = float(np.mean(force[(since > 0.2) & (since < 0.8)]))

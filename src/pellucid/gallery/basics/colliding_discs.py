@@ -16,8 +16,9 @@ METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: momentum, mirror symmetry and energy; for Sulsky's problem also start and duration of contact,
-    and rebound."""
+    """Compute the metrics by name: conservation of momentum, mirror symmetry of the mean velocities, errors of the energy
+    balance at the end and at worst. With the parameters of Sulsky's problem also the time of first contact, the duration of
+    contact, and the ratio of speeds after and before."""
     times, lower, upper = _mean_velocities(run)
     speed = float(np.linalg.norm(lower[0]))
     bodies = [run.fields(body.name) for body in run.case.body]
@@ -40,8 +41,11 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Metric]:
-    """Compute the metrics of contact. Contact lasts from a change of 1 % of the approach velocity to within 1 % of the
-    rebound velocity."""
+    """Compute the metrics of contact: its start, its duration and the ratio of the speeds after and before.
+
+    Contact lasts from a change of 1 % of the approach velocity to within 1 % of the rebound velocity. times: [s], shape
+    (rows,). lower: mean velocity of the lower disc [m/s], shape (rows, 2). speed: initial speed of a disc [m/s].
+    """
     along = lower @ lower[0] / speed**2
     begins = _crossing(times, along, 0.99)
     rebound = float(np.mean(along[times > times[-1] - 0.4]))

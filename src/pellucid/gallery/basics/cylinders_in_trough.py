@@ -22,7 +22,8 @@ of inertia of m R²/2."""
 
 
 def exact(run: Run, name: str) -> Array:
-    """Return the angle of the equivalent pendulum from the lowest point at each row of the history [rad]."""
+    """Return the exact angle of a cylinder's axis about the axis of the trough, from the lowest point, at each row of the
+    history [rad]: that of an equivalent pendulum."""
     time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
     found = solve_ivp(
         lambda _, s: [s[1], -pull * np.sin(s[0])], (0.0, time[-1]), [START, 0.0], t_eval=time, rtol=1e-9, atol=1e-9
@@ -31,21 +32,22 @@ def exact(run: Run, name: str) -> Array:
 
 
 def angle(run: Run, name: str) -> Array:
-    """Return the angle of a cylinder's axis about the axis of the trough, from the lowest point [rad]."""
+    """Return the computed angle of a cylinder's axis about the axis of the trough, from the lowest point, at each row of the
+    history [rad]."""
     return np.arctan2(column(run, f"{name}_x"), -column(run, f"{name}_y"))
 
 
 def energy_change(run: Run, name: str) -> Array:
-    """Return the change of kinetic and potential energy of a cylinder, divided by the energy released on the way down.
-    The kinetic energy of a rolling cylinder includes its spin."""
+    """Return the change of kinetic plus potential energy of a cylinder since the start, divided by the potential energy
+    released on the way down, at each row of the history. The kinetic energy of a rolling cylinder includes its spin."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
     return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: angles and energies compared with pendulums, spin and slip, displacements along the trough,
-    energy."""
+    """Compute the metrics by name: for each cylinder the largest error of its angle and change of its energy; slip of the
+    rolling and rotation of the sliding cylinder; displacement along the trough; error of the energy balance."""
     # A cylinder sinks in by 0.01 to 0.025 cells, most where it presses most, and the start leaves it free by the sagittas of
     # facets: the pendulum is longer by some cell/50, and what that frees is damped. What rolls winds up springs of friction
     # across the width of the contact, and leaves them behind: twice as much.
@@ -83,7 +85,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the angles, their errors and the energies."""
+    """Draw the angles of the cylinders in the trough, their differences from the equivalent pendulums, and the changes of their
+    energies against time."""
     time = column(run, "time")
     figure, (swing, off, energy) = new_panels(1, 3, height=3.4)
     for colour, name in zip(COLOURS, INERTIA, strict=False):

@@ -29,8 +29,8 @@ METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "dens
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: front position and speed and height at the wall against the experiment; Ritter's bound; density
-    deviation."""
+    """Compute the metrics by name: position and speed of the front and height of the water at the wall, compared with the
+    experiment; lead of the front over Ritter's bound; standard deviation of the density."""
     column = Column.of(run.case)
     times, front = run.history["time"], run.history["front"] / column.width
     result: dict[str, Metric] = {}
@@ -84,8 +84,8 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
 
 
 def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """Return tau = t sqrt(g/a) of the frames, and the height of the water in the cells at the wall divided by the initial
-    height."""
+    """Return for each frame the dimensionless time tau = t sqrt(g/a), and the height of the uppermost point in the cells at the
+    wall, divided by its initial height."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
     heights = []

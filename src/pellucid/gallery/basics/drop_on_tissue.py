@@ -21,7 +21,8 @@ METRICS = ("clearance", "impulse", "momentum", "mass", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: smallest height of the water above the face, contact impulse, momentum, mass and energy errors."""
+    """Compute the metrics by name: smallest height of the water above the face of the tissue, change of the water's momentum
+    compared with the contact impulse, errors of the momentum, mass and energy balances."""
     kept, cells = run.summary["conservation"], min(clearance(run, float(time)) for time in run.times("water"))
     cells /= run.case.grid.cell
     given = -float(np.asarray(run.history["force"]) @ np.diff(run.history["time"], prepend=0.0))

@@ -31,7 +31,7 @@ class Impact(NamedTuple):
 
     @classmethod
     def of(cls, run: Run) -> "Impact":
-        """Build the reference of a run."""
+        """Build the impact from the case of a run. Raises TypeError unless the body is a meshless box."""
         body = run.case.body[0]
         if not isinstance(body, MeshlessSolidCase) or body.mesh.box is None:
             raise TypeError("the exact impact requires a box of a meshless solid")
@@ -64,7 +64,8 @@ class Impact(NamedTuple):
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: force on the floor, time of reversal, rebound velocity, energy error."""
+    """Compute the metrics by name: mean force on the floor during contact, time from contact until the velocity is zero,
+    rebound velocity, error of the energy balance."""
     exact, history = Impact.of(run), run.history
     time, velocity, push = (np.asarray(history[name], dtype=float) for name in ("time", "velocity_z", "force"))
     step = np.diff(time, prepend=0.0)  # a row has the mean force since the row before

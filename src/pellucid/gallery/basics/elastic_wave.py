@@ -15,7 +15,8 @@ METRICS = ("velocity_l2", "displacement_l2", "period")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the relative L2 errors of velocity and displacement at the end, and the error of the period."""
+    """Compute the metrics by name: relative L2 errors of velocity and displacement along the bar at the end, error of the
+    period."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
     # Second order in kh: a lumped mass slows the wave by (kh)²/24, and the grid's smoothing of the points' velocities by

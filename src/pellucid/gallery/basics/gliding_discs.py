@@ -19,7 +19,8 @@ CENTRES, GRAVITY = 0.8, 9.81  # distance of the centres [m], [m/s²]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: speed on the plate, work of contact, energies of both discs, position of the second disc."""
+    """Compute the metrics by name: speed of the disc on the plate at the end, work of contact, largest changes of the energies
+    of both discs, largest distance of the disc on the hill from its exact position."""
     time, speed, work = column(run, "time"), column(run, "flat_vx"), float(run.history["contact_work"][-1])
     moving = float(run.history["kinetic_energy"][0])
     place, exact = np.column_stack([column(run, "round_x"), column(run, "round_y")]), bead(run, time)
@@ -49,14 +50,15 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def energy_of(run: Run, name: str, level: float) -> Array:
-    """Return the specific kinetic and potential energy of a disc [J/kg]; level: reference height [m]."""
+    """Return the kinetic plus potential energy of a disc divided by its mass [J/kg] at each row of the history; level: height
+    of zero potential energy [m]."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     return np.asarray(0.5 * squared + GRAVITY * (column(run, f"{name}_y") - level))
 
 
 def bead(run: Run, time: Array) -> Array:
-    """Return the exact positions of the centre of the disc that slides over the hill [m], shape (n, 2): on a circle
-    until it loses contact, then in free flight."""
+    """Return the exact positions of the centre of the disc that slides over the hill [m], shape (n, 2), at times [s]: on a
+    circle until it loses contact, then in free flight."""
     first = np.array([column(run, "round_x")[0], column(run, "round_y")[0]]) - HILL
     speed = float(np.hypot(column(run, "round_vx")[0], column(run, "round_vy")[0]))
     start = [np.arctan2(first[0], first[1]), speed / CENTRES]
@@ -81,7 +83,7 @@ def bead(run: Run, time: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the changes of energy against time."""
+    """Draw the relative changes of kinetic plus potential energy of both discs against time."""
     time = column(run, "time")
     figure, axes = new_panels(height=3.0)
     for name, level, what, colour in (("flat", 0.6, "on the plate", 0), ("round", HILL[1], "over the hill", 1)):

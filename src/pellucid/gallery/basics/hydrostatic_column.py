@@ -27,8 +27,8 @@ METRICS = ("displacement", "stress", "fastest", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: displacement of the top, largest stress error of a point, largest speed of a point, energy
-    balance."""
+    """Compute the metrics by name: displacement of the top, with the largest error of any point; rms error of the stress;
+    largest speed of a point; largest error of the energy balance."""
     column = HeavyColumn.of(run.case)
     rest, place, stress = points(run)
     exact = column.place(rest) - rest
@@ -65,7 +65,7 @@ def points(run: Run) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw displacement and stress against the height, and the speed against time."""
+    """Draw displacement and axial stress of the points against their heights, and the largest speed of a point against time."""
     column = HeavyColumn.of(run.case)
     figure, (displacement, stress, speed) = new_panels(1, 3, width=10.0, height=3.6)
     rest, place, found = points(run)

@@ -14,7 +14,8 @@ METRICS = ("period", "pressure", "surface", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: period, mean pressure, initial surface energy, error of the energy balance."""
+    """Compute the metrics by name: period of the oscillation, mean pressure in the drop, surface energy at the start, largest
+    error of the energy balance."""
     rate, fading, radius, tension = _exact(run)
     time, stretch = _stretch(run)
     share = run.case.grid.cell / radius
@@ -55,7 +56,8 @@ def _exact(run: Run) -> tuple[float, float, float, float]:
 
 
 def _stretch(run: Run) -> tuple[Array, Array]:
-    """Return the times of the frames [s], and the elongation of the drop along z at these times, divided by its radius."""
+    """Return the times of the frames [s], and the change of the drop's elongation along z since the start, divided by its
+    radius, shape (frames,) each."""
     name = run.case.body[0].name
     times, radius = np.asarray(run.times(name), float), _exact(run)[2]
     found = []
@@ -69,7 +71,7 @@ def _stretch(run: Run) -> tuple[Array, Array]:
 
 
 def _mean_pressure(points: dict[str, Array]) -> float:
-    """Return the volume average of the pressure within half the radius [Pa]."""
+    """Return the volume average of the pressure [Pa] within half the radius of the drop. points: fields of its points."""
     place = np.linalg.norm(np.asarray(points["position"]), axis=1)
     within = place < 0.5 * place.max()
     volume = np.asarray(points["mass"])[within] / np.asarray(points["density"])[within]
@@ -77,7 +79,7 @@ def _mean_pressure(points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the elongation against time."""
+    """Draw the elongation of the drop along z, divided by its radius, against time."""
     rate, fading, _, _ = _exact(run)
     time, stretch = _stretch(run)
     swing = float(np.sqrt(rate**2 - fading**2))

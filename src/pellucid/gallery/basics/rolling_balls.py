@@ -18,7 +18,8 @@ METRICS = (*(f"{name}_{what}" for name in SHARES for what in ("way", "speed")), 
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the metrics: distances and speeds at the end, lateral deviations, energy balance."""
+    """Compute the metrics by name: distance along the slope and speed of each ball at the end, largest lateral deviation of any
+    ball, error of the energy balance."""
     time = column(run, "time")
     end, result, aside = float(time[-1]), {}, 0.0
     for name, share in SHARES.items():
@@ -36,7 +37,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def exact_way(run: Run, time: np.ndarray) -> np.ndarray:
-    """Return the distance that a frictionless body slides down the slope [m] while gravity first increases, as in the case."""
+    """Return the distance that a frictionless body slides down the slope [m] at times [s]; as in the case, gravity first
+    increases linearly."""
     case: Any = run.case
     grown, pull = float(case.gravity_amplitude.times[1]), float(case.gravity[0])
     late = np.maximum(time - grown, 0.0)

@@ -20,7 +20,8 @@ FREE = 1.0  # length of the strip beyond the clamp [m]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the position of the tip at rest, the force on the clamp and the energy error."""
+    """Compute the metrics by name: deflection of the tip at rest, its horizontal distance from the clamp, vertical force on the
+    clamp, error of the energy balance."""
     body = _strip(run)
     reach, drop = _elastica(run, np.array([FREE]))
     surface = body.surface.chosen()
@@ -43,7 +44,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the middle line of the strip at rest."""
+    """Draw the middle line of the strip at rest, with the exact heavy elastica."""
     start, end = (run.fields("strip", float(time)) for time in (run.times("strip")[0], run.times("strip")[-1]))
     x, place = np.asarray(start["position"]), np.asarray(end["position"])
     middle = np.abs(x[:, 1] - 0.1) < 1e-9
@@ -65,7 +66,8 @@ def _strip(run: Run) -> MembraneElementsCase:
 
 
 def _elastica(run: Run, along: "NDArray[np.float64]") -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """Return the horizontal and vertical distances of positions on the strip from the clamp [m]."""
+    """Return the exact horizontal and vertical distances from the clamp at rest [m] of positions on the strip; along: arc
+    lengths of the positions from the clamp [m]."""
     body = _strip(run)
     material: object = body.material
     if not isinstance(material, ElasticMaterial) or body.bending is None:

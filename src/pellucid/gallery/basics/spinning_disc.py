@@ -15,8 +15,8 @@ METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "ener
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: mean stress (virial theorem), first breathing oscillation, rotation angle, angular momentum,
-    energy."""
+    """Compute the metrics by name: time mean of σxx + σyy (virial theorem), period of the first radial mode, rotation angle at
+    the end, change of the angular momentum, error of the energy balance."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times = np.asarray(run.times(name), dtype=float)
     frames = [run.fields(name, float(time)) for time in times]
@@ -72,15 +72,15 @@ def _angular_momentum(points: dict[str, Array]) -> float:
 
 
 def _angle(start: dict[str, Array], end: dict[str, Array], guess: float) -> float:
-    """Return the mean rotation angle of the points about the origin [rad]; guess: approximate angle, which determines the
-    number of whole turns."""
+    """Return the mean rotation angle of the points about the origin [rad]. start, end: fields of the points before and after,
+    by name; guess: approximate angle [rad], which determines the number of whole turns."""
     a, b = np.asarray(start["position"]), np.asarray(end["position"])
     turned = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]))
     return float(turned + 2.0 * np.pi * np.round((guess - turned) / (2.0 * np.pi)))
 
 
 def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Return radius [m], radial and hoop stress [Pa] of the points."""
+    """Return radius [m], radial and hoop stress [Pa] of the points, shape (n,) each. points: fields of the points, by name."""
     x, y = np.asarray(points["position"])[:, :2].T
     s = np.asarray(points["stress"])
     angle = np.arctan2(y, x)
@@ -90,7 +90,8 @@ def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the mean stress against time, and the stresses against the radius, averaged over the frames of the run."""
+    """Draw the mean of σxx + σyy against time, and radial and hoop stress against the radius, averaged over the frames of the
+    run."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times, pull = _mean_pull(run)
     shown = times <= min(times[-1], 10.0 * 2.0 * np.pi / disc.breathing[2][0])

@@ -27,8 +27,8 @@ METRICS = ("fastest", "pressure", "column", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: largest speed of a point, largest pressure error relative to ρ₀ g depth and to a compressible
-    column, energy balance."""
+    """Compute the metrics by name: largest speed of a point, largest errors of the pressure relative to ρ₀ g depth and to a
+    compressible column, largest error of the energy balance."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
     text = "speed of the fastest point in any row of the history"
@@ -42,8 +42,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def pressure_errors(run: Run) -> tuple[Array, Array]:
-    """Return for each frame the largest differences of point pressures from ρ₀ g depth and from a column of the same
-    liquid, divided by the pressure on the ground."""
+    """Return the largest errors of the pressure of a point in each frame, divided by the pressure on the ground, shape
+    (frames,): relative to ρ₀ g depth, and relative to a column of the same compressible liquid."""
     water: Any = run.case.body[0]
     errors = []
     for time in run.times(water.name):
@@ -57,13 +57,13 @@ def pressure_errors(run: Run) -> tuple[Array, Array]:
 
 
 def simple(run: Run, depth: Array) -> Array:
-    """Return the hydrostatic pressure of a liquid of constant density, ρ₀ g depth [Pa]."""
+    """Return the hydrostatic pressure of a liquid of constant density, ρ₀ g depth [Pa], at depths [m]."""
     return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
 
 
 def column(run: Run, depth: Array) -> Array:
-    """Return the hydrostatic pressure of a liquid with Tait's equation of state [Pa]. From dp = ρ g ds with the depth s,
-    the squared speed of sound c² increases by (n-1) g s."""
+    """Return the hydrostatic pressure of a liquid with Tait's equation of state [Pa] at depths [m]. From dp = ρ g ds with the
+    depth s, the squared speed of sound c² increases by (n-1) g s."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent
     growth = 1.0 - (n - 1.0) * run.case.gravity[1] * depth / eos.sound_speed**2  # of c², from its value at the level
@@ -72,7 +72,8 @@ def column(run: Run, depth: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the pressure against height, and the largest pressure error against time."""
+    """Draw the pressure of the points against their heights at the end, and the largest relative error of the pressure against
+    time."""
     water: Any = run.case.body[0]
     figure, (profile, errors) = new_panels(1, 2, width=10.0, height=3.6)
     name, points = water.name, run.fields(water.name)

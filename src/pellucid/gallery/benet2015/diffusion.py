@@ -30,7 +30,7 @@ THESIS = 6e-5
 
 
 def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
-    """Return the diffusing field and its line. Raises ValueError for a case without a reference."""
+    """Return the diffusing field and its bar. Raises ValueError for a case without an exact solution."""
     body = run.case.body[0]
     line = body.domain.line if isinstance(body, DiffusingFieldCase) else None
     if (
@@ -56,7 +56,8 @@ def _exact(run: Run, x: Array, time: float) -> Array:
 
 
 def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
-    """Return positions [m], concentrations and exact concentrations of the nodes at the end, each (n,), and the time [s]."""
+    """Return positions along the bar [m], computed and exact concentrations of the nodes at the end, shape (n,) each, and the
+    time of the end [s]."""
     name = run.case.body[0].name
     time = float(run.times(name)[-1])
     fields = run.fields(name, time)
@@ -65,7 +66,8 @@ def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: largest error relative to the largest concentration, and the remaining amount."""
+    """Compute the metrics by name: largest error of the concentration at a node at the end, relative to the largest
+    concentration; amount (integral of the concentration) that remains at the end."""
     x, found, exact, time = _profiles(run)
     error = float(np.abs(found - exact).max() / np.abs(exact).max())
     # the thesis's error, and of the order of the polynomials for other numbers of nodes
@@ -81,7 +83,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the profiles, the errors, and the stability of the averaging windows as a function of their width."""
+    """Draw the concentration along the bar, its error, and the stability of the averaging windows (intervals over which the
+    equation is averaged) as a function of their width."""
     return {"profiles": _profile_figure(run), "errors": _error_figure(run), "windows": _window_figure(run)}
 
 
@@ -109,8 +112,9 @@ def _error_figure(run: Run) -> Figure:
 
 
 def _window_figure(run: Run) -> Figure:
-    """Draw the Fourier symbol of averaging windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many
-    widths, with closed ends."""
+    """Draw the Fourier symbol of averaging windows (factor on a wave that is averaged over the window), and the largest growth
+    rate of the nodal equations, i.e. the largest real part of the eigenvalues of -M⁻¹ D K, for many widths of the windows, with
+    closed ends."""
     body, bar = _bar(run)
     x = bar.places()
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.6)
@@ -129,8 +133,12 @@ def _window_figure(run: Run) -> Figure:
 
 
 def _fastest_growth(x: Array, width: float, body: DiffusingFieldCase) -> float:
-    """Return the largest growth rate of the nodal equations for an averaging window of this width [1/s]; it is 0 for a
-    uniform concentration."""
+    """Return the largest growth rate of the nodal equations [1/s] for averaging windows of a half-width; it is 0 for a uniform
+    concentration.
+
+    x: positions of the nodes [m], shape (n,). width: half-width of the windows divided by the node spacing. body: the diffusing
+    field.
+    """
     content, outflow = (part.toarray() for part in windows_on_line(x, body.radial, width))
     rates = np.linalg.eigvals(np.linalg.solve(content, -body.material.diffusivity * outflow).astype(complex))
     return float(rates.real.max())

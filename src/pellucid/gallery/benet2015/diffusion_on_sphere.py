@@ -17,7 +17,7 @@ METRICS = ("decay_2", "decay_3", "amount", "area")
 
 
 def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
-    """Return the diffusing field and the radius of its sphere [m]. Raises ValueError for a case without a reference."""
+    """Return the diffusing field and the radius of its sphere [m]. Raises ValueError for a case without an exact solution."""
     body = run.case.body[0]
     surface = body.domain.surface if isinstance(body, DiffusingFieldCase) else None
     if not isinstance(body, DiffusingFieldCase) or surface is None or surface.icosphere is None:
@@ -26,7 +26,8 @@ def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
 
 
 def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
-    """Return the times [s], and by degree the amplitude of each harmonic at these times divided by its initial amplitude."""
+    """Return the times of the frames [s], and for each spherical harmonic of the initial concentration, by its degree, the
+    amplitude at these times divided by its initial value."""
     body, _ = _field(run)
     times = run.times(body.name)
     at_start = run.fields(body.name, 0.0)
@@ -41,7 +42,8 @@ def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: decay rates, total amount, surface area."""
+    """Compute the metrics by name: decay rate of each spherical harmonic, change of the total amount (integral of the
+    concentration), area of the sphere that the shape functions represent."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     area = float(np.sum(run.fields(body.name)["volume"]))
@@ -65,7 +67,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the amplitudes of the harmonics against time."""
+    """Draw the amplitudes of the spherical harmonics and their relative errors against time."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.4)

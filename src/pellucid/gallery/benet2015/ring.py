@@ -18,7 +18,8 @@ solution of the same problem, accurate to 5 %."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: radius of the waist at the end, compared with a separate solution; energy balance; mass."""
+    """Compute the metrics by name: radius of the waist (the narrowest section) at the end, compared with a separate solution;
+    largest error of the energy balance; change of the mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
         "energy": worst_balance(
@@ -35,8 +36,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the arc lengths along the meridian [m] from the waist to the nodes above it, and the film masses in between
-    [kg], shape (m,) each."""
+    """Return for the upper half of the vesicle the arc lengths along the meridian from the waist to the nodes [m], and the mass
+    of the film between the waist and each node [kg], shape (m,) each, in the frame nearest to a time [s]."""
     fields = run.fields(film_of(run).name, time)
     place, mass = fields["position"][:, [0, 2]], fields["mass"]
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
@@ -47,15 +48,16 @@ def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _moved(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Return the initial arc lengths from the waist, and the displacements of the film along the meridian away from the
-    waist at the end [m]."""
+    """Return the initial arc lengths of the nodes from the waist [m], and the displacements of the film along the meridian away
+    from the waist at the end [m], shape (m,) each."""
     start, before = _half(run, 0.0)
     end, after = _half(run, float(run.times(film_of(run).name)[-1]))
     return start, np.interp(before, after, end) - start
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw density, velocity and displacement along the meridian at the end, and the waist against time."""
+    """Draw density, velocity and displacement of the film along the meridian at the end, and the radius of the waist against
+    time."""
     fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
     along = np.gradient(place, axis=0)

@@ -20,29 +20,29 @@ SIDE = 0.6  # height up to which profiles are compared: nearer to the poles radi
 
 
 def _films(run: Run) -> tuple[str, str]:
-    """Return the names of the film of revolution and of the film in space."""
+    """Return the names of the film computed as a surface of revolution and of the film computed as a surface in space."""
     revolved, in_space = sorted(films_of(run), key=lambda film: film.shape.span == "space")
     return revolved.name, in_space.name
 
 
 def _profiles(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Return r and z of the nodes at the end [m], shape (n, 2): of the film of revolution, from pole to pole, and of the
-    film in space."""
+    """Return distance from the axis and height (r, z) of the nodes at the end [m], shape (n, 2): of the film of revolution,
+    from pole to pole, and of the film in space."""
     revolved, in_space = (run.fields(name)["position"] for name in _films(run))
     around = np.stack([np.hypot(in_space[:, 0], in_space[:, 1]), in_space[:, 2]], axis=1)
     return revolved[:, [0, 2]], around
 
 
 def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the heights of the nodes of the film in space, without the poles, and the differences of their radii from the
-    film of revolution at these heights [m]."""
+    """Return the heights of the nodes of the film in space, without those near the poles [m], and the differences of their
+    radii from the film of revolution at these heights [m]. Arguments: results of `_profiles`."""
     side = in_space[np.abs(in_space[:, 1]) <= SIDE]
     return side[:, 1], side[:, 0] - CubicSpline(revolved[:, 1], revolved[:, 0])(side[:, 1])
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: waist and profile of the film in space compared with the film of revolution, energy balance,
-    mass."""
+    """Compute the metrics by name: radius of the waist and largest difference of the radii between the film in space and the
+    film of revolution, largest error of the energy balance, change of the mass."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
     waist = float(CubicSpline(revolved[:, 1], revolved[:, 0])(0.0))
@@ -62,7 +62,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw both profiles and their difference."""
+    """Draw the meridians of both films at the end and the difference of their radii."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
     figure, (left, right) = new_panels(1, 2, width_ratios=(2, 3), width=10.0, height=4.0, title=run.case.title)

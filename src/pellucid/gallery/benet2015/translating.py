@@ -15,7 +15,7 @@ METRICS = ("velocity", "rigidity", "tension", "energy")
 
 
 def _drive(run: Run) -> tuple[float, float, int]:
-    """Return the inner pressure P and the driving load p along an axis [Pa], and the axis of motion in space."""
+    """Return the inner pressure P [Pa], the driving load p along an axis [Pa], and the number of this axis (0 to 2)."""
     inside = next(load.value for load in pressures_of(run) if load.along is None)
     driving, along = next((load.value, load.along) for load in pressures_of(run) if load.along is not None)
     axis = int(np.flatnonzero(along)[0])
@@ -23,14 +23,14 @@ def _drive(run: Run) -> tuple[float, float, int]:
 
 
 def _velocity(run: Run) -> float:
-    """Return the exact velocity [m/s]: p/2ζ for a circle, p/3ζ for a sphere, with the load p and the drag ζ."""
+    """Return the exact velocity of the vesicle [m/s]: p/2ζ for a circle, p/3ζ for a sphere, with the load p and the drag ζ."""
     film = film_of(run)
     return _drive(run)[1] / ((2.0 if film.shape.span == "plane" else 3.0) * film.drag.normal)
 
 
 def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
-    """Return the tension at the nodes at the end [N/m], and the exact tension: R (P + (p/2) n·e) for a circle, R (P/2 +
-    (p/3) n·e) for a sphere.
+    """Return the computed tension at the nodes at the end [N/m], and the exact tension there, shape (n,) each: R (P + (p/2)
+    n·e) for a circle, R (P/2 + (p/3) n·e) for a sphere.
 
     R: radius, P: inner pressure, p: load, n: unit normal, e: direction of the load.
     """
@@ -45,7 +45,8 @@ def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: velocity, deviation from rigid motion, tension, energy balance."""
+    """Compute the metrics by name: mean velocity of the vesicle at the end, largest difference of a node from the mean
+    velocity, largest error of the tension, largest error of the energy balance."""
     film = film_of(run)
     axis = _drive(run)[2]
     exact, found = _velocity(run), float(run.history["velocity"][-1])
@@ -69,7 +70,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the velocity error against time, and the tension along the axis of motion."""
+    """Draw the error of the mean velocity against time, and the tension against the position along the axis of motion."""
     axis = _drive(run)[2]
     figure, (left, right) = new_panels(1, 2, width=10.0, height=3.4, title=run.case.title)
     exact = _velocity(run)

@@ -25,11 +25,12 @@ METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the metrics: displaced flow at the throat, final position, smallest distance from the walls, losses.
+    """Compute the metrics by name: volume displaced by the piston until the vesicle is in the throat, final position, smallest
+    distance from the walls, sideways motion, changes of enclosed area and film mass.
 
-    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum, which is 1.5 times
-    the mean. When the vesicle reaches the throat, the piston has therefore displaced between 1/1.5 and all of the volume of
-    the channel between the initial position of the vesicle and the throat.
+    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum, which is 1.5 times the
+    mean. When the vesicle reaches the throat, the piston has therefore displaced between 1/1.5 and all of the volume of the
+    channel between the initial position of the vesicle and the throat.
     """
     times = run.times(NAME)
     places = [run.fields(NAME, float(time))["position"][:, :2] for time in times]
@@ -67,7 +68,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _room(run: Run, start: float, end: float) -> float:
-    """Return the area of the channel between two positions along x [m²]."""
+    """Return the area of the channel between two positions along x (`start`, `end` [m]) and its walls [m²]."""
     x = np.linspace(start, end, 2001)
     low, high = (np.full(len(x), side) for side in (run.case.grid.lower[1], run.case.grid.upper[1]))
     for wall in _walls(run):
@@ -81,18 +82,18 @@ def _room(run: Run, start: float, end: float) -> float:
 
 
 def _walls(run: Run) -> list[Any]:
-    """Return the cylinders whose nodes are fixed."""
+    """Return the cylinders that form the constriction: the regions of the supports, in which nodes are fixed."""
     regions = [support.region() for support in run.case.support]
     return [region.cylinder for region in regions if isinstance(region, Region)]
 
 
 def _distance(run: Run, position: np.ndarray) -> float:
-    """Return the distance of the nearest node from the walls [m]."""
+    """Return the distance of the nearest node from the walls [m]. position: of the nodes [m], shape (n, 2) or (n, 3)."""
     return min(float(np.hypot(*(position[:, :2] - wall.centre()[:2]).T).min()) - float(wall.radius) for wall in _walls(run))
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw position, shape and enclosed area over time."""
+    """Draw position, shape and enclosed area of the vesicle over time."""
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])

@@ -30,13 +30,14 @@ class Drop(NamedTuple):
     shear: float  # shear rate [1/s]
 
     def expected(self, time: float) -> float:
-        """Return the expected deformation at a time [s]."""
+        """Return the deformation (L - B)/(L + B) of the drop by small-deformation theory at a time [s]; L and B: largest and
+        smallest diameter."""
         steady = deformation(self.capillary, self.ratio, self.confinement)
         return steady * approach(self.capillary, self.ratio, self.shear * time)
 
 
 def drop_of(run: Run) -> Drop:
-    """Return the parameters of the case."""
+    """Return the parameters of the drop in the case of a run."""
     fluid, drop, film = (_body(run, name) for name in ("fluid", "drop", "film"))
     radius, shear = film.surface.sphere.radius, fluid.initial[0].x[1]
     viscosity, tension = fluid.material.viscosity, film.material.tension * film.thickness
@@ -49,7 +50,8 @@ def _body(run: Run, name: str) -> Any:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: deformation at the end; largest changes of the enclosed volume and of the film's mass."""
+    """Compute the metrics by name: deformation (L - B)/(L + B) of the drop at the end, L and B being its largest and smallest
+    diameter; largest changes of the enclosed volume and of the film's mass."""
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     end = float(times[-1])
     found, expected = of_surface(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
@@ -67,7 +69,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the deformation against time."""
+    """Draw the deformation and the semi-axes of the drop against time."""
     return {"deformation": _deformation(run)}
 
 

@@ -19,7 +19,8 @@ METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_
 
 
 def _energies(run: Run) -> dict[str, float]:
-    """Return the bending energy of each film at the end, divided by 8πκ."""
+    """Return the bending energy of each film at the end divided by 8πκ (that of a sphere, with the bending rigidity κ), by
+    name."""
     return {
         film.name: float(run.history[f"bending-{film.name}"][-1]) / (8.0 * pi * film.material.bending_rigidity)
         for film in films_of(run)
@@ -27,7 +28,7 @@ def _energies(run: Run) -> dict[str, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the bending energies at the end."""
+    """Compute the metrics by name: bending energy of each vesicle at the end, divided by that of a sphere."""
     result = {}
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
@@ -37,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the shapes at the end."""
+    """Draw the meridians of the vesicles at the end."""
     energies = _energies(run)
     places = {film.name: run.fields(film.name)["position"] for film in films_of(run)}
     across = -(-len(energies) // 2)

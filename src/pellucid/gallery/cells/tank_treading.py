@@ -26,7 +26,8 @@ METRICS = ("inclination", "tread_rate")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: inclination at the end, and tank-treading rate while the shape is steady."""
+    """Compute the metrics by name: inclination of the longest axis of the capsule at the end, and rate at which its membrane
+    rotates (tank-treads) while the shape is steady. Empty for a run that ends before."""
     times, phases, axes = _course(run)
     late = times >= STEADY
     if np.count_nonzero(late) < 2:
@@ -52,7 +53,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw phase and inclination against time."""
+    """Draw the rotation of the membrane about the capsule and the inclination of the longest axis against time."""
     times, phases, axes = _course(run)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     ideal = -SHEAR_RATE * axes[:, 0] * axes[:, 1] / (axes[:, 0] ** 2 + axes[:, 1] ** 2)
@@ -67,8 +68,8 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _course(run: Run) -> tuple[Array, Array, Array]:
-    """Return the times [s]; the mean phase of nodes near the plane of the shear [rad]; half axes in this plane and
-    inclination [rad], shape (n, 3)."""
+    """Return the times of the frames [s], shape (n,); the mean change of the phase φ of nodes near the plane of the shear
+    [rad], shape (n,); and the two half axes in this plane [m] and the inclination [rad], shape (n, 3)."""
     times, triangles = np.array([time for time in run.times(NAME) if time >= DRAWN]), run.triangles(NAME)
     rows: list[tuple[float, float, float]] = []
     phases: list[Array] = []
@@ -83,8 +84,11 @@ def _course(run: Run) -> tuple[Array, Array, Array]:
 
 
 def _ellipse(position: Array, triangles: Array) -> tuple[float, float, float, Array]:
-    """Return the half axes in the plane of the shear [m], the inclination of the longer one in [0, π) [rad], and the phase
-    φ of the nodes [rad]."""
+    """Fit an ellipsoid to the capsule. Return its two half axes in the plane of the shear [m], the inclination of the longer
+    one in [0, π) [rad], and the phase φ of the nodes [rad], shape (n,).
+
+    position: [m], shape (n, 3); triangles: node numbers, shape (m, 3).
+    """
     ellipsoid = ellipsoid_of(position, triangles)
     first, second = (k for k in range(3) if abs(ellipsoid.directions[k, 2]) < 0.5)
     long, short = ellipsoid.axes[first], ellipsoid.axes[second]

@@ -32,7 +32,7 @@ METRICS = (*(f"{name}-{stretch:g}" for name in NAMES for stretch in STRETCHES[na
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: tensions at the stretches of the references, and the energy balance."""
+    """Compute the metrics by name: tension of each strip and sheet at given stretches, error of the energy balance."""
     exact, result = exact_curves(), {}
     for name in NAMES:
         law, pull, kind = name.rsplit("-", 2)
@@ -52,7 +52,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def exact_curves() -> dict[tuple[str, str], tuple[Array, Array]]:
-    """Return the exact stretches and tensions divided by the modulus, by law and by specimen (strip or sheet)."""
+    """Return the exact stretches and tensions divided by the modulus, shape (n,) each, by (law, specimen); the specimen is a
+    strip or a sheet."""
     rows: dict[tuple[str, str], list[tuple[float, float]]] = {}
     with CURVES.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -61,7 +62,8 @@ def exact_curves() -> dict[tuple[str, str], tuple[Array, Array]]:
 
 
 def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
-    """Return times [s], stretches along x, and tensions along x [N/m] of a body."""
+    """Return the times of the frames [s], and the stretch along x and the tension along x [N/m] of the body `name` at these
+    times."""
     model: Any = next(body for body in run.case.body if body.name == name)
     times = run.times(name)
     start = run.fields(name, float(times[0]))["position"]
@@ -79,7 +81,7 @@ def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the curves of strips and of sheets."""
+    """Draw tension divided by modulus against stretch, for strips and for sheets, with the exact curves."""
     return {"curves": _curves(run)}
 
 

@@ -1,5 +1,5 @@
-"""Metrics of a lid with a cube above expanding gas, compared with finite elements that are tied to each other in the same
-way."""
+"""Metrics of a lid with a cube on it above expanding gas, compared with finite elements in which lid, cube and gas are tied to
+each other, as on a common grid."""
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -15,7 +15,8 @@ METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: largest deviations from the finite elements over the run, and leaks."""
+    """Compute the metrics by name: largest deviations of the displacement of the cube and of the mean gas pressure from finite
+    elements during the run, and share of the gas points that leaked through the lid."""
     columns = {
         "cube_z_deviation": ("cube_z", "the displacement of the cube"),
         "gas_pressure_deviation": ("gas_pressure", "the mean gas pressure"),

@@ -15,7 +15,8 @@ METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: largest deviations from the tied finite elements over the run, lowest point and its time."""
+    """Compute the metrics by name: largest deviations of the centres of cuboid and net from finite elements during the run;
+    lowest position of the cuboid's centre and its time."""
     reference, times = finite_elements.read("net_impact"), run.history["time"]
     tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
     columns = {

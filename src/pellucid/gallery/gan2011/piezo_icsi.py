@@ -30,7 +30,8 @@ METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the metrics of the paper: points, path of the tip, place of the failure, leaks, energy."""
+    """Compute the metrics by name: error of the path of the pipette's tip, cytoplasm points outside the zona, share of the
+    failed points on the side of the pipette, largest error of the energy balance, number of points compared with the paper."""
     history = run.history
     tip = next(motion for motion in run.case.motion if motion.name == "tip")
     signal = tip.displacement.y
@@ -64,25 +65,28 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _escaped(run: Run, time: float, zona: np.ndarray) -> int:
-    """Return the number of points of the cytoplasm outside the zona; zona: triangles of its surface."""
+    """Return the number of points of the cytoplasm outside the zona in the frame nearest to a time [s]; zona: triangles of its
+    surface as point numbers, shape (m, 3)."""
     surface, inner = (run.fields(body, time, ("position",))["position"] for body in ("zona", "cytoplasm"))
     return int(np.count_nonzero(~inside(inner, surface, zona)))
 
 
 def _facing(run: Run, time: float) -> float:
-    """Return the share of the failed points that were initially on the side of the pipette; NaN if no point failed."""
+    """Return the share of the failed points of the zona that were initially on the side of the pipette, in the frame nearest to
+    a time [s]; NaN if no point failed."""
     start = run.fields("zona", 0.0, ("position",))["position"][:, 0]
     failed = run.fields("zona", time, ("failed",))["failed"] > 0
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """Return the functions that draw the oocyte, whole and cut open, and the course and place of the failure."""
+    """Return the functions that draw the oocyte, as a whole and without its upper half, and the time and place of the failure
+    of the zona."""
     return piezo_pictures.figures(run) | {"failure": partial(_failure, run)}
 
 
 def _failure(run: Run) -> Figure:
-    """Draw the initial positions of the points that face the pipette, coloured by the time of failure."""
+    """Draw the initial positions of the points of the zona that face the pipette, coloured by the time of failure."""
     times = run.times("zona")
     start = run.fields("zona", 0.0)["position"]
     first = np.full(len(start), np.nan)

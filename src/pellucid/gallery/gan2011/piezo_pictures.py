@@ -1,4 +1,5 @@
-"""Pictures of the oocyte that a pipette pushes sideways: whole, cut open along the pipette's path, and as a film."""
+"""Pictures of the oocyte that a pipette pushes sideways: as a whole, without its upper half so that the inside is visible ("cut
+open"), and as a film."""
 
 from collections.abc import Callable, Iterable
 from functools import cache, partial
@@ -57,12 +58,12 @@ class Stage(NamedTuple):
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """Return the functions that draw the oocyte, whole and cut open, at the times of the paper."""
+    """Return the functions that draw the oocyte at the times of the paper: as a whole, and without its upper half."""
     return {"oocyte_whole": partial(oocyte_whole, run), "oocyte_cut": partial(oocyte_cut, run)}
 
 
 def films(run: Run) -> dict[str, Animation]:
-    """Return the film of the oocyte, whole and cut open side by side."""
+    """Return the film of the oocyte, by name: as a whole and without its upper half, side by side."""
     times = evenly(run.times("zona"), FILM_PICTURES)
     whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
 
@@ -90,8 +91,8 @@ def oocyte_whole(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
 
 
 def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
-    """Draw the lower half at the given times [s], cut along the pipette's path: pressure in the cytoplasm and rim of the
-    zona."""
+    """Draw the oocyte without its upper half at the given times [s], seen from above; the cut is along the pipette's path and
+    shows the pressure in the cytoplasm and the rim of the zona."""
     shown = recorded(run.times("zona"), times)
     stage = cut_stage(run, COLUMNS, shown)
     figure = _panels(run, shown, stage)
@@ -101,13 +102,13 @@ def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
 
 
 def whole_stage(run: Run, columns: int) -> Stage:
-    """Return the settings of the view from the side of the pipette."""
+    """Return the settings of the view from the side of the pipette. columns: width of the picture in pixels."""
     return _stage(run, camera_for(WHOLE, _places(run), columns))
 
 
 def cut_stage(run: Run, columns: int, times: Iterable[float]) -> Stage:
-    """Return the settings of the view from above into the lower half; the pressures at the given times [s] set the colour
-    limits."""
+    """Return the settings of the view from above into the lower half. columns: width of the picture in pixels. The pressures at
+    the given times [s] determine the limits of the colours."""
     middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
     plane = Plane((0.0, 0.0, 1.0), middle)
     places = _places(run)
@@ -117,7 +118,7 @@ def cut_stage(run: Run, columns: int, times: Iterable[float]) -> Stage:
 
 
 def draw_oocyte(axes: Axes, run: Run, time: float, stage: Stage) -> None:
-    """Draw the frame nearest to a time [s]."""
+    """Draw the frame nearest to a time [s] with the settings `stage`."""
     zona = run.fields("zona", time, ("position", "failed"))
     failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["position"]), bool)
     skin = Mesh(zona["position"], stage.triangles, np.tile(ZONA, (len(failed), 1)), failed, FAILED)
@@ -154,7 +155,8 @@ def _stage(run: Run, camera: Camera, cut: Plane | None = None, limits: tuple[flo
 
 
 def _places(run: Run) -> np.ndarray:
-    """Return the positions that a picture must include: zona and plate at the start, the pipette at all times."""
+    """Return the positions that a picture must include [m], shape (n, 3): zona and plate at the start, the pipette at all
+    times."""
     zona = _position(run, "zona", 0.0)
     middle = zona.mean(axis=0)
     pipette = [_position(run, "pipette", float(time)) for time in evenly(run.times("pipette"), FILM_PICTURES)]
@@ -178,7 +180,7 @@ def _plate(run: Run, time: float, stage: Stage) -> Mesh:
 
 
 def _medium(run: Run, time: float, cut: Plane) -> Balls:
-    """Return the points of the medium in the layer of cells below the cut, as dots."""
+    """Return the points of the medium in the layer of cells below the cut plane at a time [s], as dots."""
     position = _position(run, "medium", time)
     beyond = cut.beyond(position)
     layer = position[(beyond <= 0.0) & (beyond > -run.case.grid.cell)]

@@ -23,8 +23,8 @@ METRICS = (
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: errors of the four profiles, states on both sides of the contact, shock position, largest
-    density."""
+    """Compute the metrics by name: relative L1 errors of the profiles of density, velocity, pressure and internal energy; means
+    of the states on both sides of the contact; position of the shock; largest density."""
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     points = points_of(run)
     exact, found = tube.mean_profile(time, CELLS), Profile.of_points(points, tube.edges(CELLS))
@@ -64,8 +64,8 @@ def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
 
 
 def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
-    """Return the metrics of density, pressure and velocity, averaged over the middle halves of the plateaus on both sides
-    of the contact."""
+    """Return the metrics of density, pressure and velocity between the waves, averaged over the middle halves of the plateaus
+    on both sides of the contact. tube: exact solution; found: profile of the run; time: end of the run [s]."""
     fronts, star = tube.fronts(time), tube.solution
     wanted = {"left": star.left_wave.density, "right": star.right_wave.density}
     edges = {"left": (fronts["fan tail"], fronts["contact"]), "right": (fronts["contact"], fronts["shock"])}
@@ -84,7 +84,8 @@ def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
 
 
 def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
-    """Return the position at which the cell-averaged pressure, followed from the right end, crosses half the jump [m]."""
+    """Return the position [m] at which the pressure, averaged in cells and followed from the right end, crosses half of the
+    exact pressure jump. tube: exact solution; points: fields of all points, by name."""
     profile = Profile.of_points(points, tube.edges(1))
     known = np.isfinite(profile.means["pressure"])
     x, p = profile.centres[known], profile.means["pressure"][known]
@@ -94,7 +95,8 @@ def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the four profiles with the exact ones and, after the start, the points near the contact and the shock."""
+    """Draw the profiles of density, velocity, pressure and internal energy with the exact ones and, after the start, the points
+    near the contact and the shock."""
     found = {"profiles": _profiles(run)}
     if run.times(run.case.body[0].name)[-1] > 0.0:
         found["shock"] = _close_up(run)

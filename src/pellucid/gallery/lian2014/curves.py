@@ -17,12 +17,13 @@ HOURGLASS = 0.01
 
 
 def tolerance_of(run: Run) -> float:
-    """Return the tolerance of the curves of a run, which is proportional to the cell size of its grid."""
+    """Return the largest allowed relative deviation of the curves of a run; it is proportional to the cell size of its grid."""
     return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
 
 
 def beside_elements(run: Run, table: str, columns: Mapping[str, tuple[str, str]], known: str = "") -> dict[str, Metric]:
-    """Return the metrics of `deviations` and of the hourglass energy."""
+    """Return the metrics of `deviations` (same arguments), and of the largest hourglass energy (energy stored in zero-energy
+    modes of the elements)."""
     share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
     text = "largest hourglass energy, relative to the initial kinetic energy"
     return {

@@ -21,7 +21,8 @@ METRICS = ("volume", "pressure", "crossings", "gap", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the metrics: volume and pressure at rest, crossings and smallest gap of layers, energy balance."""
+    """Compute the metrics by name: volume and gas pressure at rest; number of places at which layers of the bag cross; smallest
+    gap of two layers; error of the energy balance."""
     bag: Any = next(body for body in run.case.body if body.name == "bag")
     history, late = run.history, np.asarray(run.history["time"]) >= REST * run.history["time"][-1]
     times, triangles = [float(time) for time in run.times("bag")], run.triangles("bag")
@@ -68,16 +69,19 @@ def _edges(triangles: Array) -> Array:
 
 
 def circumference(position: Array, triangles: Array) -> float:
-    """Return the length of the rim of a slice at the lower plane of symmetry [m]."""
+    """Return the length of the edges in the lower plane of symmetry [m], i.e. the circumference of the bag. position: [m],
+    shape (n, 3); triangles: node numbers, shape (m, 3)."""
     edges, low = _edges(triangles), position[:, 1] < position[:, 1].min() + 1e-9
     rim = edges[low[edges].all(axis=1)]
     return float(np.linalg.norm(position[rim[:, 0]] - position[rim[:, 1]], axis=1).sum())
 
 
 def least_gap(frames: list[Array], triangles: Array, thickness: float) -> float:
-    """Return the smallest distance of vertices from triangles of other layers, divided by the thickness.
+    """Return the smallest distance of vertices from triangles of other layers in all frames, divided by the thickness (no
+    unit).
 
-    Triangles belong to another layer if they are at least `APART` thicknesses away along the sheet and at least one
+    frames: positions of the nodes in each frame [m], shape (n, 3). triangles: node numbers, shape (m, 3). thickness: of the
+    sheet [m]. Triangles belong to another layer if they are at least `APART` thicknesses away along the sheet and at least one
     thickness away at the start; near the rims, the layers of a flat bag are closer. The function is independent of the
     distances computed by contact.
     """
@@ -101,7 +105,8 @@ def least_gap(frames: list[Array], triangles: Array, thickness: float) -> float:
 
 
 def distances(points: Array, corners: Array) -> Array:
-    """Return the distance of each point (n, 3) from its triangle (n, 3, 3)."""
+    """Return the distance [m] of each point, shape (n, 3), from the triangle with the same number; corners: shape (n, 3, 3)
+    [m]."""
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     square = np.full(len(points), np.inf)
     for i in range(3):
@@ -118,7 +123,8 @@ def distances(points: Array, corners: Array) -> Array:
 
 
 def crossings(vertices: Array, triangles: Array) -> int:
-    """Return the number of pairs of an edge and a triangle without a common vertex that cross."""
+    """Return the number of pairs of an edge and a triangle of a surface, without a common vertex, that intersect. vertices:
+    [m], shape (n, 3); triangles: shape (m, 3)."""
     a, ab, ac = vertices[triangles[:, 0]], *(vertices[triangles[:, i]] - vertices[triangles[:, 0]] for i in (1, 2))
     low, high = vertices[triangles].min(axis=1), vertices[triangles].max(axis=1)
     found = 0

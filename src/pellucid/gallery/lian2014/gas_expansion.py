@@ -21,7 +21,8 @@ METRICS = ("radius_0", "radius_90", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the metrics: both radii, averaged over the last oscillation, and the loss of energy."""
+    """Compute the metrics by name: radii of the membrane at 0 and 90 degrees, averaged over the last oscillation, and largest
+    change of the total energy."""
     wanted, times, result = circle(run), run.history["time"], {}
     last = times >= times[-1] - LAST
     for name in ("radius_0", "radius_90"):
@@ -34,7 +35,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def circle(run: Run) -> float:
-    """Return the radius [m] of the nodes of the regular polygon formed by the elements, each stretched by the tension p r."""
+    """Return the exact radius of the membrane at rest [m]: that of the nodes of a regular polygon of the elements, which are
+    stretched by the tension p r."""
     membrane: Any = run.case.body[1]
     (x, y, _), (m, n, _) = membrane.surface.box.upper, membrane.surface.box.points
     radius = 0.5 * (x + y) / (m + n - 2) / sin(pi / (4 * (m + n - 2)))
@@ -44,14 +46,15 @@ def circle(run: Run) -> float:
 
 
 def loss(run: Run) -> np.ndarray:
-    """Return the loss of total energy in each row of the history, as a fraction of the initial energy."""
+    """Return the loss of total energy (kinetic, internal, strain, hourglass) since the start in each row of the history, as a
+    fraction of the initial energy."""
     parts = ("kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy")
     total = np.sum([run.history[part] for part in parts if part in run.history], axis=0)
     return np.asarray(1.0 - total / total[0])
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the loss of energy against time."""
+    """Draw the relative loss of total energy against time."""
     figure, axes = new_panels(height=2.8, title=run.case.title)
     axes.plot(run.history["time"], 100.0 * loss(run), color=COLOURS[2])
     label(axes, "time", "loss of energy", "s", "%")

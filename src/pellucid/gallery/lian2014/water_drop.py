@@ -33,7 +33,8 @@ METRICS = ("leak", "momentum", "energy", "spread", "broken")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: water below the sheet in any frame, momentum, energy, spreading, and mass that broke off."""
+    """Compute the metrics by name: largest share of the water below the sheet, errors of the momentum and energy balances,
+    radius of the drop relative to its initial radius, share of the mass that broke off."""
     times = run.times("drop")
     end, result = float(times[-1]), {}
     worst = max(below(run, float(time)) for time in times)
@@ -87,7 +88,7 @@ def in_largest(run: Run, time: float) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the water from above."""
+    """Draw the water from above at several times, with the pieces that broke off in another colour."""
     reached = recorded(run.times("drop"), PLANS)
     figure, subplots = panels(len(reached), len(reached), height=3.5, sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):

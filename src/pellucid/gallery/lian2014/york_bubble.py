@@ -19,7 +19,8 @@ METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: leaks, gap between skin and water, contact with the floor, roundness, energy of the skin."""
+    """Compute the metrics by name: share of the water outside the skin, mean gap between skin and water, height of the bag when
+    contact with the floor starts, spread of its half widths, strain energy of the skin at the largest width."""
     history, cell = run.history, run.case.grid.cell
     skin_case: Any = run.case.body[0]
     law = skin_case.material
@@ -55,7 +56,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _fit(run: Run, time: float) -> tuple[float, float]:
-    """Return the share of the water's points outside the skin, and the mean gap between skin and water in cells."""
+    """Return the share of the water points outside the skin by more than CLOSE cells, and the mean gap between skin and water
+    in cells, in the frame nearest to a time [s]."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
     height = heights(water["position"], skin, triangles)
     corners = skin[triangles]

@@ -18,8 +18,8 @@ METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_node
 
 
 def at(run: Run, distance: float) -> tuple[float, float]:
-    """Return the strain energy [J] and the force along z on the top [N] when the distance of the plates has grown by
-    `distance` [m]."""
+    """Return the strain energy [J] and the force along z on the upper face [N] at the equilibrium in which the distance of the
+    plates has grown by `distance` [m]. Raises ValueError if no such equilibrium was computed."""
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
     if abs(moved[row] - distance) > 1e-6 * abs(distance):
@@ -30,17 +30,17 @@ def at(run: Run, distance: float) -> tuple[float, float]:
 
 
 def of_mesh(run: Run, share: float, exponent: float) -> float:
-    """Return the tolerance of solutions with averaged maximum-entropy functions on the mesh of a run: `share` at 5 500
-    nodes, scaled with the power `exponent` of the node spacing."""
+    """Return the largest allowed relative error of a solution with averaged maximum-entropy functions on the mesh of a run:
+    `share` at 5 500 nodes, scaled with the power `exponent` of the node spacing."""
     nodes = run.summary["points"]
     return float(share * (5500.0 / nodes) ** (exponent / 3.0))
 
 
 def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
-    """Return the metrics: energy and reaction at a distance [m] of the plates, scatter of the pressure at the end,
-    residuals.
+    """Return the metrics by name: strain energy and force when the distance of the plates has grown by `distance` [m], scatter
+    of the pressure at the end, errors of the prescribed displacements.
 
-    off: tolerance of the method on this mesh, to which the error of the reference is added.
+    off: largest allowed relative error of the method on this mesh, to which the error of the reference is added.
     """
     known = BONDED_CUBE[form_of(run), distance]
     energy, force = at(run, distance)
@@ -53,15 +53,14 @@ def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
 
 
 def known_at(run: Run, distance: float) -> AtRest:
-    """Return the finite-element reference of the cube at a distance [m] of the plates."""
+    """Return the finite-element solution of the cube for a change `distance` of the distance of the plates [m]."""
     return BONDED_CUBE[form_of(run), distance]
 
 
 def beside_known(axes: Axes, run: Run, values: Array, places: Sequence[float], known: Sequence[float]) -> None:
-    """Draw values at the equilibria against the displacement of the top [m].
+    """Draw values at the equilibria of a run, shape (rows,), against the displacement of the upper plate.
 
-    Finite-element values `known` at displacements `places` [m] are drawn for comparison, with the relative error of the
-    run.
+    For comparison, finite-element values `known` at displacements `places` [m] are drawn, with the relative error of the run.
     """
     moved = abs(displacement(run, 2))
     axes.plot(1e3 * moved, values, "-o", color=COLOURS[0], markersize=4, label="meshless solid")
@@ -81,11 +80,11 @@ def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric
 
 
 def _scatter(run: Run) -> Metric:
-    """Return the metric of the scatter of the pressure.
+    """Return the metric of the scatter of the pressure (oscillation from node to node).
 
-    The scatter is the RMS difference between a node in the inner half and the mean of its neighbours, divided by the
-    pressure range. A checkerboard of two alternating values has a scatter of one. For a smooth field the scatter decreases
-    with the square of the spacing.
+    The scatter is the RMS difference between a node in the inner half and the mean of its neighbours, divided by the pressure
+    range. A checkerboard of two alternating values has a scatter of one. For a smooth field the scatter decreases with the
+    square of the spacing.
     """
     name = run.case.body[0].name
     start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]

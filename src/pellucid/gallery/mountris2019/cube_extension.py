@@ -22,8 +22,8 @@ CAPTIONS = {
 
 
 def _lines(run: Run) -> dict[str, tuple[Array, Array]]:
-    """Return the initial heights [m] and the displacements [m] of the nodes on the middle line of a free face and on a free
-    edge."""
+    """Return initial heights [m], shape (n,), and displacements at the end [m], shape (n, 3), of the nodes on the middle line
+    of a free face ("face") and on a free edge ("edge")."""
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
     moved = run.fields(name)["position"] - start
@@ -39,13 +39,15 @@ def _lines(run: Run) -> dict[str, tuple[Array, Array]]:
 
 
 def _known_line(run: Run, line: str, height: Array) -> Array:
-    """Return the transverse displacement [m] by finite elements at heights [m]; the upper half mirrors the lower one."""
+    """Return the transverse displacement [m] by finite elements on a line ("face" or "edge", see `_lines`) at initial heights
+    [m]; the upper half mirrors the lower one."""
     table, edge = finite_elements.read("cube_bulge"), 0.1
     return np.asarray(np.interp(np.minimum(height, edge - height), table["z"], table[f"{form_of(run)}_{line}_x"]))
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: energy, reaction, and the bulge of the free sides at half height, compared with finite elements."""
+    """Compute the metrics by name: strain energy, force, and transverse displacement of the free sides at half height, compared
+    with finite elements; scatter of the pressure; errors of the prescribed displacements."""
     # displacements are of second order, energies and forces feel the singular edges of the clamps
     height, moved = _lines(run)["face"]
     bulge = float(np.interp(0.05, height, moved[:, 0]))
@@ -57,7 +59,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the free sides, and the reaction against the displacement of the top."""
+    """Draw the deformed free sides, and the force on the upper plate against its displacement."""
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     heights = np.linspace(0.0, 0.1, 200)
     names = {"face": "middle of a face", "edge": "edge of the cube"}

@@ -16,7 +16,7 @@ METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_re
 
 
 def _exact(run: Run) -> "tuple[Stretched, float, float]":
-    """Return the exact state of the case, the edge of the cube [m] and the stretch along z."""
+    """Return the exact homogeneous state of the cube at the end of a run, its initial edge [m] and its stretch along z."""
     body, motion = run.case.body[0], run.case.motion[0]
     edge = float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
     along = 1.0 + motion.functions()[2](run.case.time.end) / edge
@@ -24,7 +24,7 @@ def _exact(run: Run) -> "tuple[Stretched, float, float]":
 
 
 def _displacements(run: Run) -> tuple[Array, Array]:
-    """Return the displacements of the nodes and the exact displacements [m], each of shape (n, 3)."""
+    """Return the computed displacements of the nodes at the end and the exact ones [m], each of shape (n, 3)."""
     cube, _, along = _exact(run)
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
@@ -32,7 +32,8 @@ def _displacements(run: Run) -> tuple[Array, Array]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: errors of displacements, energy and reaction, and residuals of the prescribed displacements."""
+    """Compute the metrics by name: root mean square error of the displacements, strain energy, force on the upper face, errors
+    of the prescribed displacements."""
     cube, edge, _ = _exact(run)
     found, exact = _displacements(run)
     error = float(np.sqrt(np.mean((found - exact) ** 2)) / np.ptp(exact))
@@ -49,7 +50,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the displacements against the exact ones, and the differences."""
+    """Draw the computed displacements of the nodes against the exact ones, and their differences."""
     found, exact = _displacements(run)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     for axis, name in enumerate("xyz"):

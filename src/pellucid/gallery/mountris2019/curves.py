@@ -33,7 +33,8 @@ def elasticity(run: Run) -> tuple[float, float]:
 
 
 def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
-    """Return the residuals of the prescribed field [m], at the nodes and between them; the paper has 1e-17 at the nodes."""
+    """Return the metrics of the errors of the prescribed displacement [m], at the nodes and between them; the paper has 1e-17
+    at the nodes. tolerance: largest allowed error [m]."""
     found = {}
     for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "between these nodes")):
         value = float(run.summary[f"ebc_residual_{place}"])
@@ -42,8 +43,8 @@ def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
 
 
 def work_done(run: Run) -> Metric:
-    """Return the metric that compares the strain energy with the work of the motion minus the heat of the damping; their
-    difference is of second order in the load steps."""
+    """Return the metric that compares the strain energy at the end with the work of the prescribed motion minus the heat of the
+    damping; their difference is of second order in the load steps."""
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])
@@ -51,11 +52,11 @@ def work_done(run: Run) -> Metric:
 
 
 def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
-    """Return metrics of energy and force compared with quadratic tetrahedra on the same mesh, at a share of the
+    """Return metrics that compare strain energy and force with finite elements on the same mesh, at a share of the full
     displacement.
 
-    The error is the excess over quadratic tetrahedra relative to the excess of linear tetrahedra. The result is empty for a
-    mesh without reference.
+    The error is the excess over quadratic tetrahedra relative to the excess of linear tetrahedra. reaction: history column of
+    the force. The result is empty for a mesh without reference.
     """
     known = indented(body, run.summary["points"], share)
     row = int(np.argmin(abs(run.history["time"] / run.case.time.end - share)))
@@ -70,7 +71,7 @@ def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction:
 
 
 def least_volume(run: Run) -> Metric:
-    """Return the metric of the smallest volume ratio J at a node.
+    """Return the metric of the smallest volume ratio J (current volume divided by initial volume) at a node at the end.
 
     Nearly incompressible tissue keeps it near one: ln J = -p/λ with λ = 49 μ. Under the rim of an indenter the pressure is
     unbounded, so the smallest J decreases with mesh refinement: 27-node bricks give 0.91 and 0.88 on two meshes
@@ -90,7 +91,8 @@ def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
 
 
 def force_and_energy(run: Run, reaction: str, axis: int) -> Figure:
-    """Draw the force of the motion along an axis and the strain energy at the equilibria, against the displacement."""
+    """Draw the force of the prescribed motion (history column `reaction`) and the strain energy at the equilibria, against the
+    prescribed displacement along an axis (0 to 2)."""
     moved = displacement(run, axis)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])

@@ -13,7 +13,8 @@ FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows w
 
 
 def spread(position: np.ndarray) -> np.ndarray:
-    """Return the indices of nodes for arrows, about one arrow spacing apart, in ascending order."""
+    """Select nodes of a surface at which arrows are drawn, about 0.09 times its largest extent apart; return their indices in
+    ascending order. position: positions of all nodes [m], shape (n, 3)."""
     low = position.min(axis=0)
     side = APART * float((position.max(axis=0) - low).max())
     return np.asarray(np.sort(np.unique(((position - low) / side).astype(np.int64), axis=0, return_index=True)[1]))
@@ -28,8 +29,11 @@ def draw_arrows(
     some: np.ndarray,
     fastest: float,
 ) -> None:
-    """Draw arrows of the tangential velocity at the nodes `some` of a surface. The longest arrow represents the speed
-    `fastest` [m/s]."""
+    """Draw the velocity tangential to a surface as arrows at the nodes with the indices `some`.
+
+    Arrows of nodes that face away from the eye are omitted. position, velocity: of all nodes [m], [m/s], shape (n, 3).
+    triangles: node indices, shape (m, 3). fastest: speed of the longest arrow [m/s].
+    """
     normal = vertex_normals(position, triangles)
     along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal
     some = some[normal[some] @ camera.axes[2] > FACING]

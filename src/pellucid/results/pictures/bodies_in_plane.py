@@ -33,7 +33,11 @@ PROFILES = ("density", "velocity", "pressure", "internal_energy")
 
 
 def profiles(run: Run, axis: int) -> Figure:
-    """Plot the fields of all points at the end of the run against the position along an axis (0, 1 or 2)."""
+    """Plot density, velocity, pressure and specific internal energy of all points in the last frame against the position along
+    an axis (0, 1 or 2).
+
+    Fields that a body does not have are omitted. Returns the figure.
+    """
     names = [body.name for body in run.stored.bodies]
     bodies = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
@@ -52,9 +56,10 @@ def profiles(run: Run, axis: int) -> Figure:
 
 
 class PlaneStage:
-    """Stage that draws the bodies of a plane case, or a slice of bodies in space, as dots.
+    """Drawing of the bodies of a plane case, or of a slice of bodies in space, as dots at their points, with the same scales in
+    all pictures of a figure (a `Stage`).
 
-    Dot size and scales are the same in all pictures. Films among the bodies are drawn as dark lines on top.
+    Fluid films among the bodies are drawn as dark lines on top.
     """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
@@ -85,7 +90,7 @@ class PlaneStage:
         return float(height / width)
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """Draw the bodies at an instant [s]."""
+        """Draw the frame nearest to `time` [s]. width: width of the axes [inch], from which the size of the dots follows."""
         state = self._state(time)
         paper, values = (np.concatenate(part) for part in zip(*state, strict=True))
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
@@ -116,7 +121,7 @@ class PlaneStage:
         axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
 
     def bar(self, figure: Figure) -> None:
-        """Draw the colour bar or the legend of the bodies."""
+        """Draw the colour bar of the shown quantity, or a legend if each body has its own colour."""
         explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -143,7 +148,8 @@ class PlaneStage:
         return with_images(fields, self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
-        """Draw a film as a dark line with a white margin, which contrasts with every colour."""
+        """Draw a fluid film as a dark line with a white margin, which contrasts with every colour. position: of the nodes in
+        the picture [m], shape (n, 2). lines: node indices of the line elements, shape (m, 2)."""
         from matplotlib.collections import LineCollection
 
         for width, colour in ((3.2, "white"), (1.6, INK)):

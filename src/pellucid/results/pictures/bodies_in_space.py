@@ -1,5 +1,7 @@
-"""Pictures of bodies in three dimensions, coloured by a field. Bodies that hide others are cut open; solids are also drawn
-cut open."""
+"""Pictures of bodies in three dimensions, coloured by a field.
+
+A picture can be cut open: the material in front of a plane is not drawn, so that the inside is visible.
+"""
 
 from collections.abc import Sequence
 from functools import partial
@@ -52,10 +54,10 @@ MOST_BALLS = 60_000
 
 
 class SpaceStage:
-    """Stage that draws bodies in space, except lines, from one direction.
+    """Drawing of bodies in space from one direction, with the same scales in all pictures of a figure (a `Stage`).
 
-    Bodies that surround another body are cut open through the middle of the surrounded body, unless the look sets the cut
-    plane.
+    Bodies that are lines are not drawn. If a body surrounds another, the picture shows only the material behind a plane through
+    the middle of the surrounded body, unless the look sets the cut plane.
     """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
@@ -96,7 +98,7 @@ class SpaceStage:
         return rows / columns
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """Draw the bodies at an instant [s]."""
+        """Draw the frame nearest to `time` [s] on axes. width: not used (the picture has a fixed number of pixels)."""
         drawn: list[Drawable] = []
         skins: list[Mesh] = []
         state = {name: self._fields(name, time) for name in self._bodies}
@@ -122,8 +124,11 @@ class SpaceStage:
         return meshes_of_walls(self._walls, time, self._box, self._look.view.axes()[2])
 
     def _rims(self, drawn: Sequence[Drawable], skins: Sequence[Mesh], cut: Plane) -> list[Mesh]:
-        """Build ribbons along the cut edges of membranes. They are moved towards the eye, so that points drawn as balls,
-        which protrude from the cut plane, do not hide them."""
+        """Build a ribbon along the edge of each membrane at the cut plane. The ribbons are moved towards the eye, so that
+        points drawn as balls, which protrude from the cut plane, do not hide them.
+
+        drawn: all objects of the picture. skins: surfaces of the membranes. cut: the cut plane.
+        """
         reach = max((float(balls.radii.max(initial=0.0)) for balls in drawn if isinstance(balls, Balls)), default=0.0)
         nearer = 1.01 * reach * self._look.view.axes()[2]
         ribbons = (rim(skin, cut, RIM / self._camera.scale) for skin in skins)
@@ -136,7 +141,7 @@ class SpaceStage:
             draw_arrows(axes, self._camera, fields["position"], *flow)
 
     def bar(self, figure: Figure) -> None:
-        """Draw the colour bar or the legend of the bodies."""
+        """Draw the colour bar of the shown quantity, or a legend if each body has its own colour."""
         explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
@@ -144,7 +149,8 @@ class SpaceStage:
         return with_images(fields, self._look.mirrors)
 
     def _colours_of(self, name: str, fields: Fields) -> np.ndarray:
-        """Return the RGB colours of the points, shape (n, 3)."""
+        """Return the RGB colours, shape (n, 3), of the points of the body `name` from its fields; grey where a point has no
+        value."""
         from matplotlib.colors import to_rgb
 
         if self._look.quantity == BY_BODY:
@@ -165,8 +171,8 @@ def _fastest(fields: Fields) -> float:
 
 
 def is_open_in_front(run: Run) -> bool:
-    """Return True if all solids touch the front face of the grid, as at a plane of symmetry, so that their inside is
-    visible without a cut."""
+    """Return True if all solids touch the face of the grid towards the viewer (lowest y), as at a plane of symmetry. Their
+    inside is then visible without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
     fronts = np.array([run.fields(name, 0.0)["position"][:, 1].min() for name in names])
@@ -174,7 +180,8 @@ def is_open_in_front(run: Run) -> bool:
 
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
-    """Return the plane through the middle of the bodies that other bodies surround; None if no body is surrounded."""
+    """Return the cut plane through the middle of the largest body that another body surrounds, judged by bounding boxes; None
+    if no body is surrounded. positions: of the points of each body [m], shape (n, 3)."""
     boxes = [bounding_box(position) for position in positions]
     hidden = [
         inner
@@ -185,7 +192,8 @@ def opening(positions: list[np.ndarray]) -> Plane | None:
 
 
 def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
-    """Return the cut plane through the centre of the largest box; the material in front of the plane is cut away."""
+    """Return the cut plane with normal `front` through the centre of the largest bounding box. The material in front of the
+    plane, on the side of the normal, is not drawn."""
     largest = max(boxes, key=lambda box: float(np.prod(box[1] - box[0])))
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(front))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
@@ -193,9 +201,10 @@ def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
 
 
 def faceted(cells: Cells, position: np.ndarray) -> Faceted:
-    """Return the surface triangles that show a body.
+    """Return the triangles of the surface of a body for shading; empty for a body of points without cells.
 
     The surface of a solid is split at edges that are sharp in the initial configuration; membranes are shaded smoothly.
+    position: initial positions [m], shape (n, 3).
     """
     triangles = cells.surface()
     if len(cells.tetrahedra):

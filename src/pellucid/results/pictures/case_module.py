@@ -12,9 +12,10 @@ from pellucid.results.storage.files import OutputError
 
 
 def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
-    """Return the figures or films of the gallery case's module by name; kind: "figures" or "films".
+    """Return what the Python module of the gallery case provides under `kind`, "figures" or "films", by name.
 
-    The result is empty if the case has no module. It is also empty, with a warning, if the module cannot draw this run.
+    A figure is a matplotlib figure or a function that returns one; a film is an `Animation`. The result is empty if the case
+    has no module. It is also empty, with a warning, if the module cannot draw this run.
     """
     make = getattr(catalogue.module(run.stored.id), kind, None)
     try:
@@ -42,8 +43,8 @@ def _warn(run: Run, kind: str, error: Exception) -> None:
 
 @contextmanager
 def noticed(notices: list[str], name: str = "") -> Iterator[None]:
-    """Skip the picture that the block draws if its files are damaged or missing or if it would be empty; append a notice
-    with its name to `notices`."""
+    """Skip the picture drawn in the block if its files are damaged or missing, or if it would be empty, and append the reason
+    to `notices`. name: name of the picture, put before the reason."""
     try:
         yield
     except (OutputError, UsageError) as error:
@@ -53,5 +54,5 @@ def noticed(notices: list[str], name: str = "") -> Iterator[None]:
 
 
 def captions(run: Run) -> dict[str, str]:
-    """Return the captions of the module's figures and films, by name."""
+    """Return the captions of the figures and films of the gallery case's module, by name; empty if it has none."""
     return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

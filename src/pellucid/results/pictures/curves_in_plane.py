@@ -13,7 +13,8 @@ LONGEST = 0.12  # of the picture's width, of an arrow
 
 
 def are_curves(run: Run, names: tuple[str, ...] = ()) -> bool:
-    """True if every body of a run, or each of the named bodies, is a curve."""
+    """Return True if every body of a run, or each of the named bodies, is a film that is a curve: its elements are lines and it
+    stores an areal density."""
     return all(_is_curve(run, name) for name in names or [body.name for body in run.stored.bodies])
 
 
@@ -23,7 +24,8 @@ def _is_curve(run: Run, name: str) -> bool:
 
 
 class CurveStage:
-    """Stage that draws films that are curves, with arrows of their velocity."""
+    """Drawing of films that are curves, with arrows of their velocity and the same scales in all pictures of a figure (a
+    `Stage`)."""
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         self._run, self._look = run, look
@@ -45,7 +47,7 @@ class CurveStage:
         return float((self._high - self._low)[1] / (self._high - self._low)[0])
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """Draw the films at an instant [s]."""
+        """Draw the frame nearest to `time` [s] on axes. width: width of the axes [inch]."""
         from matplotlib.collections import LineCollection
 
         low, high, margin = self._low, self._high, self._margin

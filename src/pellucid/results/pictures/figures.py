@@ -78,11 +78,13 @@ def picture_of(figure: Figure) -> Picture:
 
 
 def bodies(run: Run) -> dict[str, Draw]:
-    """Return the functions that draw the bodies, by name of figure.
+    """Return the functions that draw the bodies of a run, by name of the figure.
 
-    Bodies are coloured by speed (in steady states by displacement) and by pressure or stress. In space, solids are drawn
-    whole and cut open, unless a plane of symmetry at the front opens them. Along a tube, profiles at the end are drawn;
-    films that are curves are coloured by density. Bodies at rest have no picture of the speed, and lines have no picture.
+    Bodies are coloured by speed (in a steady analysis by displacement), and in a second figure by pressure or stress. Solids in
+    space have a third and a fourth figure, in which the material in front of a plane through their middle is not drawn; these
+    are omitted if a plane of symmetry shows the inside. A case in one dimension has profiles of the fields in the last frame.
+    Films that are curves are coloured by density. Bodies at rest have no figure of the speed. A run whose bodies are all other
+    lines has no figure.
     """
     if are_curves(run):
         return {"bodies": partial(bodies_at, run, Look("load"))}
@@ -102,7 +104,7 @@ def bodies(run: Run) -> dict[str, Draw]:
 
 
 def energy_columns(run: Run) -> list[str]:
-    """Return the names of the history columns that contain energies, except probes."""
+    """Return the names of the history columns with unit J, except probes: the entries of the energy balance."""
     return [name for name, unit in run.units.items() if unit == "J" and name not in run.stored.probes]
 
 
@@ -169,8 +171,11 @@ def energies(run: Run) -> Figure:
 
 
 def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
-    """Return line widths of the energy curves [pt], decreasing; all are thinner if a curve oscillates so often that its
-    strokes would merge into a solid area."""
+    """Return line widths of the energy curves [pt], decreasing from curve to curve.
+
+    All are thinner if a curve oscillates so often that its strokes would merge into a solid area. equal: give all curves the
+    same width, as in a steady analysis.
+    """
     swings = max((int(np.sum(np.diff(np.sign(np.diff(values))) != 0)) for values in curves), default=0)
     share = min(1.0, max(SWINGS / max(swings, 1), 0.4))
     return [EQUAL] * len(curves) if equal else [share * float(width) for width in np.linspace(*WIDE, max(len(curves), 2))]
@@ -197,7 +202,7 @@ def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None" = None) -> Figure:
-    """Plot columns of the history against time or another column.
+    """Plot columns of the history against time or against the column `x`, each on its own axes; return the figure.
 
     beside: another run; its column of the same name is drawn with each column.
     """
@@ -218,17 +223,21 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
 
 
 def _time(run: Run) -> str:
-    """Return the label of the time axis for a history."""
+    """Return the label of the time axis: "load time" for a steady analysis (a sequence of equilibria), otherwise "time"."""
     return "load time" if run.stored.steady else "time"
 
 
 def _line(run: Run, number: int = 0) -> str:
-    """Return the matplotlib format of curve `number` of the history. Equilibria and single rows have markers."""
+    """Return the matplotlib format of a curve of the history. Equilibria and single rows have markers.
+
+    number: number of the run in a comparison: 0 for the run of the report, 1 for the run compared with it.
+    """
     return LINES[number] + MARKERS[number] if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 
 def _told_apart(run: Run, other: Run) -> str:
-    """Return the label of a run in a comparison: the kinds of the bodies that differ, otherwise the name of its folder."""
+    """Return the label of a run in a comparison with `other`: the kinds of the bodies that differ, otherwise the name of its
+    folder."""
     kinds = {body.name: body.kind for body in other.stored.bodies}
     differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]
     return ", ".join(differing) or run.out.name

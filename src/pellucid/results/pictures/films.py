@@ -41,7 +41,8 @@ def pixels_of(figure: "Figure") -> np.ndarray:
 
 
 def write_film(pictures: Sequence[np.ndarray], path: Path) -> None:
-    """Write a film of pictures, all of one shape, to `path`. Raises ValueError for a film without pictures."""
+    """Write a film as animated GIF to `path`. pictures: RGB pixels of each frame, all of one shape (rows, columns, 3). Raises
+    ValueError for a film without pictures."""
     from PIL.Image import Dither, fromarray
 
     if not pictures:
@@ -56,10 +57,10 @@ def write_film(pictures: Sequence[np.ndarray], path: Path) -> None:
 
 
 def _palette(pictures: "list[Image]") -> "Image":
-    """Return the common palette of all pictures.
+    """Return a colour table (an image with a palette) for all pictures of a film; a GIF has at most 256 colours.
 
-    Mean colours would tint white areas; such colours are replaced by white. Each colour is weighted by a power of its
-    number of pixels. If weighted by the number itself, the few pixels of a small hot spot would get no colour of their own.
+    Mean colours would tint white areas; such colours are replaced by white. Each colour is weighted by a power of its number of
+    pixels. If weighted by the number itself, the few pixels of a small hot spot would get no colour of their own.
     """
     from PIL.Image import Quantize, fromarray
 

@@ -29,11 +29,12 @@ STEP = 0.8  # pixels between the dots that make a side
 
 
 def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> Figure:
-    """Draw two views of a mesh: a surface from both sides, a solid whole and cut open. The caller saves the returned
-    figure.
+    """Return a figure with two views of a mesh: a surface from both sides; a solid as a whole, and with the half towards the
+    viewer removed.
 
-    metres: size of the mesh's length unit [m]. Elements are coloured by their quality. Edges with only one element are red.
-    Elements of a surface that are seen from the side opposite to their normals are orange.
+    metres: size of the mesh's length unit [m]. Elements are coloured by their quality (1 regular, 0 degenerate). Edges of a
+    surface with only one element are red. Elements of a surface that are seen from the side opposite to their normals are
+    orange.
     """
     is_solid = isinstance(mesh, SimplexMesh)
     views = [_whole(mesh), _opened(mesh)] if isinstance(mesh, SimplexMesh) else [_surface(mesh)] * 2
@@ -85,8 +86,8 @@ def _whole(mesh: SimplexMesh) -> _Shown:
 
 
 def _opened(mesh: SimplexMesh) -> _Shown:
-    """Return the tetrahedra whose centroid has a y coordinate in the upper half of the mesh, i.e. the half far from the
-    viewer."""
+    """Return the half of a mesh of tetrahedra that is far from the viewer: those whose centroid has a y coordinate in the upper
+    half of the mesh."""
     depth = mesh.nodes[mesh.cells].mean(axis=1)[:, 1]
     behind = depth >= 0.5 * (mesh.nodes[:, 1].min() + mesh.nodes[:, 1].max())
     return _whole(SimplexMesh(mesh.nodes, mesh.cells[behind]))
@@ -119,8 +120,8 @@ def _drawables(shown: _Shown, camera: Camera, both_sides: bool) -> list[Drawable
 
 
 def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple[float, float, float], radius: float) -> Balls:
-    """Build lines along edges as rows of balls. sides: pairs of vertices, shape (k, 2); radius: radius of the balls in
-    pixels."""
+    """Build lines along edges as rows of small balls. vertices: [m], shape (n, 3). sides: pairs of vertices, shape (k, 2).
+    radius: radius of the balls in pixels."""
     start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
     counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
     which, step = spread(counts)

@@ -18,7 +18,8 @@ class Mirror(NamedTuple):
 
 
 def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, ...]:
-    """Return the planes of symmetry at the named faces of the grid, such as "x-lower"."""
+    """Return the planes of symmetry at the named faces of the grid, such as "x-lower" (normal to x at the lower end of the
+    grid)."""
     if grid is None:
         return ()
     ends = {"lower": grid.lower, "upper": grid.extent_upper()}
@@ -45,6 +46,6 @@ def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -
 
 
 def cells_with_images(cells: Cells, n: int, mirrors: tuple[Mirror, ...]) -> Cells:
-    """Return the cells of n points together with the cells of all mirror images."""
+    """Return the cells of n points together with the cells of their mirror images, in the order of points of `with_images`."""
     copies = range(2 ** len(mirrors))
     return Cells(*(np.concatenate([corners + n * copy for copy in copies]) for corners in cells))

@@ -31,13 +31,14 @@ ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
 
 
 def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
-    """Draw the bodies at the given times [s]; by default at a few times from the first frame to the last."""
+    """Return a figure of the bodies at the given times [s]; by default at a few times from the first frame to the last. look:
+    settings of the picture."""
     chosen = evenly(_frames(run, look), INSTANTS) if times is None else times
     return side_by_side(_stage(run, look, chosen), chosen.tolist())
 
 
 def picture(run: Run, asked: Picture) -> Figure:
-    """Draw a picture that the case requests."""
+    """Draw a picture of the bodies that the case requests (table `picture`), and return the figure."""
     look = _look(run, asked)
     frames = _frames(run, look)
     times = [*asked.times, *_extremes(run, asked)]
@@ -45,7 +46,8 @@ def picture(run: Run, asked: Picture) -> Figure:
 
 
 def films(run: Run, notices: list[str]) -> dict[str, Animation]:
-    """Return the films that the case requests, by name; append to `notices` the reason for each film that cannot be drawn."""
+    """Return the films that the case requests (tables `film`), by name; append to `notices` the reason for each film that
+    cannot be drawn."""
     found = {}
     for asked in run.stored.film:
         with noticed(notices, asked.name):
@@ -98,8 +100,8 @@ def _extremes(run: Run, asked: Picture) -> Iterator[float]:
 
 
 def plot(run: Run, asked: Plot) -> Figure:
-    """Draw a plot that the case requests: columns of the history and curves from files, and their difference below if
-    requested."""
+    """Draw a plot that the case requests (table `plot`), and return the figure: columns of the history, curves from files, and
+    below, if requested, the difference of the columns from the first of these curves."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
     room: dict[str, Any] = {"squeeze": False, "height_ratios": (3, 1)[:rows]}
@@ -117,9 +119,9 @@ def plot(run: Run, asked: Plot) -> Figure:
 
 
 def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
-    """Draw the columns and measured curves of one panel.
+    """Draw the columns of the history and the measured curves (curves from files) of one panel of a plot.
 
-    narrow: place a legend of more than two entries above the panel.
+    narrow: the panel has little width; a legend of more than two entries is placed above it.
     """
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     lines, marks, reach = cycle(LINES), cycle(MARKS), run.history[asked.x]
@@ -149,7 +151,7 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
 
 
 def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
-    """Plot the difference between the columns and the first measured curve where both are defined."""
+    """Plot the columns of a panel minus its first measured curve, where both are defined."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     x, y, _ = asked.measured[0].read(x_si, y_si)
     for name in asked.y:
@@ -159,12 +161,13 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
 
 
 def _abscissa(asked: Panel, unit: str) -> str:
-    """Return the label of the abscissa of a plot, with its unit."""
+    """Return the label of the abscissa of a panel, with the displayed unit `unit`."""
     return plain(asked.x_label) or with_unit(asked.x, unit)
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
-    """Yield, for abscissa and ordinate, the SI unit, the displayed unit and the size of the displayed unit in SI units."""
+    """Yield (SI unit, displayed unit, size of the displayed unit in SI units) for the abscissa of a panel, then for its
+    ordinate."""
     for column, shown in ((asked.x, asked.x_unit), (asked.y[0], asked.y_unit)):
         si = "" if run.units[column] == "1" else run.units[column]
         unit = shown or si

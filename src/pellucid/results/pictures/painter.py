@@ -25,7 +25,7 @@ their start."""
 
 
 class FilmPicture(NamedTuple):
-    """A picture of a film at one time."""
+    """One frame of a film: name of the film and time of the frame [s]."""
 
     film: str
     time: float  # time of the picture [s]
@@ -34,7 +34,8 @@ class FilmPicture(NamedTuple):
 class Painter:
     """Draws the pictures of a run, one at a time.
 
-    A text is appended to `notices` for each picture that cannot be drawn because files are damaged.
+    If files of the run are damaged, `draw_or_notice` appends a text to `notices`. beside: another run, whose probes are drawn
+    with those of the run.
     """
 
     def __init__(self, run: Run, beside: Run | None = None) -> None:
@@ -43,18 +44,19 @@ class Painter:
 
     @cached_property
     def films(self) -> dict[str, Animation]:
-        """Return the films of the case and of its gallery module."""
+        """The films of the case and of its gallery module, by name."""
         with house_style():
             return films(self._run, self.notices) | drawn_by_module(self._run, "films")
 
     @cached_property
     def figures(self) -> "dict[str, figures.Draw]":
-        """Return the functions that draw all figures, in the order of the report."""
+        """The functions that draw the figures, by name in the order of the report."""
         with house_style():
             return figures.figures_of(self._run, self._beside, self.notices)
 
     def draw(self, picture: FilmPicture | str) -> Any:
-        """Return the pixels of a film's picture, or the figure of a name; None if there is no such figure."""
+        """Draw one picture: the RGB pixels of a frame of a film, shape (rows, columns, 3), or the PNG data of the figure with
+        this name. Return None if its function finds nothing to draw."""
         with house_style():
             if isinstance(picture, FilmPicture):
                 return pixels_of(self.films[picture.film].draw(picture.time))
@@ -62,7 +64,7 @@ class Painter:
             return None if figure is None else figures.picture_of(figure)
 
     def draw_or_notice(self, picture: FilmPicture | str) -> Any:
-        """Return the result of `draw`; None, with a notice, if files are damaged."""
+        """Return the result of `draw`; if files of the run are damaged or missing, return None and append a notice."""
         drawn = None
         with noticed(self.notices, picture.film if isinstance(picture, FilmPicture) else picture):
             drawn = self.draw(picture)
@@ -74,8 +76,9 @@ def write_pictures(
 ) -> dict[Path, str]:
     """Draw the films and figures of a run into its folder; return their titles by path, in the order of the report.
 
-    A text is appended to `notices` for each picture that cannot be drawn because files of the run are damaged. `helpers`:
-    worker processes of `drawing_helpers`, if they have already been started.
+    beside: another run, whose probes are drawn with those of the run. A text is appended to `notices` for each picture that
+    cannot be drawn because files of the run are damaged. helpers: worker processes of `drawing_helpers`, if they have already
+    been started.
     """
     if helpers is None:
         helpers = drawing_helpers(run, beside)
@@ -114,7 +117,7 @@ def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
 
 
 def _draw_in(out: Path, beside: Path | None) -> Any:
-    """Build the drawing function of a worker process. Warnings become errors, so that the parent process draws these
-    pictures and reports the warning."""
+    """Return the function `Painter.draw` for the runs in the folders `out` and `beside`, in a worker process. Warnings become
+    errors there, so that the parent process draws these pictures and reports the warning."""
     warnings.simplefilter("error", UserWarning)
     return Painter(Run(out), Run(beside) if beside else None).draw

@@ -26,7 +26,7 @@ Fields = dict[str, np.ndarray]
 
 
 class Slice(NamedTuple):
-    """Selection of the points that were next to a plane normal to an axis in the initial configuration."""
+    """Selection of the points that were next to a plane normal to an axis (0, 1 or 2) in the initial configuration."""
 
     axis: int
     at: float  # position of the plane along the axis [m]
@@ -34,10 +34,14 @@ class Slice(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Settings of a picture of bodies: quantity, component and unit of the colours; names of the bodies (default: all);
-    view; cut plane. `halved` cuts the largest solid through its middle; otherwise only bodies that surround others are cut.
-    `mirrors` are images in planes of symmetry, `arrows` shows velocities in surfaces, `slice` shows a slice only, and
-    `window` limits flat pictures to a rectangle between two corners [m]."""
+    """Settings of a picture of bodies.
+
+    Colours: `quantity`, `component`, `unit` and `limits`, in this unit. `names`: bodies to draw (default: all). `view`:
+    direction of view. `cut`: the material in front of this plane is not drawn; by default, a plane is chosen if a body
+    surrounds another. `halved`: put this plane through the middle of the largest solid. `mirrors`: planes of symmetry, whose
+    mirror images are drawn too. `arrows`: draw the tangential velocity on surfaces. `slice`: draw only the points of a slice,
+    as a flat picture. `window`: lower and upper corner of the rectangle that a flat picture shows [m].
+    """
 
     quantity: str
     component: str | None = None
@@ -73,13 +77,13 @@ class Limits(NamedTuple):
 
 
 def is_still(body: StoredBody) -> bool:
-    """True if bodies of this kind do not move."""
+    """Return True if bodies of this kind never move, as those of pure diffusion."""
     return body.kind in BODIES.entries and not BODIES.entries[body.kind].moves
 
 
 def _pictured(body: StoredBody) -> tuple[str, str] | None:
-    """Return the name of the field that shows the load, as declared by the kind of body, and its label; None if none is
-    declared."""
+    """Return the field that shows the load of a body (its mechanical state), as its kind declares it: name of the field and
+    label of the colour bar. None if the kind declares none."""
     return BODIES.entries[body.kind].pictured if body.kind in BODIES.entries else None
 
 
@@ -89,7 +93,7 @@ def is_film(body: StoredBody) -> bool:
 
 
 def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
-    """Return the label of the colour bar of several bodies, with the unit."""
+    """Return the label of the colour bar for several bodies: the quantity that `look` selects, its component and unit."""
     name, unit = _meaning(bodies, look.quantity)
     if look.quantity == "stress" and not look.component:
         name = "von Mises stress"
@@ -98,7 +102,8 @@ def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
 
 
 def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
-    """Return the name and the SI unit of a quantity."""
+    """Return the label and the SI unit of a quantity: a field, "speed", "displacement", "normal_velocity", or "load" (the field
+    that the kinds of the bodies declare, otherwise pressure or von Mises stress)."""
     if quantity in ("speed", "displacement", NORMAL_VELOCITY):
         return quantity, FIELDS["position" if quantity == "displacement" else "velocity"].unit
     if quantity != "load":
@@ -116,7 +121,10 @@ def colours_of(names: Iterable[str]) -> dict[str, str]:
 
 
 def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: Limits, shrink: float = 0.7) -> None:
-    """Draw the colour bar, or the legend of the bodies, next to all axes."""
+    """Draw, next to all axes, the colour bar of the quantity, or a legend if `look` gives each body its own colour.
+
+    limited: limits of the colour bar. shrink: length of the colour bar relative to the axes.
+    """
     from matplotlib.lines import Line2D
 
     if look.quantity != BY_BODY:
@@ -135,10 +143,10 @@ def there(fields: Fields) -> np.ndarray:
 
 
 def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
-    """Return the values that colour the points, shape (n,), in the unit of the look; NaN for points that have left the grid
-    and for bodies without this field.
+    """Return the values that colour the points of a body, shape (n,), in the unit of `look`; NaN for points that have left the
+    grid and for bodies without this field.
 
-    The load is the field that the kind of body declares, otherwise the pressure of a body with an equation of state,
+    The quantity "load" is the field that the kind of body declares, otherwise the pressure of a body with an equation of state,
     otherwise von Mises' equivalent stress. start: initial positions [m], shape (n, 3), the reference of displacements.
     """
     name = look.quantity
@@ -161,7 +169,8 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
 
 
 def limits_of(values: list[np.ndarray], look: Look) -> Limits:
-    """Return the limits of the colour bar: the limits set in the look, otherwise the result of `limits`."""
+    """Return the limits of the colour bar for values of several bodies or times: the limits set in `look`, otherwise the result
+    of `limits`."""
     if look.quantity == BY_BODY:
         return Limits(0.0, 1.0, "neither")
     if look.limits is None:

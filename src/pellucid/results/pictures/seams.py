@@ -1,4 +1,5 @@
-"""Positions of bodies of a periodic grid for pictures: bodies that have crossed a seam are moved into the box of the grid."""
+"""Positions of bodies of a periodic grid for pictures: bodies that have left the box of the grid through a periodic face are
+moved back into it."""
 
 from collections.abc import Callable, Mapping
 
@@ -12,9 +13,11 @@ SEAM = "seam"
 
 
 def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
-    """Return the fields of a body with its positions moved into the box of the periodic grid.
+    """Return the fields of a body with its positions moved into the box of the periodic grid; unchanged if the grid is not
+    periodic.
 
-    Points are moved one by one, a mesh as a whole according to its centre. cells: returns the cells between the points.
+    Points without cells are moved one by one, a mesh as a whole according to its centre. The displacement is added as the field
+    `seam` [m]. cells: function that returns the cells of the body.
     """
     if grid is None or not grid.periodic:
         return fields
@@ -23,7 +26,10 @@ def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: Grid
 
 
 def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> np.ndarray:
-    """Return the displacement that moves positions, shape (n, 3), into the periodic box [m]."""
+    """Return the displacement that moves points into the periodic box [m], shape (n, 3): multiples of the periods.
+
+    position: [m], shape (n, 3). cells: cells of the body; a body with cells is moved as a whole.
+    """
     way = np.zeros_like(position)
     for axis, period in enumerate(grid.periods() if grid is not None else ()):
         if period == 0.0:
@@ -36,5 +42,6 @@ def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> n
 
 
 def places_unmoved(fields: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the positions of the points without the shift into the periodic box [m], shape (n, 3), for displacements."""
+    """Return the positions of the points before `in_box` moved them into the periodic box [m], shape (n, 3). Displacements are
+    computed from these."""
     return fields["position"] - fields.get(SEAM, 0.0)

@@ -13,7 +13,7 @@ FILM_SIDE = 5.5  # of a picture of a film, at most [inch]
 
 
 class Stage(Protocol):
-    """Bodies with the scales of position and colour that all pictures of a figure share."""
+    """Drawing of the bodies of a run at any time; all pictures of a figure share the scales of position and colour."""
 
     @property
     def ratio(self) -> float:
@@ -23,11 +23,11 @@ class Stage(Protocol):
         """Draw the frame nearest to a time [s] on axes; width: width of the axes [inch]."""
 
     def bar(self, figure: Figure) -> None:
-        """Draw the colour bar or the legend of the bodies."""
+        """Draw the colour bar of the shown quantity, or a legend if each body has its own colour."""
 
 
 def side_by_side(stage: Stage, times: Sequence[float]) -> Figure:
-    """Draw the bodies at several times [s] in panels, as large as the page allows."""
+    """Return a figure of the bodies at several times [s], one panel each, as large as the page allows."""
     down, width = _arrangement(stage.ratio, len(times))
     across = -(-len(times) // down)
     size = {"width": min(WIDTH, across * width + BAR), "height": down * (width * stage.ratio + WORDS) + 0.75}
@@ -52,7 +52,8 @@ def film_of(stage: Stage, times: Sequence[float]) -> Animation:
 
 
 def _arrangement(ratio: float, panels: int) -> tuple[int, float]:
-    """Return the number of rows of panels for which the panels are largest, and the width of a panel [inch]."""
+    """Arrange panels on a page so that they are as large as possible; return the number of rows and the width of a panel
+    [inch]. ratio: height to width of a panel."""
     best = (1, 0.0)
     for down in range(1, panels + 1):
         across = -(-panels // down)

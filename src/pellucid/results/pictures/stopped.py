@@ -69,7 +69,8 @@ def _beyond(grid: GridCase, place: np.ndarray) -> float:
 
 
 def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarray, reach: float) -> None:
-    """Draw the boundary of the grid if it is within `reach` [m] of a position."""
+    """Draw the boundary of the grid if it is within `reach` [m] of the position `place` [m]. view: the two axes (0 to 2) of the
+    picture."""
     from matplotlib.patches import Rectangle
 
     low, high = (np.array(corner)[list(view)] for corner in (grid.lower, grid.extent_upper()))
@@ -106,8 +107,8 @@ def place_of_stop(run: Run) -> np.ndarray | None:
 
 
 def mark_stop(run: Run, axes: Axes, name: str = "") -> None:
-    """Draw a vertical line at the time of an error stop if the curves end before it. No row is recorded for the step that
-    failed."""
+    """Draw a vertical line at the time of an error stop if the curves end before it (no row is recorded for the step that
+    failed). name: label of the line in a legend."""
     time, times = run.stopped.get("time"), run.history["time"]
     if time is not None and len(times) and time > times[-1]:
         axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)

@@ -78,7 +78,10 @@ def new_panels(
 def panels(
     number: int, across: int, width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained", **shared: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a new figure and a list of `number` axes, at most `across` in a row. shared: arguments of `Figure.subplots`."""
+    """Return a new figure and a list of `number` axes, at most `across` in a row.
+
+    width, height: of the figure [inch]. layout, shared: layout engine of the figure, and arguments of `Figure.subplots`.
+    """
     figure = new_figure(width, height, layout)
     every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
     for unused in every[number:]:
@@ -89,8 +92,11 @@ def panels(
 def colour_bar(
     figure: Figure, word: str, limits: tuple[float, float, Extend], palette: str, shrink: float = 0.7, aspect: float = 25
 ) -> None:
-    """Draw a colour bar next to all axes of a figure; limits: the values at its ends, and the ends at which values
-    exceed it; word: its label."""
+    """Draw a colour bar next to all axes of a figure.
+
+    word: its label. limits: the values at its ends, and the ends at which values exceed it. palette: name of the colour map.
+    shrink, aspect: length relative to the axes, and length divided by width.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -102,7 +108,8 @@ def colour_bar(
 
 
 def finish_panel(axes: Axes, title: str, x: str, y: str, unit: str) -> None:
-    """Format one of several pictures of a plane: equal scales, labels only at the outer panels."""
+    """Format one of several pictures of a plane: equal scales, a title, labels only at the outer panels. x, y: labels of the
+    axes; unit: their common unit."""
     axes.set_aspect("equal")
     label(axes, x, y, unit, unit, title)
     axes.label_outer()

@@ -1,4 +1,4 @@
-"""Plane walls without a body, for pictures and the interactive view."""
+"""Drawing of walls (rigid planes that bound the bodies and have no points) in pictures and in the interactive view."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,10 @@ def with_mirrored(walls: Sequence[StoredWall], mirrors: Sequence[Mirror]) -> lis
 
 
 def clipped(polygon: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray:
-    """Return the part of a convex polygon with n·x ≤ level: corners of shape (k, d)."""
+    """Return the corners of the part of a convex polygon in the half space n·x ≤ level, shape (k, d); empty if there is none.
+
+    polygon: corners in order [m], shape (m, d), d = 2 or 3. normal: n, shape (d,). level: [m] for a unit normal.
+    """
     beyond = polygon @ normal - level
     corners: list[np.ndarray] = []
     for k in range(len(polygon)):
@@ -45,8 +48,8 @@ def draw_walls(
 ) -> None:
     """Draw walls at a time [s] as lines with hatching on their back side.
 
-    flat: axes of the picture; at: position of the picture along the third axis [m]; window: lower and upper corner of the
-    picture [m], shape (2,) each.
+    flat: the two axes (0 to 2) of the picture; at: position of the picture along the third axis [m]; window: lower and upper
+    corner of the picture [m], shape (2,) each.
     """
     (left, below), (right, above) = window
     paper = np.array([(left, below), (right, below), (right, above), (left, above)])
@@ -67,7 +70,8 @@ def draw_walls(
 
 
 def polygon_of(wall: StoredWall, time: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the corners of a wall at a time [s] within a box, shape (k, 3) [m], counterclockwise about its normal."""
+    """Return the corners of the part of a wall in a box at a time [s], shape (k, 3) [m], counterclockwise about its normal.
+    low, high: corners of the box [m]."""
     centre, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
     middle = centre + (wall.level(time) - wall.normal @ centre) * wall.normal
     first = np.cross(wall.normal, np.eye(3)[int(np.argmin(np.abs(wall.normal)))])
@@ -80,7 +84,7 @@ def polygon_of(wall: StoredWall, time: float, low: np.ndarray, high: np.ndarray)
 
 
 def fan_of(corners: int) -> np.ndarray:
-    """Return the triangles of a convex polygon, shape (corners - 2, 3)."""
+    """Return the triangles of a convex polygon as numbers of its corners, shape (corners - 2, 3)."""
     return np.array([(0, k, k + 1) for k in range(1, corners - 1)], np.int64).reshape(-1, 3)
 
 
@@ -93,9 +97,10 @@ def around(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def meshes_of_walls(
     walls: Sequence[StoredWall], time: float, box: tuple[np.ndarray, np.ndarray], eye: np.ndarray
 ) -> list[Mesh]:
-    """Return walls at a time [s] within a box [m] as surfaces, without walls that are seen from behind.
+    """Return the parts of the walls in a box at a time [s] as surfaces, without walls that are seen from behind or nearly edge
+    on.
 
-    eye: direction to the eye, a unit vector.
+    box: lower and upper corner [m]. eye: direction to the eye, a unit vector.
     """
     found = []
     for wall in walls:

@@ -1,4 +1,4 @@
-"""Head of the report: title, description, outcome and numbers of the run."""
+"""Head of the report: title, description, outcome and statistics of the run."""
 
 from collections.abc import Callable
 from html import escape
@@ -25,7 +25,8 @@ def header(run: Run) -> str:
 
 
 def facts(run: Run) -> str:
-    """Return the size, time and speed of the run as HTML, without values that are unknown."""
+    """Return the number of points and steps, the simulated and wall-clock time and the speed of the run as HTML, without values
+    that are unknown."""
     known, alone = run.so_far, are_films_alone(run.stored)  # their own steps are not counted
     commit = known.get("commit", "")[:10]
     shown: dict[str, tuple[str, Callable[[Any], str]]] = {
@@ -56,7 +57,7 @@ def _badge(run: Run) -> str:
 
 
 def _ending(run: Run) -> str:
-    """Describe why the run has not reached the end of the case and how to resume it."""
+    """Return HTML that states why the run has not reached the end of the case and how to resume it; empty if it has."""
     if run.finished:
         return ""
     at, end = number(run.so_far["end_time"]), number(run.stored.time.end)

@@ -42,7 +42,8 @@ def number(value: float, digits: int = 4, padded: bool = False) -> str:
 
 
 def section(title: str, body: str) -> str:
-    """Return a section with its title as HTML; its anchor is the title in lower case with hyphens."""
+    """Return a section of the page as HTML: its title and `body`, which is HTML. The anchor is the title in lower case with
+    hyphens."""
     return f'<section id="{title.lower().replace(" ", "-")}"><h2>{title}</h2>{body}</section>'
 
 

@@ -62,8 +62,8 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 def draw_report(
     run: Run, beside: Run | None = None, progress: Progress | None = None, helpers: Sequence[Helper] | None = None
 ) -> Path:
-    """Write the report as `write_report` does, into a folder whose lock is held. `helpers`: worker processes that draw, if
-    already started."""
+    """Write the report as `write_report` does, into a folder whose lock is held. helpers: worker processes of `drawing_helpers`
+    that draw, if already started."""
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
     case = run.stored
@@ -165,7 +165,8 @@ def _conservation(run: Run) -> str:
 
 
 def _passed(summary: Mapping[str, Any]) -> str:
-    """Return a text with the mass and the number of points that entered and left through the faces of the grid."""
+    """Return a text with the mass [kg] and the number of material points that entered and left through the faces of the grid;
+    empty if the summary of the run has none."""
     ways = {"inflow": "entered", "outflow": "left"}
     passed = [(summary[way], words) for way, words in ways.items() if way in summary]
     return ", ".join(f"{number(counts['mass'])} kg in {counts['points']} points {words}" for counts, words in passed)
@@ -187,7 +188,8 @@ def _case(run: Run) -> str:
 
 
 def _start_overlap_rows(run: Run) -> list[list[str]]:
-    """Return a table row for each pair of bodies that overlap at the start."""
+    """Return a row of the table (label, text) for each pair of bodies that overlap at the start, with the depth of the overlap
+    [m]."""
     rows = []
     for overlap in run.so_far.get("start_overlaps", ()):
         depth = f"{number(overlap['depth'])} m"
@@ -199,7 +201,8 @@ def _start_overlap_rows(run: Run) -> list[list[str]]:
 
 
 def _viscosity_rows(run: Run) -> list[list[str]]:
-    """Return table rows with the number of iterations of the implicit viscosity in each velocity field."""
+    """Return a row of the table for each velocity field with implicit viscosity: mean and largest number of iterations of its
+    linear solver per step."""
     solved = run.summary.get("implicit_viscosity", {}) if run.folder.ended else {}
     words = "{rounds_mean:.1f} iterations per step on average, at most {rounds_largest}"
     return [[f"implicit viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]

@@ -56,14 +56,14 @@ def next_serial(folder: Path) -> int:
 
 
 def write_part(folder: Path, arrays: Mapping[str, np.ndarray], process: int, serial: int) -> str:
-    """Write the part of one process for a checkpoint that another process writes; return the file name. Raises as `write`
-    does."""
+    """Write the rows of shared arrays that one process computes, as its part of a checkpoint that the first process writes;
+    return the file name. process: number of the process. Raises as `write` does."""
     with explained(folder.parent):
         return _written(folder, f"{DRAFT}-{process}", arrays, f"{serial:06d}-{process}-{{}}.part").name
 
 
 def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], name: str) -> Path:
-    """Write arrays to a file that gets its final name only when it is complete; return its path.
+    """Write arrays to a draft file and rename it when it is complete and synced to the disk; return the final path.
 
     name: file name with braces in place of the checksum.
     """
@@ -128,7 +128,8 @@ def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> t
 
 
 def _read(path: Path, digest: str) -> dict[str, Any]:
-    """Read a checkpoint; arrays whose rows are split among files are returned as references."""
+    """Read a checkpoint file and check its checksum `digest`; return its arrays by name. Arrays whose rows are split among
+    files are returned as `RowsInParts`."""
     _check(path, digest)
     with np.load(path, allow_pickle=False) as archive:
         parts = [path.parent / part for part in json.loads(archive[_PARTS].tobytes())] if _PARTS in archive.files else []
@@ -137,7 +138,8 @@ def _read(path: Path, digest: str) -> dict[str, Any]:
 
 
 def _names_in(parts: Sequence[Path]) -> list[str]:
-    """Return the names of the arrays whose rows are split among these files."""
+    """Check that the parts of a checkpoint are complete, and return the names of the arrays whose rows are split among them.
+    Raises ValueError for a missing or damaged part."""
     for part in parts:
         found = _PART.fullmatch(part.name)
         if found is None or not part.is_file():
@@ -164,7 +166,7 @@ def files(folder: Path) -> list[Path]:
 
 
 def _parts(folder: Path) -> list[tuple[int, Path]]:
-    """Return the serial number and path of every part."""
+    """Return the serial number and the path of every part (file with the rows of one process) in the folder."""
     return [(int(match[1]), path) for path in folder.glob("*.part") if (match := _PART.fullmatch(path.name))]
 
 

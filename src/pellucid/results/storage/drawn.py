@@ -15,7 +15,8 @@ LIST = ".drawn"
 
 @contextmanager
 def drawing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path for a picture. It replaces `path` if the block succeeds."""
+    """Yield a temporary path for a picture. If the block succeeds, add its name to the list of drawn pictures, then move it to
+    `path`."""
     with replacing(path) as temporary:
         yield temporary
         if path.name not in (known := _names(path.parent)):

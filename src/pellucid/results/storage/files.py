@@ -65,7 +65,7 @@ def sync(path: Path) -> None:
 
 @contextmanager
 def usable(folder: Path) -> Iterator[None]:
-    """Raise `UsageError` instead of an operating-system error for a folder to which results cannot be written."""
+    """Turn errors of the operating system in the block into a `UsageError`: results cannot be written to `folder`."""
     try:
         yield
     except OSError as error:
@@ -77,7 +77,7 @@ def usable(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def explained(folder: Path) -> Iterator[None]:
-    """Raise `OutputError` with a remedy instead of an operating-system error."""
+    """Turn errors of the operating system in the block, such as a full disk, into an `OutputError` that states the remedy."""
     try:
         yield
     except OSError as error:

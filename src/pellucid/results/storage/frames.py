@@ -38,10 +38,10 @@ class NoFrame(IndexError):
 def create(
     path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None, constant: Collection[str] = CONSTANT
 ) -> bytes:
-    """Lay out a file for `capacity` frames and write the first frame; return the digest of this frame.
+    """Lay out a file for `capacity` frames and write the first frame; return the digest (a checksum) of this frame.
 
-    Arrays have shape (n,), (n, 3), (n, 6) or similar. cells: cells of the body; default: one cell per point. constant:
-    names of the fields that are the same in all frames. Raises OSError if the file cannot be written.
+    time: [s]. frame: fields by name, each of shape (n,), (n, 3), (n, 6) or similar. cells: cells of the body; default: one cell
+    per point. constant: names of the fields that are the same in all frames. Raises OSError if the file cannot be written.
     """
     if cells is None:
         cells = Cells.of_points(len(frame["position"]))
@@ -51,9 +51,10 @@ def create(
 
 
 def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CONSTANT) -> bytes:
-    """Append a frame and return its digest. A file without room is rewritten first with twice the capacity.
+    """Append a frame to a file and return its digest (a checksum of its bytes). A file without room is rewritten first with
+    twice the capacity.
 
-    constant: as in `create`.
+    time: [s]. frame: fields by name, with the shapes of the first frame. constant: as in `create`.
     """
     places = _layout(path)
     if places.frames == places.capacity:
@@ -67,7 +68,7 @@ def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CO
 
 
 def first(path: Path, count: int) -> list[bytes]:
-    """Return the digests of the first `count` frames."""
+    """Return the digests (checksums) of the first `count` frames, as `create` and `append` returned them."""
     places = _layout(path)
     if places.frames < count:
         raise OutputError(f"{path} was changed: it has fewer than the {count} frames of its checkpoint")
@@ -136,7 +137,8 @@ def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) ->
 
 
 def _parts(places: Layout, index: int) -> list[tuple[int, int]]:
-    """Return offset and length of the parts of the file that hold the fields of a frame and its time [bytes]."""
+    """Return offset and length [bytes] of the parts of the file that hold the fields of a frame and its time. places: locations
+    of the data; index: number of the frame."""
     fields = [place for place in places.fields.values() if index == 0 or not place.once]
     return [*((place.offset + index * place.size, place.size) for place in fields), (places.values + 8 * index, 8)]
 
@@ -164,8 +166,8 @@ def _layout(path: Path) -> Layout:
 
 @contextmanager
 def _whole(path: Path) -> Iterator[None]:
-    """Raise OutputError, with the reason, for a file that cannot be read in the block. Errors of the operating system
-    have a number, errors of HDF5 have none."""
+    """Turn errors of HDF5 and of the operating system in the block into an `OutputError` that states why the file cannot be
+    read."""
     try:
         yield
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError, OSError) as error:

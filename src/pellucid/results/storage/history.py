@@ -18,8 +18,8 @@ def create(path: Path, units: Mapping[str, str]) -> None:
 
 
 def append(path: Path, row: Sequence[float | int]) -> bytes:
-    """Append a row, and return its bytes as written. A process killed during the call leaves at most an unfinished last
-    line."""
+    """Append a row, and return its bytes as written. row: one value per column, in order. A process killed during the call
+    leaves at most an unfinished last line."""
     line = ",".join(repr(value) if isinstance(value, int) else repr(float(value)) for value in row) + "\n"
     handle = os.open(path, os.O_WRONLY | os.O_APPEND)
     try:

@@ -29,8 +29,8 @@ MOST_SHOWN = 5
 
 
 def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
-    """Return the identity that a checkpoint stores, for JSON: version, case, numbers of points, and the digest of the
-    initial state (`start_digest`)."""
+    """Return the identity that a checkpoint stores, for JSON: version, case, numbers of points of the bodies, and the digest of
+    the initial state. start: result of `start_digest`."""
     points = {body.name: body.n_points for body in bodies}
     return {"version": package_release(), "case": _fixed(case), "points": points, "start": start}
 
@@ -46,7 +46,7 @@ def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
 
 
 def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
-    """Return the case of a run with new settings for its continuation.
+    """Return the case of a run with new settings (values by dotted key) for its continuation.
 
     Raises `CaseError` for an invalid setting, and `UsageError` for a setting that would make it a different run.
     """
@@ -99,7 +99,8 @@ def _fixed(case: "Case") -> dict[str, Any]:
 
 
 def start_digest(start: Start) -> str:
-    """Return the SHA-256 digest of the initial state from an earlier run; empty if the case does not continue a run."""
+    """Return the SHA-256 digest of the arrays with which the bodies continue an earlier run; empty if the case does not
+    continue a run."""
     if not start:
         return ""
     found = hashlib.sha256()
@@ -111,7 +112,8 @@ def start_digest(start: Start) -> str:
 
 
 def _differences(before: Any, now: Any, place: str = "") -> list[str]:
-    """Return a line of text for each value that differs, with its dotted key."""
+    """Compare two values of a case, tables and lists included; return a line of text for each difference, with its dotted key.
+    before, now: the values; place: their dotted key."""
     if isinstance(before, dict) and isinstance(now, dict):
         keys = dict.fromkeys([*before, *now])
         inner = [(key, before.get(key), now.get(key)) for key in keys]
@@ -129,5 +131,5 @@ def _name(item: Any, number: int) -> str:
 
 
 def told(value: Any) -> str:
-    """Return a value of a case as text for a message; the text of None is "not set"."""
+    """Return a value of a case as text for a message; None is "not set"."""
     return "not set" if value is None else shown(value)

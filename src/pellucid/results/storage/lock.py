@@ -54,7 +54,7 @@ def is_mine(path: Path) -> bool:
 
 
 def _of(path: Path, key: str) -> object:
-    """Return the entry `key` of the signature in a lock file; None if it cannot be read."""
+    """Return the entry `key` of the signature (process, machine, time) in a lock file; None if it cannot be read."""
     try:
         return _signature(path.read_bytes()[:MOST])[key]
     except (OSError, ValueError, KeyError, TypeError):
@@ -101,7 +101,8 @@ def _sign(handle: int) -> None:
 
 
 def _owner(handle: int) -> str:
-    """Describe the owner of a lock for a message. A process that has just acquired the lock may not have signed it yet."""
+    """Describe the process that holds a lock for a message, from the open lock file with the descriptor `handle`. A process
+    that has just acquired the lock may not have signed it yet."""
     try:
         found = _signature(os.pread(handle, MOST, 0))
         return f"process {int(found['pid'])} on {found['host']!s}, since {found['since']!s},"

@@ -19,11 +19,12 @@ NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 
 
 class ProbeReader:
-    """Reads the probes of a case. It stores the followed points, the initial values and the impulses at the previous row.
+    """Evaluates the probes of a case. It stores the followed points, the initial values and the impulses at the previous row of
+    the history.
 
-    data: state from a checkpoint. periods: periods of the grid, see `GridCase.periods`. Functions of users receive fields
-    in the order of the point numbers; functions of the package receive fields in storage order, because their sums need no
-    sorting.
+    data: the state from a checkpoint, or None. periods: periods of the grid [m], see `GridCase.periods`. Functions of users
+    receive fields in the order of the point numbers; functions of the package receive fields in storage order, because their
+    sums need no sorting.
     """
 
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None, periods: Vector = NOT_PERIODIC) -> None:
@@ -36,7 +37,7 @@ class ProbeReader:
         self._time: float = kept["time"]  # of the row before [s]
 
     def start(self, bodies: Sequence[Any]) -> None:
-        """Store the initial values of the probes."""
+        """Store the values in the initial state that probes need later, such as the points that a probe follows."""
         fetch = _fetches(bodies)
         for probe in self._probes:
             if probe.body is None:
@@ -59,8 +60,9 @@ class ProbeReader:
     ) -> list[float]:
         """Return the value of each probe at a time [s].
 
-        impulses: total impulses of supports and motions so far [N s]; turning: total angular impulses [N m s]. A reaction
-        or torque is the mean since the previous row, zero in the first row. Each field is computed at most once.
+        impulses: total impulse of each support and motion since the start [N s], by name, shape (3,); turning: total angular
+        impulse [N m s]. A reaction or torque is the mean since the previous row, zero in the first row. Each field is computed
+        at most once.
         """
         fetch = _fetches(bodies)
         values = []
@@ -81,8 +83,8 @@ class ProbeReader:
     def count_from(
         self, impulses: Mapping[str, np.ndarray], time: float, turning: Mapping[str, np.ndarray] = NOTHING_TURNED
     ) -> None:
-        """Start the averages of reactions and torques at `time` [s]. impulses, turning: total impulses and angular
-        impulses up to this time, see `read`."""
+        """Start the averages of reactions and torques at `time` [s]. impulses, turning: total impulses and angular impulses up
+        to this time, as in `read`."""
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
@@ -122,9 +124,10 @@ def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] 
 
 
 def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Move a position [m], (3,), with points that move as a rigid body, shape (n, 3) [m].
+    """Return a position [m], shape (3,), after the rigid motion that best fits the motion of points.
 
-    The rotation is the least-squares fit (Kabsch 1976, Acta Cryst. A 32, 922).
+    start, now: positions of the points before and after the motion [m], shape (n, 3). place: the position before it. The
+    rotation is the least-squares fit (Kabsch 1976, Acta Cryst. A 32, 922).
     """
     middle, arm = start.mean(axis=0), start - start.mean(axis=0)
     left, _, right = np.linalg.svd(np.einsum("pi,pj->ij", now - now.mean(axis=0), arm))
@@ -133,7 +136,8 @@ def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndar
 
 
 def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector = NOT_PERIODIC) -> None:
-    """Read every probe once in the initial state, before any output is written. Raises CaseError if a probe cannot be read."""
+    """Evaluate every probe once in the initial state, before any output is written. Raises CaseError if a probe cannot be
+    evaluated. periods: periods of the grid [m]."""
     problems = []
     for probe in probes:
         reader = ProbeReader([probe], periods=periods)
@@ -147,8 +151,8 @@ def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector
 
 
 def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
-    """Return a function that gives access to the fields of a probe's body. Each field is computed once for all probes that
-    need it in the same order."""
+    """Return a function of a probe; its result is the function that `reduce` calls to get a field of the probe's body by name.
+    Each field is computed once for all probes that need it in the same order."""
     named = {body.name: body for body in bodies}
 
     @cache
@@ -159,8 +163,8 @@ def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
 
 
 def _fields_of(body: Any, field: Fetch) -> Fetch:
-    """Return a function that returns a field of a body by name. Each field is computed once; arrays are read-only because
-    they may be the body's own."""
+    """Return a function that returns a field of a body by name, read from `field`. Each field is computed once; arrays are
+    read-only because they may be the body's own."""
 
     def fetch(name: str) -> np.ndarray:
         if name == TRIANGLES:
@@ -174,11 +178,12 @@ def _fields_of(body: Any, field: Fetch) -> Fetch:
 
 
 def reduce(probe: Probe, field: Fetch, periods: Vector = NOT_PERIODIC) -> float:
-    """Return the value of a probe; field: returns a field of the body by name.
+    """Return the value of a probe.
 
-    Without a component, a vector is reduced to its length and a stress to von Mises' equivalent stress. "nearest" selects
-    the point that is currently nearest to the position; the point is not followed. If all points have left the grid, counts
-    and sums are zero and other values are NaN.
+    field: function that returns a field of the body by name. periods: periods of the grid [m]. Without a component, a vector is
+    reduced to its length and a stress to von Mises' equivalent stress. "nearest" selects the point that is currently nearest to
+    the position; the point is not followed. If all points have left the grid, counts and sums are zero and other values are
+    NaN.
     """
     values = scalar(probe.values(field), probe.component, probe.field().names)
     if not len(values):
@@ -210,10 +215,10 @@ def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str
 
 
 def _nearest(field: Fetch, at: Any, periods: Vector) -> int:
-    """Return the index of the point nearest to a position or to its periodic images.
+    """Return the index of the point nearest to a position `at` [m], or to its periodic images.
 
-    Of equally near points, the one with the lowest number is returned, independent of the storage order. Points whose
-    position is not finite, e.g. after an error stop, are ignored.
+    Of equally near points, the one with the lowest number is returned, independent of the storage order. Points whose position
+    is not finite, e.g. after an error stop, are ignored.
     """
     way = field("position") - np.asarray(at)
     for axis, period in enumerate(periods):

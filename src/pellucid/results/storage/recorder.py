@@ -27,10 +27,12 @@ if TYPE_CHECKING:
 
 
 class Recorder:
-    """Writes the history, frames and checkpoints of a run to its folder, and collects the values of its summary (`facts`).
+    """Writes the history (rows), fields (frames) and checkpoints of a run to its folder, and collects the values of its summary
+    (`facts`).
 
-    `compiling` returns the total compilation time of kernels so far [s]. `numbers` are the numbers of the checkpoint from
-    which the run continues; None for a new run.
+    compiling: function that returns the total compilation time of kernels so far [s]. numbers: numbers of the checkpoint from
+    which the run continues; None for a new run. start: arrays with which bodies continue an earlier run. In the methods, sim is
+    the simulation.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class Recorder:
             self.folder.fields("").parent.mkdir(exist_ok=True)
 
     def after_step(self, sim: Any) -> None:
-        """Write rows, frames and checkpoints that are due. Called after each step."""
+        """Write a row of the history, a frame of the fields and a checkpoint, each if it is due. Called after each step."""
         if self._rows.due(sim.time):
             self._write_row(sim)
         elif self.case.steady is not None and sim.time > self._equilibrium:  # so that a reaction is that of one equilibrium
@@ -96,7 +98,8 @@ class Recorder:
         self._checkpoint_now_and_then(sim)
 
     def while_settling(self, sim: Any) -> None:
-        """Write a checkpoint if it is due. Called after each step of settling, which has no other output."""
+        """Write a checkpoint if it is due. Called after each step in which the bodies settle (find their equilibrium before the
+        run starts), which has no other output."""
         self._checkpoint_now_and_then(sim)
 
     def _checkpoint_now_and_then(self, sim: Any) -> None:
@@ -115,7 +118,7 @@ class Recorder:
         self.facts = self._facts(sim)
 
     def keep_last(self, sim: Any) -> None:
-        """Write a last row and frame if the last step wrote none."""
+        """Write a row of the history and a frame of the fields for the current state if the last step wrote none."""
         if self._rows.last_step != sim.n_steps:
             self._write_row(sim)
         if self._frames.last_step != sim.n_steps:
@@ -148,7 +151,7 @@ class Recorder:
 
     def _write_with_others(self, sim: Any, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Write a checkpoint of a simulation shared by several processes; each process writes its own rows of the shared
-        arrays."""
+        arrays. arrays, numbers: state of the simulation, as in `checkpoint.write`."""
         folder, group = self.folder.checkpoint, domain.group
         serial = group.told(checkpoint.next_serial(folder))
         shared, part = sim.spread_arrays(), ""
@@ -159,8 +162,8 @@ class Recorder:
             checkpoint.write(folder, arrays, numbers, parts, serial)
 
     def failed(self, sim: Any, error: RunStopped) -> None:
-        """Write the reason and the state of an error stop for diagnosis. Errors while writing do not replace the original
-        error."""
+        """Write the reason of an error stop, the whole state and a last row of the history for diagnosis. Errors while writing
+        do not replace the original error."""
         what = {"message": str(error), "step": sim.n_steps, "time": sim.time} | error.place
         self.facts = self._facts(sim)
         with domain.joining(IN_FIRST):
@@ -204,8 +207,8 @@ class Recorder:
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_last_row(self, sim: Any) -> None:
-        """Write a row for the time of the stop if its values are finite, so that curves extend to it. It is removed when
-        the run is resumed."""
+        """Write a row of the history for the time of an error stop if its values are finite, so that curves extend to it. It is
+        removed when the run is resumed."""
         if not sim.is_balanced or self._rows.last_step == sim.n_steps or not self._rows.done:
             return
         if np.isfinite([*sim.energies().values(), *sim.momentum()]).all():
@@ -228,16 +231,17 @@ class Recorder:
         return frames.append(path, sim.time, frame, body.constant_fields)
 
     def _files(self, sim: Any) -> dict[str, Path]:
-        """Return the paths of the history and of the fields of each body, by file name and body name, as in `_written`."""
+        """Return the paths of the files that grow during the run, by name: the history by its file name, the fields by the name
+        of the body."""
         history_file = {self.folder.history.name: self.folder.history}
         return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
 
     def _digests(self) -> dict[str, str]:
-        """Return the SHA-256 digest of the data written to each file so far."""
+        """Return the SHA-256 digest of all data written so far to each of the `_files`, by name."""
         return {name: digest.hexdigest() for name, digest in self._written.items()}
 
     def _check_what_is_there(self, sim: Any) -> None:
-        """Raise OutputError if rows or frames differ from those written before the checkpoint."""
+        """Raise OutputError if the rows and frames in the files differ from those written before the checkpoint."""
         for name, path in self._files(sim).items():
             is_history = path == self.folder.history
             found = history.first(path, self._rows.done) if is_history else frames.first(path, self._frames.done)
@@ -280,8 +284,8 @@ def _row_interval(case: "Case") -> float:
 
 
 def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
-    """Collect the values that bodies report for the summary, by name; if several bodies use the same name, the key includes
-    the name of the body."""
+    """Collect the values that each body reports in `facts()` for the summary, by name; if several bodies use the same name, the
+    key includes the name of the body. Values that are not finite become None."""
     facts = {body.name: body.facts() for body in bodies}
     names = [name for of_body in facts.values() for name in of_body]
     shown = {}

@@ -123,8 +123,8 @@ class Run:
         return Named(f"the run in {self.out} has no metric", found)
 
     def times(self, body: str) -> np.ndarray:
-        """Return the times of a body's frames [s], shape (frames,). Raises `UsageError` for a body that the case does not
-        have."""
+        """Return the times of the stored frames of a body [s], shape (frames,). Raises `UsageError` for a body that the case
+        does not have."""
         return frames.times(self._file(body))
 
     def fields(self, body: str, time: float | None = None, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
@@ -142,7 +142,8 @@ class Run:
         return Named(what, frames.read(path, -1 if time is None else self._nearest(body, time), wanted))
 
     def cells(self, body: str) -> Cells:
-        """Return the cells of a body, with points numbered in the order of `fields`; they are the same at all times."""
+        """Return the cells of a body (the elements of its mesh, or one cell per point), with points numbered in the order of
+        `fields`; they are the same at all times."""
         return frames.read_cells(self._file(body))
 
     def triangles(self, body: str) -> np.ndarray:

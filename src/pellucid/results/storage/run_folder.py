@@ -87,7 +87,8 @@ class RunFolder:
 
     @contextmanager
     def made(self) -> Iterator[None]:
-        """Create the folder of a new run and hold its lock during the block. The lock file is the first file in the folder."""
+        """Create the folder of a new run and hold its lock (only one process may write to a run) during the block. The lock
+        file is the first file in the folder."""
         self.check_replaceable()
         with explained(self.path), usable(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
@@ -132,21 +133,23 @@ class RunFolder:
             return []
 
     def write_case(self, case: "Case") -> None:
-        """Write the resolved case."""
+        """Write the resolved case (with defaults filled in) to `case.toml`."""
         from pellucid.case import dumps
 
         with explained(self.path), usable(self.path):
             write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
-        """Remove the files that only a finished or failed run has. They are written again when the run ends."""
+        """Remove the files that only a finished or failed run has, such as its summary. They are written again when the run
+        ends."""
         with explained(self.path), usable(self.path):
             _remove(_with_drafts([self.summary, self.report]))
             _remove(drawn.files(self.figures), self.figures)
             _remove(_with_drafts([self._failure, self._state]), self.forensics)
 
     def read_case(self, settings: Mapping[str, Any] | None = None) -> "Case":
-        """Read the resolved case, with settings applied as in `load`. Raises `UsageError` if the folder contains no run."""
+        """Read the resolved case, with `settings` (values by dotted key) applied as in `load`. Raises `UsageError` if the
+        folder contains no run."""
         from pellucid.case import load
 
         if not self.case.is_file():
@@ -162,8 +165,8 @@ class RunFolder:
         return "it is not a folder" if self.path.exists() else "the folder does not exist"
 
     def read_stored(self) -> "StoredCase":
-        """Read the part of the case that results need, without the kinds that it names. Raises `UsageError` if there is no
-        run."""
+        """Read the part of the case that results need; kinds of bodies and materials that it names need not exist any more.
+        Raises `UsageError` if there is no run."""
         from pellucid.results.storage import stored_case
 
         try:
@@ -173,7 +176,7 @@ class RunFolder:
             raise
 
     def write_summary(self, facts: Mapping[str, Any], metrics: Mapping[str, Metric]) -> None:
-        """Write `summary.json`: the values `facts` of the run, unchanged, and its metrics."""
+        """Write `summary.json`: the values `facts` of the run (see `Recorder.facts`), unchanged, and its metrics by name."""
         data = _json_safe(facts) | {"metrics": {name: metric.to_data() for name, metric in metrics.items()}}
         with explained(self.path):
             write_text(self.summary, json.dumps(data, indent=2, allow_nan=False) + "\n")
@@ -200,14 +203,15 @@ class RunFolder:
         return found
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Write the reason of an error stop and the whole state. Raises OSError if this cannot be written."""
+        """Write the reason of an error stop (`failure`, the data that `Run.stopped` returns) and the whole state (`arrays`, by
+        `<body>/<name>`). Raises OSError if this cannot be written."""
         self.forensics.mkdir(exist_ok=True)
         write_text(self._failure, json.dumps(_json_safe(failure), indent=2, default=str, allow_nan=False) + "\n")
         with replacing(self._state) as temporary, temporary.open("wb") as file:
             np.savez(file, **dict(arrays))  # type: ignore[arg-type]
 
     def read_failure(self) -> dict[str, Any]:
-        """Read the reason of an error stop; empty if there is none."""
+        """Read the data of an error stop, see `Run.stopped`; empty if there is none."""
         if not self._failure.is_file():
             return {}
         try:
@@ -229,7 +233,7 @@ class RunFolder:
 
 
 def _remove(files: Iterable[Path], folder: Path | None = None) -> None:
-    """Remove files written by the program, and their folder if it is then empty."""
+    """Remove files written by the program, and then `folder` if it is empty."""
     for path in files:
         path.unlink(missing_ok=True)
     if folder is not None:
@@ -246,7 +250,7 @@ def _signed(text: str) -> str:
 
 
 def _is_signed(data: bytes) -> bool:
-    """Return True if a case file is unchanged since a run wrote it."""
+    """Return True if `data` (contents of a case file) carry the signature of a run and are unchanged since then."""
     return data == _signed(data.partition(b"\n")[2].decode(errors="replace")).encode()
 
 

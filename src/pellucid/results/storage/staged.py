@@ -17,7 +17,7 @@ class StagedFile:
         self._place = 0
 
     def commit(self) -> None:
-        """Write the changes one after the other. Raises OSError if a write fails."""
+        """Write the kept changes to the file one after the other. Raises OSError if a write fails."""
         self._raw.truncate(self._size)
         for start, data in self._changes:
             put(self._raw, start, data)

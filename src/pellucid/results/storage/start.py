@@ -24,8 +24,8 @@ State = dict[str, np.ndarray]
 def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
     """Return the arrays of the bodies that continue an earlier run, by name, with points in the order of their numbers.
 
-    The result is empty if the case does not continue a run. Raises `CaseError` with the key if the earlier run has no such
-    body, state or time.
+    say: function that shows a message to the user. The result is empty if the case does not continue a run. Raises `CaseError`
+    with the key if the earlier run has no such body, state or time.
     """
     start = case.start
     if start is None:
@@ -62,7 +62,8 @@ def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
 
 
 def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
-    """Return the bodies of the earlier run by name, as tables of its case. Raises `CaseError` if the case cannot be read."""
+    """Return the tables of the bodies in the case of the earlier run, by name of the body. Raises `CaseError` if that case
+    cannot be read."""
     try:
         bodies = run.stored.bodies
         data = tomllib.loads(run.folder.case.read_text(encoding="utf-8"))
@@ -74,8 +75,11 @@ def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: str) -> Iterator[Problem]:
-    """Report differences between a body and its description in the earlier run: kind, material, and values of the state
-    that it continues with."""
+    """Yield a problem for each difference between the body `name` and its description in the earlier run: kind, material, and
+    values of the state that it continues with.
+
+    before: table of the body in the case of the earlier run. folder: folder of that run, for the text.
+    """
     body = _of_name(case, name)
     now = _data(body)
     for key in ("kind", "material.kind", "material.density"):
@@ -129,7 +133,7 @@ def _at(table: Mapping[str, Any], key: str) -> Any:
 
 
 def _is_default(body: Any, key: str) -> bool:
-    """True if a key is omitted or has its default value."""
+    """Return True if the value at a dotted key of a body is the default, or if the body has no such key."""
     *way, last = key.split(".")
     for part in way:
         body = getattr(body, part, None)
@@ -138,7 +142,7 @@ def _is_default(body: Any, key: str) -> bool:
 
 
 def _same(now: Any, then: Any) -> bool:
-    """True if two values of a case are equal; files are compared by content."""
+    """Return True if two values of a case are equal; files (values with the key `path`) are compared by content."""
     if isinstance(now, Mapping) and isinstance(then, Mapping):
         return now.keys() == then.keys() and all(
             _same_file(now[key], then[key]) if key == "path" else _same(now[key], then[key]) for key in now
@@ -166,7 +170,8 @@ def _frame(run: Run, name: str, time: float) -> State:
 
 
 def _in_order(arrays: State) -> State:
-    """Sort arrays of points by number, as in frames; drop arrays of the grid, which are computed again."""
+    """Return the arrays of a body with its points sorted by number, as in frames. Search structures, such as the index of
+    points by grid cell, are omitted, because they are computed again."""
     order = np.argsort(arrays["id"][:])
     kept = {name: array[:] for name, array in arrays.items() if not name.startswith(("slabs/", "index/", "skin/"))}
     return {name: array[order] if "/" not in name and len(array) == len(order) else array for name, array in kept.items()}

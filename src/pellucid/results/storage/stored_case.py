@@ -17,8 +17,8 @@ from pellucid.results.readings import mean_columns
 
 
 class StoredBody(NamedTuple):
-    """A body: its name, kind, kinds of material and equation of state, and density [kg/m³]; for a fluid film the surface
-    density [kg/m²]."""
+    """A body as results need it: its name, kind, kinds of material and equation of state (empty if none), and density [kg/m³];
+    for a fluid film the surface density [kg/m²]."""
 
     name: str
     kind: str

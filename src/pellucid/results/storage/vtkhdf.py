@@ -33,7 +33,7 @@ TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahed
 
 
 class Place(NamedTuple):
-    """Location of a field in the file: offset, bytes per frame, and data type."""
+    """Location of a field in the file: offset of its first frame [bytes], bytes per frame, and data type."""
 
     offset: int
     size: int
@@ -42,8 +42,8 @@ class Place(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Layout of a file: number of written frames, number of frames that have space, and locations of all data that are
-    written without HDF5: fields by name, and the offset of the times of the frames (`values`)."""
+    """Layout of a file: number of written frames, number of frames that have space, and the locations of all data that are
+    written without HDF5: fields by name, and the offset of the times of the frames (`values`) [bytes]."""
 
     frames: int
     capacity: int
@@ -123,7 +123,8 @@ def read_cells(path: Path) -> Cells:
 
 @contextmanager
 def counting(path: Path, count: int) -> Iterator[BinaryIO]:
-    """Yield the file for writing frames in place; if the block succeeds, set the number of frames to `count` in one write."""
+    """Yield the open file, to which the caller writes a frame in place. If the block succeeds, set the number of frames to
+    `count` in one write."""
     with path.open("r+b", buffering=0) as raw:
         staged = StagedFile(raw)
         with h5py.File(staged, "r+", libver="earliest") as file:
@@ -166,8 +167,8 @@ def _corners(kind: str) -> int:
 
 
 def _place(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype, most: int | None = None) -> None:
-    """Create a dataset with a fixed location in the file, whose bytes are written later; a vector may grow to `most`
-    entries."""
+    """Create a dataset `name` with a fixed location in an HDF5 group, whose bytes are written later; a vector may grow to
+    `most` entries."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     if most:
         plan.set_chunk((most,))  # one chunk with room for all, so that growing changes its length and nothing else

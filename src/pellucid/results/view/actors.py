@@ -1,4 +1,4 @@
-"""Bodies in the interactive view: the selected points, their representation, and scalar fields."""
+"""Bodies in the interactive view: the selected points, their representation as surface, lines or points, and scalar fields."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ Fields = dict[str, np.ndarray]
 
 
 class Actor:
-    """A body in the view, with at most a given number of points.
+    """A body in the interactive view, with at most `most` of its points.
 
     If points are omitted, the cells are omitted too. The points are selected at random, the same in every page, because a
     regular selection from a lattice would show stripes.
@@ -49,7 +49,7 @@ class Actor:
         return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
 
     def at(self, time: float) -> Fields:
-        """Return the stored fields of the selected points at a time [s]."""
+        """Return the stored fields of the selected points at the frame nearest to a time [s]."""
         return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
 
     def in_box(self, position: np.ndarray) -> np.ndarray:
@@ -57,8 +57,8 @@ class Actor:
         return position + way_into_box(position, self.cells, self._run.stored.grid)
 
     def shown(self, fields: Fields) -> Fields:
-        """Return the scalar fields of the points: scalars, lengths of vectors, von Mises stresses, and the displacement
-        [m]."""
+        """Return the scalar fields that the view offers as colours, by name, shape (n,): scalars, lengths of vectors, von Mises
+        stresses, and the displacement since the start [m]. fields: result of `at`."""
         found = {"displacement": np.linalg.norm(fields["position"] - self.start, axis=1)}
         for name, values in fields.items():
             if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
@@ -67,19 +67,18 @@ class Actor:
 
 
 class WallActor:
-    """A wall clipped to a box [m], as a surface, or as a line in a plane problem. It moves as a whole and has no fields.
-
-    across: axis normal to a plane problem, None in space.
-    """
+    """A plane wall clipped to a box, shown as a surface, or as a line in a plane problem. It moves as a whole and has no
+    fields."""
 
     radius = 0.0
 
     def __init__(
         self, wall: StoredWall, box: tuple[np.ndarray, np.ndarray], across: int | None, times: Sequence[float]
     ) -> None:
-        """Compute the outline of the wall at its first intersection with the box.
+        """Compute the outline of the wall at the first time at which it intersects the box.
 
-        times: times that are shown [s].
+        box: lower and upper corner [m]. across: axis (0 to 2) normal to a plane problem; None in space. times: times that are
+        shown [s].
         """
         self.name, self._wall, self.start = wall.name, wall, np.zeros((0, 3))
         for time in times:
@@ -106,10 +105,10 @@ class WallActor:
 
 
 def _radius(run: Run, start: Fields) -> float:
-    """Return the radius of the balls or discs of a body [m].
+    """Return the radius of the balls or discs that show the points of a body [m]. start: the fields of the first frame.
 
-    A ball has the volume of a point. In a plane problem a disc has GAPLESS times the radius of a disc with the area of a
-    point.
+    A ball has the volume of a point. In a plane problem a disc has GAPLESS times the radius of a disc with the area of a point.
+    For the nodes of a film it follows from the extent and the number of nodes.
     """
     grid = run.stored.grid
     if "density" not in start or not (kept := there(start)).any():  # nodes of a film

@@ -18,7 +18,7 @@ SHADES = 254
 
 
 def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return quantized positions, shape (3, n), in steps from the corner `low` of a box with sides `span` [m].
+    """Return quantized positions, shape (3, n): whole numbers of steps from the corner `low` of a box with sides `span` [m].
 
     position: positions [m], shape (n, 3). there: mask of the points that exist, shape (n,); the others get the value GONE.
     """
@@ -30,7 +30,8 @@ def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.nd
 
 
 def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return a quantized field, shape (n,), in steps between its limits; values beyond the limits are clipped."""
+    """Return the values of a field, shape (n,), quantized to one byte each: steps between the limits `low` and `high`, to which
+    values beyond them are clipped; the last step is NaN."""
     known = np.isfinite(values)
     found = np.rint(np.clip((np.where(known, values, low) - low) / (high - low), 0.0, 1.0) * SHADES)
     found[~known] = SHADES + 1
@@ -47,7 +48,8 @@ class Pack:
         self._last: dict[object, np.ndarray] = {}
 
     def add(self, values: np.ndarray, key: object = None) -> None:
-        """Append an array of unsigned integers of one, two or four bytes."""
+        """Append an array of unsigned integers of one, two or four bytes. key: name of the sequence of similar arrays, such as
+        positions at successive times, to which it belongs."""
         flat = np.ascontiguousarray(values).ravel()
         before = self._last.get(key)
         if before is None:

@@ -47,8 +47,8 @@ class _Instant(NamedTuple):
 
 
 def scene_of(run: Run, budget: int) -> Scene | None:
-    """Return the scene of a run with at most `budget` bytes, or with two times if these need more; None for a run in one
-    dimension."""
+    """Select times, points and fields of a run for the interactive view, so that the packed data have at most `budget` bytes
+    (at least two times are kept); None for a run in one dimension."""
     bodies = run.stored.bodies
     if sum(run.stored.thin) > 1:
         return None
@@ -73,8 +73,8 @@ def scene_of(run: Run, budget: int) -> Scene | None:
 
 
 def shares(sizes: list[int]) -> list[int]:
-    """Return the number of shown points of each body. Small bodies are shown completely; large bodies share the remaining
-    points equally."""
+    """Return the number of points of each body that the view shows, given the number of points that each body has. Small bodies
+    are shown completely; large bodies share the remaining points equally."""
     left, found = MOST_POINTS, [0] * len(sizes)
     ascending = sorted(range(len(sizes)), key=sizes.__getitem__)
     for number, k in enumerate(ascending):
@@ -126,8 +126,11 @@ def _of_wall(wall: WallActor, time: float) -> _Instant:
 
 
 def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
-    """Return the metadata of a body for the page, and add its arrays to the pack in the order that viewer/src/data.js
-    requires."""
+    """Add the arrays of a body to the pack, in the order that viewer/src/data.js requires, and return the metadata with which
+    that program reads them.
+
+    instants: the body at each time. fields: limits of the colours of each field.
+    """
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
@@ -157,8 +160,8 @@ def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fiel
 
 
 def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]]:
-    """Return the box around the points at all times except outliers, and its extent to the right and upwards from its
-    centre [m]."""
+    """Return the box around the points at all times, without outliers (`low`, `high` [m]), and its extent to the right and
+    upwards from its centre (`reach` [m]). axes: directions to the right, upwards and towards the eye, shape (3, 3)."""
     positions = [at.position[at.there] for at in instants]
     positions = [position for position in positions if len(position)]
     ends = np.array([np.percentile(position, SEEN, axis=0) for position in positions])
@@ -174,8 +177,11 @@ def _instant(actor: Actor, time: float) -> _Instant:
 
 
 def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits]:
-    """Return the limits of the colours of the shown fields, by name, the most informative first; uniform fields are
-    omitted."""
+    """Return the limits of the colours of the fields to show, by name, in order of preference; fields that are uniform at all
+    times are omitted.
+
+    states: for each time, the bodies. without: names of fields not to show.
+    """
     names = {name for instants in states for at in instants for name in at.shown} - without
     ordered = sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
     found: dict[str, Limits] = {}
@@ -201,7 +207,7 @@ def _word(name: str) -> str:
 
 
 def _surrounds_all(boxes: list[Box], k: int) -> bool:
-    """Return True if the bounding box of a body contains all others, at least two, so that the body would hide them."""
+    """Return True if the bounding box of body `k` contains all others, at least two, so that the body would hide them."""
     others = boxes[:k] + boxes[k + 1 :]
     return len(others) > 1 and all((boxes[k][0] <= low).all() and (high <= boxes[k][1]).all() for low, high in others)
 
@@ -220,7 +226,8 @@ def _sides(actors: list[Actor]) -> np.ndarray:
 
 
 def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
-    """Return notes for the user about the parts of the run that the view does not show."""
+    """Return notes for the user about the parts of the run that the view does not show. instants, recorded: numbers of shown
+    and of recorded frames; left_out: fields that are not offered as colours."""
     notes = []
     for actor in actors:
         if len(actor.start) < actor.total:

@@ -12,8 +12,11 @@ if TYPE_CHECKING:
 
 
 def foretold(simulation: Any, until: float | None, progress: Progress) -> Progress:
-    """Report the forecast when a run begins or resumes. Returns the progress object for the run, which reports the run time
-    later if it is unknown now."""
+    """Show the forecast (step limit, number of steps, run time) when a run begins or resumes. Returns the progress object for
+    the run: `progress`, or one that also shows the run time after the first second if it is unknown now.
+
+    until: time at which the run ends [s]; default: end of the case.
+    """
     from pellucid.running.forecast.on_the_way import ToldOnTheWay
     from pellucid.running.forecast.steps import of_simulation
     from pellucid.running.forecast.words import WIDE, lines, pace_of
@@ -27,7 +30,8 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
 
 @contextmanager
 def pace_learned(simulation: Any, recorder: "Recorder") -> Iterator[None]:
-    """Context manager that stores the time per step of the block for later forecasts, also if the block ends with an error."""
+    """Store the wall-clock time per step of the block for later forecasts, also if the block ends with an error. The block runs
+    the simulation; `recorder` counts the time."""
     from numba import config
 
     from pellucid.running.forecast.pace import Paces

@@ -13,7 +13,7 @@ much."""
 
 
 def implicit_viscosity(case: "Case") -> str | None:
-    """Return a hint to use implicit viscosity if only viscosity limits the step, else None."""
+    """Return a text that suggests implicit viscosity if only viscosity limits the time step of the case, else None."""
     if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
         return None
     changed, names = [], []

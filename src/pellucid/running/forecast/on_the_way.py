@@ -10,8 +10,8 @@ RUNNING = "running"
 
 
 class ToldOnTheWay(Progress):
-    """A progress that reports the run time once the time per step is known, and forwards everything else to another
-    progress."""
+    """A progress display that forwards everything to another one and also shows the expected run time once the time per step is
+    known."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._pace = progress, Pace()

@@ -1,8 +1,8 @@
-"""Time per step on this machine, learned from previous runs.
+"""Wall-clock time per step on this machine, learned from previous runs.
 
-Each run stores its time per step and the size of its case, the memory of bodies and grid. Runs that need the same kernels,
-i.e. the same kinds of bodies, laws, functions and conditions, predict the time of another run of about the same size, or of
-a size between two of them.
+Each run stores its time per step and the size of its case, the memory of bodies and grid. Runs that need the same kernels, i.e.
+the same kinds of bodies, laws, functions and conditions, predict the time of another run of about the same size, or of a size
+between two of them.
 """
 
 import json
@@ -27,27 +27,27 @@ SAME = 1.02
 
 
 class Pace(NamedTuple):
-    """Lower and upper bound of the time per step [s]; they are equal if the time per step is known."""
+    """Lower and upper bound of the wall-clock time per step [s]; they are equal if the time per step is known."""
 
     least: float
     most: float
 
 
 class Sample(NamedTuple):
-    """Size of a case [bytes] and time per step of its run [s]."""
+    """Size of a case (memory of bodies and grid [bytes]) and wall-clock time per step of its run [s]."""
 
     size: float
     seconds: float
 
 
 class Paces:
-    """Stored times per step, in a folder next to the compiled kernels."""
+    """Wall-clock times per step of previous runs, stored in a folder next to the compiled kernels."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder or cache_folder().parent / "paces"
 
     def learn(self, case: "Case", steps: int, seconds: float) -> None:
-        """Store the time per step of a run; do nothing if the folder cannot be written."""
+        """Store the wall-clock time per step of a run (`seconds` for `steps` steps), unless the folder is not writable."""
         if steps < FEWEST_STEPS or seconds < LEAST_SECONDS:
             return
         file = self._file(case)
@@ -59,10 +59,10 @@ class Paces:
             part.replace(file)
 
     def seconds_of_a_step(self, case: "Case") -> Pace | None:
-        """Return the time per step of a case; None if no similar case was run here.
+        """Return the expected wall-clock time per step of a case; None if no similar case was run here.
 
-        For a case that is larger or smaller than all stored runs, the time may scale with the size, as in large cases, or
-        not, as in small ones.
+        For a case that is larger or smaller than all stored runs, the time may scale with the size, as in large cases, or not,
+        as in small ones.
         """
         samples, size = self._read(self._file(case)), size_of(case)
         same = [sample.seconds for sample in samples if size / SAME <= sample.size <= size * SAME]

@@ -1,4 +1,5 @@
-"""Predict the step limit and the number of steps: of a case before set-up, or of a simulation in its present state."""
+"""Predict the step limit (largest stable time step) and the number of steps: of a case before set-up, or of a simulation in its
+present state."""
 
 from collections.abc import Iterator
 from math import ceil, hypot, inf, isfinite, sqrt
@@ -30,7 +31,8 @@ Limits = dict[tuple[str, str], StepLimit | None]
 
 
 def of_case(case: "Case") -> Foretold:
-    """Return the forecast of a case from its models; unknown if a step limit is known only when the body is built."""
+    """Return the forecast for the whole run of a case, computed without building its bodies; unknown if the step limit of a
+    body is known only when it is built."""
     if case.steady is not None:
         return _steady(case)
     limits = dict(_limits(case))
@@ -42,7 +44,7 @@ def of_case(case: "Case") -> Foretold:
 
 
 def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
-    """Return the forecast of a simulation from its present state to its end or an earlier time [s]."""
+    """Return the forecast of a simulation from its present state to the end of its case, or to an earlier time `until` [s]."""
     case = simulation.case
     if case.steady is not None:
         return _steady(case)
@@ -53,7 +55,7 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
 
 
 def limit_of_model(case: "Case") -> StepLimit:
-    """Return the smallest step limit at the start of a case, of the limits that are known before set-up."""
+    """Return the smallest of the step limits at the start of a case that are known before its bodies are built."""
     return _tightest(_limits(case))[0]
 
 
@@ -101,7 +103,7 @@ def _steady(case: "Case") -> Foretold:
 
 
 def _limits(case: "Case") -> Limits:
-    """Return the step limits at the start of a case."""
+    """Return the step limits at the start of a case: of bodies, prescribed motions, free fall and contacts of rigid bodies."""
     parts = parts_of(case)
     cell = case.grid.cell if case.grid_or_none is not None else None
     driven = {body.name for body in case.body if is_driven(body.name, parts)}
@@ -125,8 +127,8 @@ def _limits(case: "Case") -> Limits:
 
 
 def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
-    """Return the step limit of a body that also oscillates against the elastic force of a condition, at the rate `swing`
-    [1/s]."""
+    """Return the step limit of a body with the limit `own` that also oscillates against the elastic force of a condition, such
+    as a contact or spring, at the rate `swing` [1/s]."""
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
@@ -134,7 +136,7 @@ def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
 
 
 def _top_speed(motion: Motion) -> float:
-    """Return an upper bound of the speed of a motion [m/s]."""
+    """Return an upper bound of the speed of a prescribed motion [m/s]."""
     signals = (getattr(motion.displacement, axis) for axis in ("x", "y", "z"))
     return sqrt(sum(signal.top_speed() ** 2 for signal in signals if signal is not None))
 
@@ -143,6 +145,7 @@ def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: 
     """Yield the step limits of rigid and fully driven bodies in contact, by the name of the body.
 
     Their oscillation on the contact springs to other bodies and walls must be resolved, independently of `time.courant`.
+    driven: names of bodies whose motion is fully prescribed. cell: cell size [m]. pull: acceleration of gravity [m/s²].
     """
     hard = (body for body in case.body if body.is_rigid or body.name in driven)
     speeds = {body.name: body.fastest_at_start(body.places_between_bounds()) for body in hard}

@@ -16,28 +16,28 @@ WIDE = 2.0
 
 
 def foretell_case(case: "Case") -> list[str]:
-    """Return lines with the step limit, number of steps and run time of a case. Raises CaseError as the set-up of the case
-    does."""
+    """Return the lines of text that `validate` shows on step limit, number of steps and run time of a case. Raises CaseError as
+    the set-up of the case does."""
     return lines(case, of_case(case), pace_of(case))
 
 
 def foretell_simulation(simulation: Any) -> list[str]:
-    """Return lines with the step limit, number of steps and run time of a simulation."""
+    """Return lines of text on step limit, remaining number of steps and run time of a simulation."""
     return lines(simulation.case, of_simulation(simulation), pace_of(simulation.case))
 
 
 def pace_of(case: "Case") -> Pace | None:
-    """Return the time per step of a case on this machine, from earlier runs; None without such runs, or without a folder
-    for them."""
+    """Return the expected wall-clock time per step of a case on this machine, from earlier runs; None without such runs, or
+    without a folder for them."""
     with suppress(UsageError):
         return Paces().seconds_of_a_step(case)
     return None
 
 
 def lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
-    """Return a line on the steps and one on the run time, and a hint if the steps could be much longer.
+    """Return a line of text on the steps and one on the run time, and a hint if the steps could be much longer.
 
-    each: time per step from earlier runs, or None.
+    foretold: forecast of the steps. each: wall-clock time per step from earlier runs, or None.
     """
     hint = implicit_viscosity(case)
     return [*_two_lines(case, foretold, each), *([] if hint is None else [hint])]

@@ -14,7 +14,8 @@ UNCOLOURED = "#c4c8d0"
 
 
 def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> np.ndarray:
-    """Return the RGB colours of values, shape (*values.shape, 3); NaN where a value is NaN."""
+    """Return the RGB colours of values, shape (*values.shape, 3); NaN where a value is NaN or infinite. limits: the values at
+    both ends of the colour map `palette`."""
     from matplotlib import colormaps
 
     low, high = limits
@@ -25,7 +26,7 @@ def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> n
 
 
 def show(axes: Axes, picture: np.ndarray, camera: Camera) -> None:
-    """Show a picture on axes in metres, without ticks and frame."""
+    """Show a rendered picture (RGBA, lowest row first) on axes, with coordinates in metres, without ticks and frame."""
     (left, low), (right, high) = camera.low, camera.high
     axes.imshow(picture, origin="lower", extent=(left, right, low, high), interpolation="antialiased")
     axes.set_axis_off()
@@ -42,7 +43,7 @@ def scale_bar(axes: Axes, camera: Camera) -> None:
 
 
 def round_length(most: float) -> tuple[float, str]:
-    """Return the largest length of 1, 2 or 5 times a power of ten that is at most `most` [m], and its text: (2e-5, "20
+    """Return the largest length [m] of 1, 2 or 5 times a power of ten that is at most `most` [m], and its text, e.g. (2e-5, "20
     µm")."""
     power = 10.0 ** np.floor(np.log10(most))
     length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-9))

@@ -60,7 +60,8 @@ class Camera(NamedTuple):
         return (offset - nx * x - ny * y) / nz
 
     def keeps(self, plane: Plane, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Return a mask of the positions in pixels on the kept side of a plane."""
+        """Return a mask of the positions on the kept side of a cut plane. x, y, depth: pixel coordinates and depth towards the
+        eye [pixels]."""
         (nx, ny, nz), offset = self._projected(plane)
         return nx * x + ny * y + nz * depth <= offset
 
@@ -75,8 +76,11 @@ class Camera(NamedTuple):
 
 
 def camera_for(view: View, positions: np.ndarray, columns: int, margin: float = 0.03) -> Camera:
-    """Return the camera whose picture, `columns` pixels wide, shows all positions [m], shape (n, 3), with a margin around
-    them."""
+    """Return the camera that looks along `view` and whose picture, `columns` pixels wide, shows all positions [m], shape (n,
+    3).
+
+    margin: space around the positions, relative to the size of the picture.
+    """
     axes = view.axes()
     paper = positions @ axes[:2].T
     low, high = paper.min(axis=0), paper.max(axis=0)

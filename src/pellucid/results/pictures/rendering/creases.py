@@ -18,7 +18,8 @@ class Faceted(NamedTuple):
 
 
 def split_at_creases(vertices: np.ndarray, triangles: np.ndarray) -> Faceted:
-    """Split the vertices of a surface, shape (n, 3) [m], at every sharp edge between two triangles."""
+    """Split the vertices of a surface, shape (n, 3) [m], at every sharp edge, i.e. where the normals of two adjacent triangles
+    differ by more than 40 degrees. triangles: vertex numbers, shape (m, 3)."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -41,7 +41,8 @@ class Mesh(NamedTuple):
         return len(self.triangles)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """Yield the pixels covered by the triangles, without the part that is cut away."""
+        """Yield the fragments (pixels covered by the triangles, with their depth), without the material in front of the cut
+        plane."""
         place = camera.project(self.vertices)
         if cut is None or not self.cuttable:
             yield from triangle_fragments(place[self.triangles], camera.shape)
@@ -52,7 +53,8 @@ class Mesh(NamedTuple):
             yield x[kept], y[kept], depth[kept], left[which[kept]]
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, triangle: np.ndarray) -> Look:
-        """Return the interpolated normals and colours of the pixels."""
+        """Return the interpolated normals and colours of pixels. x, y: pixel coordinates, shape (k,); triangle: number of the
+        triangle visible in each pixel, shape (k,)."""
         place, corners = camera.project(self.vertices), self.triangles[triangle]
         (ax, ay, _), (bx, by, _), (cx, cy, _) = (place[self.triangles[:, k]].T for k in range(3))
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -72,7 +74,8 @@ class Mesh(NamedTuple):
 class Balls(NamedTuple):
     """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3).
 
-    Balls with `skin` are shaded as one smooth body. The cut plane leaves a flat face on balls with `skin` or without light.
+    If `skin` is True, all balls are shaded as one smooth body. If `lit` is False, colours are not shaded. The cut plane cuts a
+    flat face into the balls if `skin` is True or `lit` is False; otherwise balls are drawn whole or not at all.
     """
 
     centres: np.ndarray
@@ -87,14 +90,16 @@ class Balls(NamedTuple):
         return len(self.centres)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """Yield the pixels covered by the balls; balls whose centre lies beyond the cut plane are omitted."""
+        """Yield the fragments (pixels covered by the balls, with their depth); balls whose centre lies in front of the cut
+        plane are omitted."""
         kept = np.flatnonzero(cut.beyond(self.centres) <= 0.0) if cut else np.arange(self.primitives)
         face = cut if self.skin or not self.lit else None
         for x, y, depth, which in ball_fragments(self._projected(camera), kept, camera.shape):
             yield x, y, np.minimum(depth, camera.depth_of(face, x, y)) if face else depth, which
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, ball: np.ndarray) -> Look:
-        """Return the normals and colours of the pixels."""
+        """Return the normals and colours of pixels. x, y: pixel coordinates, shape (k,); ball: number of the ball visible in
+        each pixel, shape (k,)."""
         cx, cy, _, radius = self._projected(camera)[ball].T
         nx, ny = (x - cx) / radius, (y - cy) / radius
         nz = np.sqrt(np.maximum(0.0, 1.0 - nx**2 - ny**2))
@@ -106,7 +111,8 @@ class Balls(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A plane with colours: RGB of each pixel, shape (rows, columns, 3), NaN where the plane is transparent."""
+    """A plane in space that shows colours, such as a field on the cut plane: RGB of each pixel, shape (rows, columns, 3), NaN
+    where the plane is transparent."""
 
     plane: Plane
     colours: np.ndarray
@@ -118,12 +124,14 @@ class Section(NamedTuple):
         return self.colours.shape[0] * self.colours.shape[1]
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """Yield the pixels that have a colour. The cut plane does not cut the section itself."""
+        """Yield the fragments (pixels that have a colour, with the depth of the plane). The cut plane does not cut the section
+        itself."""
         y, x = np.nonzero(np.isfinite(self.colours[:, :, 0]))
         yield x, y, camera.depth_of(self.plane, x, y), y * self.colours.shape[1] + x
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, pixel: np.ndarray) -> Look:
-        """Return the stored colours, with normals towards the eye."""
+        """Return the stored colours, with normals towards the eye. x, y: pixel coordinates, shape (k,); pixel: number of each
+        pixel in the picture."""
         colours = self.colours.reshape(-1, 3)[pixel]
         return Look(np.tile([0.0, 0.0, 1.0], (len(colours), 1)), colours)
 

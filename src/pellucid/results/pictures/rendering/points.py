@@ -12,8 +12,11 @@ def ball_radii(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
 
 
 def lattice_sides(position: np.ndarray, volume: np.ndarray) -> np.ndarray:
-    """Return the spacings [m] of a lattice of points along x, y, z; along an axis with a single layer it follows from the
-    volume [m^3]."""
+    """Return the spacings [m] of points on a regular lattice along x, y, z, shape (3,).
+
+    Along an axis with a single layer the spacing follows from the volume of a point. position: [m], shape (n, 3). volume:
+    [m^3], shape (n,).
+    """
     mean = float(np.mean(volume))
     gaps = [np.diff(np.sort(values)) for values in position.T]
     layers = [gap[gap > 0.05 * np.cbrt(mean)] for gap in gaps]
@@ -24,15 +27,16 @@ def lattice_sides(position: np.ndarray, volume: np.ndarray) -> np.ndarray:
 
 
 def box_corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Return the corners of a box, shape (8, 3)."""
+    """Return the corners of a box, shape (8, 3), from its lower and upper corner, shape (3,)."""
     ends = np.stack([lower, upper])
     return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def bricks(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
-    """Build a surface of bricks with three sides [m], centred at points of a lattice. The cut plane does not cut bricks.
+    """Build the surface of equal bricks centred at points of a lattice. The cut plane does not cut bricks.
 
-    Faces between two bricks are omitted because they are not visible.
+    Faces between two bricks are omitted because they are not visible. centres: [m], shape (n, 3). sides: the three edge lengths
+    of a brick [m]. colour: RGB.
     """
     corner = box_corners(np.full(3, -0.5), np.full(3, 0.5))  # number 4i + 2j + k
     faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # outward

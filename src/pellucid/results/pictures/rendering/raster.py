@@ -32,13 +32,18 @@ class Canvas:
         self._starts.append(self._starts[-1] + primitives)
 
     def add(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray, primitive: np.ndarray) -> None:
-        """Add fragments of the current part; of fragments at the same depth, the one with the highest primitive number is
-        kept."""
+        """Add fragments (pixels covered by primitives) of the current part. Of fragments of a pixel at the same depth, the one
+        with the highest primitive number is kept.
+
+        x, y: pixel coordinates, whole numbers; depth: towards the eye [pixels]; primitive: number of the triangle, ball or
+        pixel in the part; shape (k,) each.
+        """
         step = np.clip((depth + REACH) * (DEPTHS / (2 * REACH)), 0, DEPTHS - 1).astype(np.int64)
         np.maximum.at(self._key, y * self.shape[1] + x, step << SHIFT | (primitive + self._starts[-2]))
 
     def seen(self, part: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices of the pixels that show a part, and the primitive number of each."""
+        """Return the pixels in which a part (number of the drawn object) is visible: their indices, row by row, and the
+        primitive number in each, both of shape (k,)."""
         number = self._key & ((1 << SHIFT) - 1)
         index = np.flatnonzero((self._key >= 0) & (number >= self._starts[part]) & (number < self._starts[part + 1]))
         return index, number[index] - self._starts[part]
@@ -48,12 +53,15 @@ class Canvas:
         return (self._key >= 0).reshape(self.shape)
 
     def depth(self) -> np.ndarray:
-        """Return the depth of the pixels, with the canvas's shape."""
+        """Return the depth towards the eye [pixels] of what each pixel shows, with the canvas's shape."""
         return ((self._key >> SHIFT) * (2 * REACH / DEPTHS) - REACH).reshape(self.shape)
 
 
 def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """Yield the fragments (covered pixels) of triangles, row by row; corners: pixel coordinates and depth, shape (m, 3, 3)."""
+    """Yield the fragments (pixels covered by triangles, with depth and number of the triangle), row by row.
+
+    corners: pixel coordinates and depth of the corners, shape (m, 3, 3). shape: rows and columns of the picture.
+    """
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are nowhere
         a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -86,8 +94,11 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """Yield the fragments (covered pixels) of the balls in the mask `kept`; place: x, y, depth and radius in pixels, shape
-    (n, 4)."""
+    """Yield the fragments (pixels covered by balls, with depth and number of the ball).
+
+    place: x, y, depth and radius of all balls in pixels, shape (n, 4). kept: indices of the balls to draw. shape: rows and
+    columns of the picture.
+    """
     size = np.zeros(len(place), np.int64)
     size[kept] = 2 * np.ceil(place[kept, 3]).astype(np.int64) + 1
     for which, side in _by_size(size):
@@ -102,8 +113,8 @@ def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) 
 
 
 def _by_size(size: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
-    """Yield batches of primitives of similar size in pixels, each with an upper bound of the size; primitives of size 0 are
-    omitted."""
+    """Yield batches of primitives of similar size: their indices and an upper bound of their size in pixels. size: shape (n,);
+    primitives of size 0 are omitted."""
     lower, upper = 0, 1
     while lower < size.max(initial=0):
         found = np.flatnonzero((size > lower) & (size <= upper))

@@ -23,10 +23,10 @@ JUMP = 0.012  # of the picture's width in depth between neighbours makes an outl
 
 
 def render(drawables: Sequence[Drawable], camera: Camera, cut: Plane | None = None) -> np.ndarray:
-    """Draw the drawables without the part that the plane cuts away; return RGBA, shape (rows, columns, 4), lowest row
-    first.
+    """Render objects as seen by a camera, without the material in front of the plane `cut`; return RGBA, shape (rows, columns,
+    4), lowest row first.
 
-    Colours are from 0 to 1; pixels without a drawable are transparent.
+    Colours are from 0 to 1; pixels without an object are transparent.
     """
     canvas = _painted(drawables, camera, cut)
     rows, columns = camera.shape
@@ -44,10 +44,11 @@ def render(drawables: Sequence[Drawable], camera: Camera, cut: Plane | None = No
 
 
 def inside(mesh: Mesh, camera: Camera, cut: Plane) -> np.ndarray:
-    """Return a mask of the pixels of the plane inside a closed mesh with outward normals, shape (rows, columns).
+    """Return a mask of the pixels at which the plane `cut` lies inside a closed mesh with outward normals, shape (rows,
+    columns).
 
-    The eye is beyond the plane. Where the first triangle on a line of sight behind the plane shows its back, the pixel is
-    inside.
+    The eye must be in front of the plane, on the side of its normal. A pixel is inside if the first triangle behind the plane
+    on its line of sight shows its back.
     """
     canvas = _painted([mesh], camera, cut)
     index, triangle = canvas.seen(0)
@@ -76,7 +77,8 @@ def _shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _skin(canvas: Canvas, index: np.ndarray) -> np.ndarray:
-    """Return the normals of the smoothed depth at the given pixels, shape (k, 3)."""
+    """Return normals of the visible surface, smoothed over several pixels, shape (k, 3), in the axes of the camera; not
+    normalized. index: numbers of the k pixels, row by row."""
     if not len(index):
         return np.zeros((0, 3))
     columns = canvas.shape[1]
@@ -93,9 +95,11 @@ def _skin(canvas: Canvas, index: np.ndarray) -> np.ndarray:
 
 
 def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """Return the factor that darkens pixels whose surroundings are nearer to the eye, shape (rows, columns).
+    """Return a factor for the brightness of each pixel, shape (rows, columns), below 1 where the surroundings are nearer to the
+    eye.
 
-    Unsharp masking of the depth: Luft, Colditz & Deussen 2006, ACM Transactions on Graphics 25, 1206.
+    Unsharp masking of the depth: Luft, Colditz & Deussen 2006, ACM Transactions on Graphics 25, 1206. depth: depth towards the
+    eye [pixels]; covered: mask of the pixels that show an object, both of shape (rows, columns).
     """
     width = CREASE_WIDTH * depth.shape[1]
     step = max(1, int(width / COARSE))  # what a wide bell has smoothed is found on every so many pixels, linear between them
@@ -110,8 +114,8 @@ def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
 
 
 def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
-    """Interpolate linearly between rows that are `step` apart, so that there are `size` rows; the last row is repeated
-    beyond the end."""
+    """Refine an array by linear interpolation between its rows, which are `step` rows of the result apart. The result has
+    `size` rows; the last row is repeated beyond the end."""
     place = np.minimum(np.arange(size) / step, len(rows) - 1.0)
     before = place.astype(int)
     share = (place - before).astype(rows.dtype)[:, None]
@@ -119,7 +123,11 @@ def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
 
 
 def _outlines(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """Return a mask of the covered pixels on the near side of a depth jump or next to empty pixels, shape (rows, columns)."""
+    """Return a mask of the pixels to be drawn as outlines, shape (rows, columns): pixels on the near side of a depth jump, or
+    next to pixels without an object.
+
+    depth: depth towards the eye [pixels]; covered: mask of the pixels that show an object, both of shape (rows, columns).
+    """
     filled = np.where(covered, depth, -1e9)
     least = JUMP * depth.shape[1]
     edge = np.zeros(depth.shape, bool)

@@ -21,10 +21,12 @@ two corners above, the face has four corners and two triangles."""
 
 
 def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Interpolate a field of points, shape (n,), to the pixels of the plane inside a closed mesh; NaN elsewhere.
+    """Return the values of a field on a cut plane inside a closed mesh, one per pixel, shape (rows, columns); NaN outside the
+    mesh.
 
-    Values on a coarse lattice of pixels are means of the nearest points, weighted by a Gaussian of the width of the point
-    spacing. Between lattice pixels the interpolation is linear.
+    position, values: points [m], shape (n, 3), and the field there, shape (n,). Values on a coarse lattice of pixels are means
+    of the nearest points, weighted by a Gaussian of the width of the point spacing. Between lattice pixels the interpolation is
+    linear.
     """
     within = inside(mesh, camera, plane)
     found = np.full(within.shape, np.nan)
@@ -50,8 +52,8 @@ def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, valu
 
 
 def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, plane: Plane) -> Mesh:
-    """Return the flat cut face of tetrahedra; vertices: [m], shape (n, 3), colours: RGB, shape (n, 3), linear within each
-    tetrahedron."""
+    """Return the flat section of a solid with a plane, as triangles. vertices: [m], shape (n, 3). tetrahedra: vertex numbers,
+    shape (m, 4). colours: RGB of the vertices, shape (n, 3), interpolated linearly within each tetrahedron."""
     beyond = plane.beyond(vertices)
     above = beyond[tetrahedra] > 0.0
     number = above.sum(axis=1)
