@@ -178,8 +178,9 @@ def _pull_batch(first, n, mesh, s, f, found):
 @kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
     """Compute the forces that the points of a block (group of packs that one thread processes) exert on its nodes; also the
-    deformation gradients, unless the volume ratio is averaged. Results are stored in the mesh of `solid` (`SolidInKernels`); dt, keep: see
-    `find_stresses`.
+    deformation gradients, unless the volume ratio is averaged.
+
+    Results are stored in the mesh of `solid` (`SolidInKernels`); dt, keep: see `find_stresses`.
     """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
