@@ -16,7 +16,7 @@ GALLERY = "pellucid.gallery"
 
 @cache
 def ids() -> tuple[str, ...]:
-    """Return the ids of all cases, such as "gan2011/shock-tube", sorted."""
+    """Return the ids of all gallery cases, such as "gan2011/shock-tube", sorted."""
     groups = (group for group in files(GALLERY).iterdir() if group.is_dir())
     found = (f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml"))
     return tuple(sorted(found))
@@ -46,12 +46,12 @@ def to_copy(case: str) -> str:
 
 
 def folder(case: str) -> str:
-    """Return the folder with the file of a gallery case, by its id, and its input files."""
+    """Return the folder that contains the file of a gallery case, given by its id, and its input files."""
     return str(files(GALLERY) / case.split("/")[0])
 
 
 def module(case: str) -> ModuleType | None:
-    """Return the Python module of a case, with its `metrics` and `figures`; None if the case has none.
+    """Return the Python module of a gallery case, given by its id, with its `metrics` and `figures`; None if the case has none.
 
     `METRICS` of the module lists the names of all metrics that the case can have, known before a run.
     """

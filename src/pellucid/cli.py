@@ -14,8 +14,8 @@ from pellucid.system.interrupts import termination_raised
 
 
 class Commands(TyperGroup):
-    """The group of commands. Warnings are printed on one line each; every expected error becomes a message and an exit
-    status."""
+    """Group of the commands of `pellucid`. It prints each warning on one line, and turns every expected error into a message
+    and an exit status."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -39,8 +39,11 @@ class Commands(TyperGroup):
 
 
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
-    """Print the reason why the command ends, only once if all processes of a run end for the same reason; return the
-    exit exception with this status."""
+    """Print the reason why the command ends, only once if all processes of a run end for the same reason, and return the
+    exception that exits with this status.
+
+    error: error that ends the command; message: text printed for the user; status: exit status.
+    """
     processes.end(error)
     if processes.is_first:
         typer.echo(message, err=True)

@@ -57,7 +57,7 @@ Row = tuple[str, str, str]
 
 
 def examine() -> list[Row]:
-    """Return the rows of the check: item, result, and advice if there is a problem."""
+    """Return the rows of the check of this machine: item, result, and advice if there is a problem."""
     return [
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
@@ -78,8 +78,8 @@ def examine() -> list[Row]:
 
 
 def _packages(extra: str) -> list[tuple[str, str]]:
-    """Return name and further requirements, such as a version, of each package of an extra; for an empty name, of the
-    required packages."""
+    """Return name and further requirements, such as a version, of each package of an extra of pellucid (an optional group of
+    dependencies); for an empty name, of the required packages."""
     found = [re.split(r"(?<=[\w\]])(?=[^\w.\-\[\]])", line, maxsplit=1) for line in requires("pellucid") or []]
     named = [(name.partition("[")[0], rest[0] if rest else "") for name, *rest in found]
     return [(name, rest) for name, rest in named if (f"extra == '{extra}'" in rest if extra else "extra ==" not in rest)]

@@ -16,7 +16,7 @@ class PellucidError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """An error of a case."""
+    """An error of a case: what is wrong, where, and the remedy."""
 
     text: str
     """Description of the error, with the violated limit."""
@@ -32,7 +32,7 @@ class Problem:
     """The setting that is the cause, instead of a line of the file, such as `--set grid.cell=-1`."""
 
     def message(self, source: str = "") -> str:
-        """Return the message in one to three lines; source: name of the file."""
+        """Return the message for the user in one to three lines; source: name of the case file."""
         place = cut(self.setting, 200) or (f"{source}:{self.line}" if source and self.line else source or "")
         subject = self._subject()
         head = ": ".join(part for part in (place, subject or self.text) if part)
@@ -62,8 +62,8 @@ class CaseError(PellucidError):
         return printable("\n".join(messages))
 
     def blame(self, setting: str, line: int | None = None) -> "CaseError":
-        """Return an error with the same problems that names a setting, such as `--set grid.cell=-1`, as the cause; line:
-        line in the case file, if any."""
+        """Return an error with the same problems that names a setting, such as `--set grid.cell=-1`, as the cause; line: number
+        of the line of the setting in the case file, if it is there."""
         return CaseError([replace(problem, setting=setting, line=line) for problem in self.problems], self.source)
 
 
@@ -119,7 +119,7 @@ def printable(text: str) -> str:
 
 
 def shown(value: object, limit: int = 60) -> str:
-    """Return a value as a user would write it, shortened to `limit` characters."""
+    """Return a value of a case as text, as a user would write it in the file, shortened to `limit` characters."""
     if isinstance(value, str):
         text = f'"{value}"'
     elif isinstance(value, bool):

@@ -14,7 +14,7 @@ Path = tuple[str | int, ...]
 
 
 class Finding(NamedTuple):
-    """An error at a path of the data of a case, with a remedy."""
+    """An error in a case: path of the key in the data of the case, what is wrong, and the remedy."""
 
     path: Path
     text: str
@@ -22,14 +22,14 @@ class Finding(NamedTuple):
 
 
 class Reason(NamedTuple):
-    """Reason why a part of a case is impossible, with a remedy."""
+    """Reason why a part of a case cannot be computed, with a remedy."""
 
     text: str
     remedy: str = ""
 
 
 class Refusal(ValueError):
-    """Error of a model that is invalid as given, with a remedy."""
+    """Error for data with which a model cannot be used, with a remedy. The model raises it without its path in the case."""
 
     def __init__(self, text: str, remedy: str) -> None:
         super().__init__(f"{text}; {remedy}")
@@ -45,7 +45,7 @@ class Disagreement(ValueError):
 
 
 def refuse(findings: Iterable[Finding]) -> None:
-    """Raise CaseError if there are findings, which only the set-up of the run could detect."""
+    """Raise CaseError if there are findings: errors that could only be detected when the run was set up."""
     problems = [Problem(found.text, ".".join(map(str, found.path)), remedy=found.remedy) for found in findings]
     if problems:
         raise CaseError(problems)
@@ -62,10 +62,11 @@ def _are_numbered_apart(name: str, choice: str) -> bool:
 
 
 def hint(name: str, choices: Sequence[str]) -> str:
-    """Return "did you mean ..." if one of the choices is similar to the name or abbreviated by it, otherwise an empty text.
+    """Return "did you mean ..." with the one of the names `choices` that is similar to the name or abbreviated by it; an empty
+    text if there is none.
 
-    Names that differ in digits are never similar: c10 and c01 would both be close to c1. For names of more than LONGEST letters
-    no choice is returned, because the duration of the search grows with the square of their length.
+    Names that differ in digits are never similar: c10 and c01 would both be close to c1. For names of more than LONGEST
+    letters no choice is returned, because the duration of the search grows with the square of their length.
     """
     if len(name) > LONGEST:
         return ""
@@ -77,7 +78,8 @@ def hint(name: str, choices: Sequence[str]) -> str:
 
 
 def absent(what: str, name: object, choices: Iterable[str]) -> str:
-    """Describe an unknown name, such as `what` = "the history has no column", with the known names and a likely match."""
+    """Return a message about an unknown name, with the known names (`choices`) and a likely match; `what`: beginning of the
+    message, such as "the history has no column"."""
     known = list(choices)
     told = f"{what} `{cut(str(name))}`; available: {listed(known) or 'none'}"
     return "\n    ".join(line for line in (told, hint(str(name), known)) if line)

@@ -23,7 +23,7 @@ a case file a relative path starts from the folder of that file, elsewhere from 
 
 
 def one_or_several(names: Any) -> Any:
-    """Return a tuple of names from a single name or several; a case may give a single name without brackets."""
+    """Return a tuple of names from a single name or a list of names; a case may give a single name without brackets."""
     return (names,) if isinstance(names, str) else names
 
 
@@ -47,7 +47,8 @@ class Model(BaseModel):
 
 
 def check(refuse: Callable[[Any], None]) -> Any:
-    """Decorate a method of a `Model` that raises an error for contradicting keys, so that it is called for each new model."""
+    """Decorate a method of a `Model` that raises an error for contradicting keys, so that it is called whenever a model is
+    created."""
 
     @wraps(refuse)
     def unchanged(model: Any) -> Any:
@@ -104,5 +105,6 @@ LONGEST_NAME = 100
 
 
 def name_parameter(text: str, default: Any = ...) -> Any:
-    """Declare a field of a `Model` that contains a name of a body, a column or a file."""
+    """Declare a field of a `Model` that contains a name of a body, a column or a file; text: its meaning; default: its value if
+    the case omits the key."""
     return parameter("", text, default, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=LONGEST_NAME)

@@ -12,20 +12,22 @@ WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimat
 
 
 class Progress:
-    """Interface for reports of progress; this class reports nothing. Times are in seconds, `energy_error` is relative."""
+    """Interface for reports of the progress of a run; this class reports nothing. Times are in seconds, `energy_error` is
+    relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
-        """Report that a phase such as "running" or "drawing" begins, which ends the previous phase; `total`: final value of
-        its counter."""
+        """Start a phase such as "running" or "drawing", which ends the previous phase; total: final value of the counter of the
+        phase (the simulated time in a run), if it is known."""
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
-        """Report that a kernel is compiled during a phase, with its number; `expected` is 0 if the total is unknown."""
+        """Report that kernel `number` is compiled during a phase; expected: number of kernels to compile, 0 if unknown."""
 
     def compiled(self) -> None:
         """Report that the compilation of a kernel has ended and the phase continues."""
 
     def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
-        """Report the state of the run after `step` steps at the simulated time `time` [s]."""
+        """Report the state of the run after `step` steps at the simulated time `time` [s]; dt: last time step [s]; points:
+        number of points; energy_error: relative error of the energy balance."""
 
     def count(self, done: int) -> None:
         """Report the number of completed parts of a phase that is not a run, such as drawn frames."""
@@ -137,7 +139,7 @@ class TerminalProgress(Progress):
             self._seconds = {}
 
     def _book(self, phase: str) -> float:
-        """Begin a phase; return the duration of the previous phase since it began [s]."""
+        """Begin a phase and add the duration of the previous phase to its total; return this duration [s]."""
         now = monotonic()
         taken = now - self._since
         if self._phase:
@@ -157,14 +159,15 @@ class TerminalProgress(Progress):
 
 
 class Pace:
-    """Speed of a run and its remaining time, estimated from the last WINDOW seconds of wall-clock time, without compilation."""
+    """Speed of a run in steps per second and its remaining time, estimated from the last WINDOW seconds of wall-clock time,
+    without compilation."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int, float]] = deque()
         self._excluded = 0.0
 
     def leave_out(self, seconds: float) -> None:
-        """Exclude wall-clock time that was not spent in steps."""
+        """Exclude a wall-clock time [s] that was not spent in steps, such as compilation."""
         self._excluded += seconds
 
     def add(self, now: float, step: int, time: float) -> None:
@@ -174,7 +177,7 @@ class Pace:
             self._samples.popleft()
 
     def seconds(self) -> float:
-        """Return the wall-clock time between the first and the last recorded step, without compilation [s]."""
+        """Return the wall-clock time between the first and the last recorded step [s], without compilation."""
         (begun, _, _), (now, _, _) = self._ends()
         return now - begun
 
@@ -195,8 +198,8 @@ class Pace:
 
 @contextmanager
 def watching() -> Iterator[Progress]:
-    """Yield the progress for this terminal, which also reports warnings raised in the block; it stops at the end of the
-    block."""
+    """Context manager that yields the progress display for this terminal, which also shows warnings raised in the block and
+    stops at its end."""
     progress = for_terminal()
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_where, **_to: progress.message(f"warning: {message}")
@@ -212,13 +215,17 @@ def for_terminal() -> Progress:
 
 
 def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, left: float) -> str:
-    """Format the state of a run in one line; `rate` in point-steps per second."""
+    """Return the state of a run as one line of text.
+
+    step: number of steps; time, dt: simulated time and last time step [s]; rate: points times steps per second;
+    energy_error: relative; left: remaining wall-clock time [s].
+    """
     speed = f"{rate / 1e6:.3g} M point-steps/s  " if rate == rate else ""
     return f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {speed}energy error {energy_error:.1e}  {clock(left)} left"
 
 
 def clock(seconds: float) -> str:
-    """Format a wall-clock time: "8.3 s", "2 min 05 s", "3 h 20 min"."""
+    """Return a wall-clock time in seconds as text: "8.3 s", "2 min 05 s", "3 h 20 min"."""
     if not seconds >= 0 or seconds == float("inf"):
         return "?"
     if seconds < 60:

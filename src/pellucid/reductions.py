@@ -6,7 +6,7 @@ import numpy as np
 
 
 def ordered_sum(partials: np.ndarray) -> np.ndarray:
-    """Return the sum over the first axis in order, shape (chunks, k) -> (k,)."""
+    """Return the sum of partial sums, shape (chunks, k), over the chunks in their order, shape (k,)."""
     return np.asarray(np.add.accumulate(partials, axis=0)[-1])
 
 

@@ -34,10 +34,10 @@ class Registry(Generic[EntryType]):
         Registry.every.append(self)
 
     def register(self, name: str, entry: EntryType, source: Any) -> None:
-        """Register an entry; `source` is the class or function behind it.
+        """Register an entry under a name; source: class or function that defines it.
 
-        The same source, defined again when its file is read again, replaces the old one. Raises ValueError if another
-        source has this name.
+        The same source, defined again when its file is read again, replaces the old one. Raises ValueError if another source
+        has this name.
         """
         before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
@@ -58,8 +58,8 @@ class Family(Registry[type[ModelType]]):
         self.base, self.default = base, default
 
     def add(self, model: type[ModelType]) -> None:
-        """Register a model. Raises TypeError for a model without a kind or with missing methods, ValueError for a kind that
-        is already registered."""
+        """Register a model (a subclass of the base class) under its `kind`. Raises TypeError for a model without a kind or with
+        missing methods, ValueError for a kind that is already registered."""
         field = model.model_fields.get("kind")
         if (
             field is None
@@ -76,11 +76,12 @@ class Family(Registry[type[ModelType]]):
         self.register(field.default, model, model)
 
     def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
-        """Return the models that derive from a base class, by kind."""
+        """Return the registered models that derive from a base class, by kind."""
         return {kind: model for kind, model in self.entries.items() if issubclass(model, base)}
 
     def validated(self, value: Any, base: type[BaseModel] | None = None) -> ModelType:
-        """Validate a table and return the model of its kind, which must derive from `base`."""
+        """Return the model of a table in a case, of the kind that the table names, which must derive from `base`; value: the
+        table."""
         entries = self.kinds_of(base or self.base)
         if isinstance(value, self.base) and isinstance(value, base or self.base):
             if getattr(value, "kind", None) not in self.entries:
@@ -139,11 +140,11 @@ class OneNameOf:
         self.entries, self.built_in = entries, built_in
 
     def names(self) -> list[str]:
-        """Return all names."""
+        """Return all valid names: entries of the table and built-in names."""
         return [*self.entries, *self.built_in]
 
     def validated(self, value: str) -> str:
-        """Return the name if it is valid; otherwise raise an error with the valid names."""
+        """Return the name if it is valid; otherwise raise an error that lists the valid names."""
         if value not in self.names():
             raise PydanticKnownError("literal_error", {"expected": listed([f"'{name}'" for name in self.names()])})
         return value
@@ -171,6 +172,6 @@ def register(model: type[ModelType]) -> type[ModelType]:
 
 
 def _home(source: Any) -> str:
-    """Return module and name of a class or function, for messages and comparisons."""
+    """Return module and name of a class or function as text, for messages and comparisons."""
     what = getattr(source, "function", source)
     return f"{what.__module__}.{what.__qualname__}"

@@ -25,7 +25,7 @@ class Field(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the components; empty for a scalar and for unnamed components."""
+        """Names of the components of the field; empty for a scalar and for unnamed components."""
         return self.own_names or COMPONENT_NAMES.get(self.components, ())
 
 
@@ -72,8 +72,8 @@ def declare_field(name: str, field: Field, owner: str) -> None:
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return values, such as state arrays, with the name of their owner (a body, the clock) as a prefix of their names, as
-    in checkpoints."""
+    """Return values, such as state arrays, by names that begin with the name of their owner (a body, the clock), as in
+    checkpoints."""
     return {f"{owner}/{name}": value for name, value in values.items()}
 
 

@@ -56,8 +56,8 @@ def stress_power(stress: Symmetric, L: Tensor) -> float:
 
 @pointwise
 def end_stress_power(stress: Symmetric, L: Tensor, dt: float) -> float:
-    """Return the stress power σ:L' [W/m³] of a stress and the velocity gradient L' at the end of a step, L' = L (I + Δt
-    L)⁻¹ to second order in Δt L."""
+    """Return the stress power σ:L' [W/m³] of a stress and the velocity gradient L' at the end of a step Δt = dt [s], L' = L (I
+    + Δt L)⁻¹ to second order in Δt L."""
     xx, yy, zz = (
         L[0] - dt * (L[0] * L[0] + L[1] * L[3] + L[2] * L[6]),
         L[4] - dt * (L[3] * L[1] + L[4] * L[4] + L[5] * L[7]),
@@ -117,13 +117,13 @@ def cofactor(A: Tensor) -> Tensor:
 
 @pointwise
 def full(s: Symmetric) -> Tensor:
-    """Return the nine components of a symmetric tensor."""
+    """Return the nine components of a symmetric tensor, row by row."""
     return (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
 
 
 @pointwise
 def piola_transform(s: Symmetric, F: Tensor) -> Tensor:
-    """Return the first Piola-Kirchhoff stress P = J σ F⁻ᵀ of a Cauchy stress σ at a deformation gradient F."""
+    """Return the first Piola-Kirchhoff stress P = J σ F⁻ᵀ of a Cauchy stress σ (`s`) at a deformation gradient F; J = det F."""
     return multiply(full(s), cofactor(F))
 
 
@@ -198,7 +198,8 @@ def deformed(L: Tensor, dt: float, F: Tensor) -> Tensor:
 
 @pointwise
 def largest_row_sum(s: Symmetric) -> float:
-    """Return an upper bound of the largest eigenvalue of a symmetric tensor (Gershgorin); exact for a diagonal tensor."""
+    """Return an upper bound of the largest eigenvalue of a symmetric tensor (Gershgorin): the largest sum, over its rows, of
+    the diagonal component and the absolute values of the others; exact for a diagonal tensor."""
     return max(
         s[0] + abs(s[5]) + abs(s[4]),
         s[1] + abs(s[5]) + abs(s[3]),

@@ -95,8 +95,8 @@ def check_si(unit: str) -> None:
 
 @contextmanager
 def _read(place: str, unreadable: str) -> Iterator[None]:
-    """Raise UnitError for errors of pint in the block. unreadable: message for unreadable texts; place: position of an
-    unknown unit for the message."""
+    """Context manager that raises UnitError for errors of pint in the block. unreadable: message for a text that cannot be
+    read; place: description of where a unit is unknown, for the message."""
     from pint import PintError, UndefinedUnitError
 
     try:

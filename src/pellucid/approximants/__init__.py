@@ -26,10 +26,10 @@ NO_AXES = False, False, False
 
 
 def grid_functions(name: str, per_cell: tuple[int, int, int], thin: Axes, periodic: Axes = NO_AXES) -> GridFunctions:
-    """Return the functions along x, y, z, whose product is the shape function.
+    """Return the shape functions along x, y, z, whose product is the shape function of a grid node.
 
-    name: kind of function. per_cell: number of points per cell along each axis. The function is constant along `thin` axes
-    and periodic along `periodic` axes.
+    name: kind of shape function in a case, such as "gimp". per_cell: number of material points per cell along each axis. The
+    function is constant along `thin` axes (axes of a single cell) and periodic along `periodic` axes.
     """
     x, y, z = (_along(name, n, *kind) for n, *kind in zip(per_cell, thin, periodic, strict=True))
     return LinearFunctions(x, y, z) if max(x.stencil, y.stencil, z.stencil) <= 2 else CurvedFunctions(x, y, z)

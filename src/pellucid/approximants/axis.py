@@ -14,16 +14,17 @@ LEAST_SPREAD = 1e-4
 
 
 class GridFunction(Protocol):
-    """Parameters of a shape function along one axis, a NamedTuple; `stencil`: number of nodes in its support."""
+    """Shape function along one grid axis: a NamedTuple of its parameters; `stencil`: number of nodes at which it can be
+    non-zero at a point."""
 
     @property
     def stencil(self) -> int: ...
 
 
 class LinearFunctions(NamedTuple):
-    """Functions along x, y, z, whose product is the shape function, with at most two nodes per axis.
+    """Shape functions along x, y, z, whose product is the shape function of a node, with at most two nodes per axis.
 
-    They are linear within a cell, so the slopes of its nodes are the same at all points of the cell.
+    They are linear within a cell, so their derivatives along their own axis are the same at all points of the cell.
     """
 
     x: GridFunction
@@ -32,7 +33,7 @@ class LinearFunctions(NamedTuple):
 
 
 class CurvedFunctions(NamedTuple):
-    """Functions along x, y, z, whose product is the shape function, with more than two nodes along an axis."""
+    """Shape functions along x, y, z, whose product is the shape function of a node, with more than two nodes along an axis."""
 
     x: GridFunction
     y: GridFunction
@@ -44,23 +45,25 @@ GridFunctions = LinearFunctions | CurvedFunctions
 
 @generic
 def axis_weights(fn: Any, u: float, n: int) -> Any:
-    """Return the number of the first node of the support, and the shape functions of its nodes (weights) and their
-    derivatives at the coordinate u [cells from the lower end of the axis].
+    """Return the number of the first node of the support, and the values (weights) and derivatives [1/cell] of the shape
+    functions of all its nodes at the coordinate u [cells from the lower end of the axis].
 
-    n: number of cells along the axis. The tuples of weights and derivatives have `fn.stencil` entries.
+    fn: shape function along the axis, see `GridFunction`. n: number of cells along the axis. The tuples of weights and
+    derivatives have `fn.stencil` entries.
     """
 
 
 @generic
 def axis_numbers(fn: Any, u: float, n: int) -> Any:
-    """Return the number of the first node of the support at the coordinate u [cells], and the numbers of the point from
-    which `axis_values` computes offset, weights and derivatives; n: number of cells along the axis."""
+    """Return the number of the first node of the support of the shape function fn at the coordinate u [cells], and the numbers
+    from which `axis_values` computes offset, weights and derivatives; n: number of cells along the axis."""
 
 
 @generic
 def axis_values(fn: Any, numbers: Any) -> Any:
-    """Return the offset of the first node from the point [cells], and the weights and derivatives of the nodes; numbers:
-    result of `axis_numbers`, as scalars for one point or vectors for several points."""
+    """Return the position of the first node of the support minus that of the point [cells], and the values (weights) and
+    derivatives [1/cell] of the shape functions of all its nodes; fn: shape function along the axis; numbers: second result
+    of `axis_numbers`, as scalars for one point or vectors for several points."""
 
 
 @default_function(axis_numbers)
@@ -76,16 +79,18 @@ def _same(fn, numbers):
 
 @generic
 def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
-    """Return the weights that replace derivatives in the affine field of APIC: w (x_I - x) / Σ w (x_I - x)², in cells.
+    """Return the factors w (x_I - x) / Σ w (x_I - x)² [1/cell] of the nodes x_I along an axis: in the affine velocity field of
+    APIC they replace the derivatives of the shape functions at the point x.
 
-    offset: first node minus the point, in cells; w, g: weights and derivatives at the point.
+    fn: shape function along the axis; offset: position of the first node minus x [cells]; w, g: values and derivatives
+    [1/cell] of the shape functions of the nodes at x.
     """
 
 
 @pointwise
 def spread3(offset, w, g):
-    """Return the weights of `affine_weights` for three nodes; at a wall, where their second moment vanishes, the
-    derivatives g."""
+    """Return the factors of `affine_weights` for three nodes, with the same arguments. At a wall, where Σ w (x_I - x)²
+    vanishes, return the derivatives g."""
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
     if spread < LEAST_SPREAD:
@@ -95,7 +100,8 @@ def spread3(offset, w, g):
 
 @pointwise
 def spread4(offset, w, g):
-    """Return the weights of `affine_weights` for four nodes; see `spread3`."""
+    """Return the factors of `affine_weights` for four nodes, with the same arguments. At a wall, where Σ w (x_I - x)² vanishes,
+    return the derivatives g."""
     r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
     if spread < LEAST_SPREAD:
@@ -105,10 +111,11 @@ def spread4(offset, w, g):
 
 @pointwise
 def fold3(first, n, w):
-    """Return the first node and the weights of three nodes after the weight of a node beyond a wall is transferred to the
-    nodes at the wall by linear extrapolation.
+    """Return the first node and the weights of three nodes along an axis after the weight of a node beyond a wall is
+    transferred to the nodes at the wall by linear extrapolation.
 
-    n: number of cells. Node n + 1 exists in memory and may be listed with weight zero.
+    first: number of the first node, -1 if it is beyond the lower wall; w: values or derivatives of the three shape
+    functions; n: number of cells. Node n + 1 exists in memory and may be listed with weight zero.
     """
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], 0.0)
@@ -120,7 +127,7 @@ def fold3(first, n, w):
 
 @pointwise
 def fold4(first, n, w):
-    """Return the first node and the weights of four nodes with nodes beyond a wall folded onto it; see `fold3`."""
+    """Return the first node and the weights of four nodes with nodes beyond a wall folded onto it; arguments as in `fold3`."""
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], w[3], 0.0)
         first = 0

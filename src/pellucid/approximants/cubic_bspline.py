@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class CubicBSpline(NamedTuple):
-    """Cubic B-spline with four nodes along each axis."""
+    """Cubic B-spline as shape function along a grid axis, with four nodes at a point."""
 
     stencil: int = 4
 

@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class Flat(NamedTuple):
-    """Constant function with one node along the axis."""
+    """Constant shape function along a grid axis that is one cell thick, with a single node."""
 
     stencil: int = 1
 

@@ -8,7 +8,8 @@ from pellucid.jit import point_function, pointwise
 
 
 class Gimp(NamedTuple):
-    """uGIMP function; `half` is half the edge of a point along the axis, in cells, at most ½."""
+    """Shape function of uGIMP along one axis; `half`: half the edge length of a material point along the axis [cells], at most
+    ½."""
 
     half: float
     stencil: int = 3
@@ -16,8 +17,8 @@ class Gimp(NamedTuple):
 
 @pointwise
 def _averaged_tent(r, l):
-    """Return a linear tent function averaged over the edge of a point, and its derivative, at distance r [cells] from its
-    node."""
+    """Return a linear tent function (1 at its node, 0 at the neighbours) averaged over the edge 2l of a material point, and the
+    derivative of the average [1/cell]; r: position of the point minus that of the node, l: half the edge, both in cells."""
     s = abs(r)
     sign = 1.0 if r >= 0.0 else -1.0
     if s < l:

@@ -12,8 +12,8 @@ FAR = 4
 
 
 class PeriodicAxis(NamedTuple):
-    """A shape function along a periodic axis: `function`, with `stencil` nodes, evaluated far from walls; its nodes are
-    mapped into the period."""
+    """A shape function along a periodic axis: `function` is the wrapped one, with `stencil` nodes, evaluated far from walls;
+    the numbers of its nodes are folded into the period."""
 
     function: Any
     stencil: int
@@ -21,14 +21,15 @@ class PeriodicAxis(NamedTuple):
 
 @pointwise
 def _far_from_walls(u, n):
-    """Return the coordinate u [cells], folded into the period of n cells and shifted by FAR, so that walls do not affect
-    functions there."""
+    """Return the coordinate u [cells], folded into the period of n cells and shifted by FAR cells, so that the walls of the
+    wrapped function do not affect its values."""
     return u - n * floor(u / n) + FAR
 
 
 @pointwise
 def _within(i, n):
-    """Return the number of the first node within the period, from 0 to n - 1, without the shift of `_far_from_walls`."""
+    """Return the node number i, found at a coordinate of `_far_from_walls`, without its shift and within the period: 0 to n -
+    1."""
     first = i - FAR
     first = first + n if first < 0 else first
     return first - n if first >= n else first

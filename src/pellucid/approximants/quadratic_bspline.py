@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class QuadraticBSpline(NamedTuple):
-    """Quadratic B-spline with three nodes along each axis."""
+    """Quadratic B-spline as shape function along a grid axis, with three nodes at a point."""
 
     stencil: int = 3
 

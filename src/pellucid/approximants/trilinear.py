@@ -9,7 +9,7 @@ from pellucid.jit import point_function, pointwise
 
 
 class Trilinear(NamedTuple):
-    """Linear function with two nodes along each axis."""
+    """Linear shape function along a grid axis, with two nodes at a point."""
 
     stencil: int = 2
 

@@ -20,7 +20,8 @@ MOST_MEMORY = 0.05  # largest memory of the bodies over that of the machine: eac
 
 @contextmanager
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
-    """Yield a function that starts the compilation of a case's kernels in other processes, if cores and memory allow.
+    """Context manager that yields a function; it starts the compilation of a case's kernels in other processes, if cores and
+    memory allow.
 
     The processes are stopped at the end of the block. The results do not depend on them: kernels that these processes have
     compiled are found in the cache.
@@ -46,9 +47,9 @@ def _is_small(case: "Case") -> bool:
 
 
 def compile_from_the_end(text: str, first: int, step: int) -> None:
-    """Compile the kernels of a case from the last one backwards, then end the process.
+    """Compile every `step`-th kernel of a case, from the last one backwards, then end the process.
 
-    text: the case as TOML. first, step: start and stride in the reversed list of kernels.
+    text: the case as TOML. first: index of the first kernel to compile in the reversed list of kernels.
     """
     import resource
 
@@ -65,10 +66,10 @@ def compile_from_the_end(text: str, first: int, step: int) -> None:
 
 
 def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
-    """Return the kernels of a case with the types of their arguments, in call order: set-up, a step, results.
+    """Return the kernels of a case with the types of their arguments, in the order in which a run calls them: set-up, a step,
+    results.
 
-    The kernels are not executed. Code that depends on their results may fail; the kernels after this failure are then
-    missing.
+    The kernels are not executed. Code that depends on their results may fail; the kernels after this failure are then missing.
     """
     from pellucid.jit.kernel_tracing import record_kernel_calls
     from pellucid.simulation.simulation import Simulation

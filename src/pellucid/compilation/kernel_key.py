@@ -9,7 +9,8 @@ if TYPE_CHECKING:
 
 
 def kernel_key(case: "Case") -> str:
-    """Return a hash of the options of a case (not its numbers and names) on which the kernels that it needs depend."""
+    """Return a hash of those options of a case (texts and booleans, not numbers and names) on which the kernels that it needs
+    depend."""
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
@@ -21,7 +22,7 @@ def kernel_key(case: "Case") -> str:
 
 
 def _choices(value: Any) -> Any:
-    """Return the texts and booleans of a table of a case; numbers are replaced by the names of their types."""
+    """Return a copy of a part of a case with its texts and booleans; numbers are replaced by the names of their types."""
     if isinstance(value, dict):
         return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
     return value if isinstance(value, (str, bool)) else type(value).__name__

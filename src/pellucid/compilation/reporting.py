@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 def compilation_told(
     progress: Progress, key: str, at_first: Callable[[], None] = lambda: None
 ) -> Iterator[Callable[[], float]]:
-    """Report every kernel compiled in the block, not those loaded from the cache; call `at_first` before the first. Yields
-    a function that returns the time spent in compiling and loading so far [s].
+    """Context manager that reports every kernel compiled in the block, not those loaded from the cache, to `progress`, and
+    calls `at_first` before the first. Yields a function that returns the wall-clock time spent in compiling and loading so
+    far [s].
 
     `key` identifies the kernels that the block needs, see `kernel_key`. Their expected number is that of an earlier
-    compilation with this key, possibly with other sources or another version of numba; kernels in the cache are not
-    compiled again.
+    compilation with this key, possibly with other sources or another version of numba; kernels in the cache are not compiled
+    again.
     """
     from numba.core.event import Listener, TimingListener, install_listener
 
@@ -54,7 +55,8 @@ def compilation_told(
 
 @contextmanager
 def laws_blamed(case: "Case") -> Iterator[None]:
-    """Raise CaseError for a material law that numba cannot compile; the error names the law and the reason."""
+    """Context manager that raises CaseError for a material law that numba cannot compile in the block; the error names the law
+    and the reason."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     try:
@@ -80,13 +82,14 @@ def _kept_count(key: str) -> int:
 
 
 def _keep_count(key: str, count: int) -> None:
-    """Store the number of kernels of a key; do nothing if the cache cannot be written."""
+    """Store the number of compiled kernels under the key of a case, see `kernel_key`; do nothing if the cache cannot be
+    written."""
     with suppress(OSError):
         _place(key).parent.mkdir(parents=True, exist_ok=True)
         _place(key).write_text(str(count), encoding="ascii")
 
 
 def _place(key: str) -> Path:
-    """Return the path of the file with the number of kernels for a key. It is next to the kernel folders, which change with
-    the sources."""
+    """Return the path of the file with the number of kernels of a key, see `kernel_key`. It is next to the kernel folders,
+    which change with the sources."""
     return cache_folder().parent / "counts" / key

@@ -56,7 +56,7 @@ def _check_writable(folder: Path) -> None:
 
 
 def compile_case(job: tuple[str, str]) -> Warmed:
-    """Compile the kernels of a case; job: its name and its text in TOML."""
+    """Compile the kernels of a case; job: name of the case and its text in TOML. Return number, duration and error."""
     from numba.core.event import RecordingListener, install_listener
 
     from pellucid.case import check_memory, loads
@@ -82,7 +82,8 @@ def compile_case(job: tuple[str, str]) -> Warmed:
 
 
 def _different(cases: "Mapping[str, Case]") -> "dict[str, Case]":
-    """Choose one case for each set of kernels, in its quick variant if that needs the same kernels."""
+    """Return one case for each set of kernels, by name, in its quick variant (with its settings for a run within seconds) if
+    that needs the same kernels."""
     from pellucid.compilation.kernel_key import kernel_key
 
     chosen: dict[str, tuple[str, Case]] = {}

@@ -12,7 +12,7 @@ from pellucid.grid.velocity_field import VelocityField
 
 
 class DrivenNodes(NamedTuple):
-    """Nodal sums over driven points, i.e. points with a prescribed motion; see `ExternalAction`."""
+    """Nodal sums over driven points, i.e. points with a prescribed motion: mass and momentum; see `ExternalAction`."""
 
     mass: np.ndarray  # (n, 3) mass of driven points [kg]
     momentum: np.ndarray  # (n, 3) momentum of driven points with the prescribed velocity [kg m/s]
@@ -20,7 +20,8 @@ class DrivenNodes(NamedTuple):
 
 
 class NodalActions:
-    """External forces, absorption and driven nodes of a velocity field, and the supports that constrain it.
+    """External forces, absorption and driven nodes of a velocity field (grid nodes shared by some bodies), and the supports
+    that constrain it.
 
     Arrays that no condition requests have no rows, and the kernels skip them. Requested arrays are zero at first; external
     forces and the sums of driven points are reset to zero before the conditions of each step.
@@ -34,27 +35,29 @@ class NodalActions:
         self._external = allocate(ExternalAction, 0, n_loads)
 
     def take_loads(self) -> None:
-        """Allocate nodal arrays for external forces. Fields of bodies with their own nodes need none: those bodies store the
-        forces."""
+        """Allocate nodal arrays for external forces, unless they exist. Velocity fields of bodies with their own nodes need
+        none: those bodies store the forces."""
         if self.field.moves_points:
             self._ask("loads")
 
     def absorption(self) -> np.ndarray:
-        """Return the rates at which absorbing faces reduce the velocity [1/s], shape (n, 3); a condition adds its rates to
-        this array."""
+        """Return the rates at which absorbing faces reduce the nodal velocities [1/s], shape (nodes, 3), allocated if needed; a
+        condition adds its rates to this array."""
         return self._ask("absorption", "absorbed").absorption
 
     def driven(self) -> DrivenNodes:
-        """Return the arrays of nodal sums over driven points; in each step a condition adds the values of its own points."""
+        """Return the arrays of nodal sums over driven points (points with a prescribed motion), allocated if needed; in each
+        step a condition adds the values of its own points."""
         external = self._ask("driven_mass", "driven_momentum", "impulse")
         return DrivenNodes(external.driven_mass, external.driven_momentum, external.impulse)
 
     def external(self) -> ExternalAction:
-        """Return the requested arrays as input of the momentum equation; arrays that no condition requested are empty."""
+        """Return all arrays of external actions as input of the momentum equation; arrays that no condition requested have no
+        rows."""
         return self._external
 
     def _ask(self, *names: str) -> ExternalAction:
-        """Allocate the named fields with zeros, unless they are allocated already. Returns the set of all fields of external
-        actions."""
+        """Allocate the fields of `ExternalAction` with these names with zeros, unless they are allocated already. Return the
+        set of all fields."""
         self._external = with_memory(self._external, self.field.grid.n_nodes, *names)
         return self._external

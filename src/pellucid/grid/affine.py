@@ -21,12 +21,17 @@ from pellucid.jit.vector import nothing
 
 @generic
 def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
-    """Return for APIC the factors along each axis that replace derivatives in the affine field of a point; else ()."""
+    """Return for APIC the factors of `affine_weights` along each axis, which replace derivatives of the shape functions in the
+    affine field of a point; () for other transfers.
+
+    functions: shape functions along x, y, z; about: stencil of the point.
+    """
 
 
 @generic
 def affine_energy(transfer: Any, m: float, affine: Any) -> Any:
-    """Return the kinetic energy of the affine field of a point of mass m [J]; () if the transfer has no affine fields."""
+    """Return the kinetic energy of the affine field of a point of mass m [J]; affine: field [1/s] and its energy per unit mass
+    [J/kg]. () if the transfer has no affine fields."""
 
 
 @point_function(affine_functions, Flip)
@@ -56,7 +61,10 @@ def _energy_of_field(transfer, m, affine):
 
 
 def affine_functions_like(transfer: VelocityTransfer, functions: GridFunctions) -> Any:
-    """Return example values of `affine_functions`, which define their type."""
+    """Return a result of `affine_functions` filled with zeros, from which kernels take its type.
+
+    functions: shape functions along x, y, z.
+    """
     return tuple((0.0,) * function.stencil for function in functions) if isinstance(transfer, Apic) else ()
 
 
@@ -76,7 +84,8 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def spread_along(offset, w):
-    """Return Σ w r² over the nodes along an axis [cells²], with their weights w and their distances r from the point."""
+    """Return Σ w r² over the nodes along an axis [cells²]; w: values of their shape functions at a point, r: their distances
+    from the point, which begin with `offset` [cells]."""
     total = nothing(offset)
     for a in range(len(w)):
         r = offset + float(a)
@@ -86,9 +95,11 @@ def spread_along(offset, w):
 
 @pointwise
 def _energy(C, spread, cell):
-    """Return the energy of the affine field C per unit mass, Σ N ½ |C r|² over the nodes at distances r [J/kg].
+    """Return the kinetic energy of the affine field C [1/s] of a point per unit mass, Σ N ½ |C r|² over the nodes at distances
+    r [J/kg].
 
-    Σ N r r is diagonal since Σ w r is zero along each axis; C is zero along an axis of a single cell.
+    spread: results of `spread_along` for x, y, z; cell: edge of a cell [m]. Σ N r r is diagonal since Σ w r is zero along
+    each axis; C is zero along an axis of a single cell.
     """
     x = C[0] * C[0] + C[3] * C[3] + C[6] * C[6]
     y = C[1] * C[1] + C[4] * C[4] + C[7] * C[7]
@@ -98,9 +109,11 @@ def _energy(C, spread, cell):
 
 @pointwise
 def _lost(about, lattice, nodes, v, new, C):
-    """Return the energy per unit mass that both transfers of a step lose [J/kg], without the energies of the affine fields.
+    """Return the kinetic energy per unit mass that both transfers of a step (points to nodes and back) lose at a point [J/kg],
+    without the energies of the affine fields.
 
-    With the velocity v' of the point after the step and the difference d = v_I - Δv_I - v' between the nodal velocity
+    about: stencil of the point; v, new: its velocity before and after the step [m/s]; C: its affine field before the step
+    [1/s]. With the velocity v' of the point after the step and the difference d = v_I - Δv_I - v' between the nodal velocity
     before the step and v', the two losses are ½ |v - v'|² and Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the
     last term is `increment_energy`, which light nodes omit.
     """

@@ -14,8 +14,8 @@ NEAR = 5  # distance from a wall [cells], beyond which the integrals are the sam
 
 
 class AxisIntegrals(NamedTuple):
-    """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes have functions
-    that are not zero in a cell."""
+    """Values and derivatives of the shape functions along an axis, integrated over each of its n cells in the coordinate u
+    [cells]; w nodes have functions that are not zero in a cell."""
 
     first: np.ndarray  # (n,) first node whose function is not zero in each cell
     value: np.ndarray  # (n, w) ∫ N du
@@ -23,7 +23,8 @@ class AxisIntegrals(NamedTuple):
 
 
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
-    """Compute the integrals of a shape function along an axis over each of its n cells."""
+    """Compute the integrals of a shape function along an axis, and of its derivative, over each of its n cells; function: see
+    `pellucid.approximants.axis.GridFunction`."""
     if isinstance(function, PeriodicAxis):
         far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
         starts = (np.arange(n) + far.first[NEAR] - NEAR) % n

@@ -12,7 +12,7 @@ ALL = np.zeros(0, np.int64)
 
 
 class ChunkedNodes(NamedTuple):
-    """Nodes in chunks. Each chunk is processed by one thread; the sums of the chunks are added in order."""
+    """Grid nodes in chunks (ranges of nodes). One thread processes a chunk; the sums of the chunks are added in order."""
 
     node: np.ndarray  # (m,) indices of listed nodes, or `ALL`
     edges: np.ndarray  # (chunks + 1,) number of the first node of each chunk, and the end of the last
@@ -24,14 +24,16 @@ class ChunkedNodes(NamedTuple):
 
 
 class NodesByRow(NamedTuple):
-    """Nodes in chunks, each within one row of slabs. A process computes whole rows of slabs, and therefore whole chunks."""
+    """Grid nodes in chunks, each within one row of slabs (a range of grid layers, see `pellucid.grid.points.Slabs`). A process
+    computes whole rows of slabs, and therefore whole chunks."""
 
     chunks: ChunkedNodes
     of_row: np.ndarray  # (rows + 1,) first chunk of each row of slabs, and the end of the last
 
 
 def chunked(node: np.ndarray) -> ChunkedNodes:
-    """Divide a list of nodes, shape (m,), into chunks for loops that compute no sums, regardless of rows of slabs."""
+    """Divide a list of nodes, shape (m,), into chunks for loops that compute no sums. Such chunks may extend over several rows
+    of slabs."""
     return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
 
 
@@ -48,8 +50,11 @@ def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> Nodes
 
 @kernel()
 def _divide(rows, node, is_all, most, edges, of_row):
-    """Fill `edges` with the start of each chunk and the end of the last, and `of_row` with the first chunk of each row and
-    the end; return the number of chunks."""
+    """Fill `edges` with the start of each chunk and the end of the last, and `of_row` with the first chunk of each row of slabs
+    and the end; return the number of chunks.
+
+    is_all: True to divide all nodes instead of the list `node`; the other arguments are those of `by_row`.
+    """
     chunks = end = 0
     edges[0] = of_row[0] = 0
     for row in range(len(rows) - 1):
@@ -67,5 +72,5 @@ def _divide(rows, node, is_all, most, edges, of_row):
 
 
 def chunks_of(n: int) -> int:
-    """Return the number of chunks of n nodes."""
+    """Return the number of chunks of at most CHUNK nodes into which n nodes are divided."""
     return -(-n // CHUNK)

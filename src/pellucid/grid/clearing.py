@@ -26,7 +26,8 @@ class ClearedRows(NamedTuple):
 
 @parallel_loop()
 def _clear(chunk, cleared, width, chunks):
-    """Set the first `width` numbers of the rows of the nodes of a chunk to zero; cleared: a bundle of `ClearedRows`."""
+    """Set the first `width` numbers of each node's row to zero for the nodes of a chunk; cleared: a bundle of `ClearedRows`;
+    chunks: the nodes (`ChunkedNodes`)."""
     zero = splat(0.0)
     for k in range(len(cleared.rows)):
         array, of_bits = cleared.rows[k], cleared.bits[k]
@@ -43,7 +44,8 @@ def _clear(chunk, cleared, width, chunks):
 
 
 class Clearing:
-    """Resets to zero those fields of several sets of nodal arrays that are declared to be cleared at the time `cleared`.
+    """Resets nodal arrays to zero: those fields of several sets (`sets`) that are declared to be cleared at the time `cleared`,
+    such as STEP (at the start of each step).
 
     rows: first node of each row of slabs of the grid, and the end of the last row, see `pellucid.grid.chunks.by_row`.
     """
@@ -66,8 +68,8 @@ class Clearing:
         self._own = self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
-        """Reset the fields at all nodes, or at the nodes of a list, shape (m,). Fields that are not stored in rows of four
-        numbers are always reset at all nodes."""
+        """Reset the fields to zero at all nodes, or at the nodes of a list, shape (m,). Fields that are not stored in rows of
+        four numbers are always reset at all nodes, to their initial values; node: indices of the listed nodes."""
         if self._cut == domain.cuts_made:
             chunks, others = self._own
         else:  # rows may have something that are not those of this process any more
@@ -83,7 +85,7 @@ class Clearing:
             _clear(chunks.n, self._rows, self._width, chunks)
 
     def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
-        """Return the data for clearing a range of nodes: the chunks between the node numbers `edges`, and for each array
-        outside the row storage a view of the range with its initial value."""
+        """Return the data for clearing a range of nodes (`nodes`): its chunks, with the first node of each and the end
+        (`edges`), and for each array outside the row storage a view of the range with its initial value."""
         others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
         return ChunkedNodes(ALL, edges), others

@@ -31,39 +31,47 @@ class Folded(NamedTuple):
 
 @generic
 def real_node(folding: Any, I: int) -> Any:
-    """Return the storage index of node I of a stencil; on a periodic axis, of the identical node within the period."""
+    """Return the storage index of node I of a stencil (the nodes whose shape functions reach a point): I itself, or on a
+    periodic axis the identical node within the period; folding: `Walled` or `Folded`."""
 
 
 @generic
 def in_period(folding: Any, axis: int, u: float) -> Any:
-    """Return the coordinate u along an axis [cells from the lower end], folded into the box if the axis is periodic."""
+    """Return the coordinate u along an axis [cells from the lower end], folded into the box if the axis is periodic; folding:
+    `Walled` or `Folded`."""
 
 
 @generic
 def cell_in_period(folding: Any, axis: int, i: int) -> Any:
-    """Return the index of a cell along an axis, folded into the box if the axis is periodic."""
+    """Return the index i of a cell along an axis, folded into the box if the axis is periodic; folding: `Walled` or
+    `Folded`."""
 
 
 @generic
 def cells_beyond(folding: Any, axis: int) -> Any:
-    """Return the number of neighbours beyond a cell at the end of an axis: 1 if the axis is periodic, else 0."""
+    """Return the number of neighbours beyond a cell at the end of an axis: 1 if the axis is periodic, else 0; folding: `Walled`
+    or `Folded`."""
 
 
 @generic
 def beyond_span(folding: Any, axis: int, u: float, low: float, high: float) -> Any:
-    """Return 1.0 if a position u in cells, folded or not, lies outside the range low <= u < high, else 0.0."""
+    """Return 1.0 if a position u along an axis [cells from the lower end], folded into the box or not, lies outside the range
+    low <= u < high, else 0.0; folding: `Walled` or `Folded`."""
 
 
 @generic
 def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> Any:
-    """Return the storage index of the node that lies a, b, c nodes before a given node of the grid along the axes; negative if
-    there is none."""
+    """Return the storage index of the node that lies a, b, c nodes before node I along the axes x, y, z; negative if there is
+    none; folding: `Walled` or `Folded`."""
 
 
 @generic
 def seen_from(folding: Any, lattice: Any, about: Any, x: Any, a: int, b: int, c: int) -> Any:
-    """Return the position x [m] in coordinates shared by all points that contribute to the node (a, b, c) of the stencil
-    `about`: x itself on a walled grid, relative to the node on a periodic grid."""
+    """Return the position x [m] in coordinates shared by all points that contribute to node (a, b, c) of a stencil: x itself on
+    a walled grid, relative to the node on a periodic grid.
+
+    about: the `Stencil` of the point at x; a, b, c: indices along x, y, z from its first node. folding: `Walled` or `Folded`.
+    """
 
 
 @point_function(real_node, Walled)
@@ -137,7 +145,7 @@ def _before(folding, lattice, I, a, b, c):
 
 @pointwise
 def _index_along(lattice, I, axis):
-    """Return the index of node I along an axis."""
+    """Return the index of a node along an axis (0, 1, 2 for x, y, z) from its storage index I."""
     s, slow = lattice.strides, lattice.slab_axis
     middle = 1 if slow == 0 else 0  # the order of the axes in memory
     rest = I if axis == slow else I % _along(s, slow)

@@ -44,7 +44,7 @@ LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on
 
 
 class CellGrid(NamedTuple):
-    """Arguments of the kernels: the cells and the nodes of the grid."""
+    """Arguments of the kernels (`grid` below): the cells, with the sums over their points, and the nodes of the grid."""
 
     lattice: Lattice
     cells: FullCells
@@ -57,14 +57,16 @@ class CellGrid(NamedTuple):
 
 @pointwise
 def _pressure(stress, p):
-    """Return the pressure of point p, i.e. minus its mean stress [Pa]."""
+    """Return the pressure of point p, i.e. minus its mean normal stress [Pa]; stress: shape (points, 6) [Pa]."""
     return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
 
 
 @parallel_loop_by_colour(gives="sums")
 def sum_cells(s, mapped, sums):
-    """Add the volume, and pressure times volume, of each point of slab s (see `Slabs`) to the sums of its cell; sums: see
-    `FullCells`."""
+    """Add the volume of each point of slab s (see `Slabs`), and its pressure times volume, to the sums of its cell.
+
+    mapped: the points (`MappedPoints`); sums: see `FullCells`.
+    """
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -75,8 +77,12 @@ def sum_cells(s, mapped, sums):
 
 @parallel_loop()
 def apply_volume_correction(s, mapped, found, energy, dt):
-    """Subtract the work of each point's pressure on its missing volume growth over the step dt [s] from its specific energy
-    [J/kg], shape (points,); found: see `FullCells`. Adds the energy gained to GAINED of the sums [J]."""
+    """Subtract the work of each point's pressure on its volume shift (the growth over the step dt [s] that it lacks compared
+    with its full cell) from its specific internal energy `energy` [J/kg], shape (points,). Stores the energy gained by slab
+    s in GAINED of the sums [J].
+
+    mapped: the points (`MappedPoints`); found: see `FullCells`.
+    """
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -90,14 +96,15 @@ def apply_volume_correction(s, mapped, found, energy, dt):
 
 @pointwise
 def _cells_of(chunk, grid):
-    """Return the number of cells of a chunk."""
+    """Return the number of cells in a chunk (a range of layers of cells, see `CellGrid.edges`); grid: `CellGrid`."""
     n, axis = grid.lattice.counts, grid.lattice.slab_axis
     return (grid.edges[chunk + 1] - grid.edges[chunk]) * (n[0] * n[1] * n[2] // n[axis])
 
 
 @pointwise
 def _cell_at(chunk, number, grid):
-    """Return the indices i, j, k and the storage index of a cell, given by its number within a chunk (layer by layer)."""
+    """Return the indices i, j, k and the storage index of the cell with this number within a chunk (counted layer by layer);
+    grid: `CellGrid`."""
     n, stride, axis = grid.lattice.counts, grid.lattice.strides, grid.lattice.slab_axis
     second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
     layer, rest = grid.edges[chunk] + number // (n[second] * n[third]), number % (n[second] * n[third])
@@ -108,7 +115,7 @@ def _cell_at(chunk, number, grid):
 
 @pointwise
 def _volume(grid, i, j, k):
-    """Return the volume of the points in the cell (i, j, k) [m³]; -1 beyond the walls."""
+    """Return the volume of the points in the cell (i, j, k) [m³]; -1 beyond the walls; grid: `CellGrid`."""
     n, stride = grid.lattice.counts, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     if i < 0 or j < 0 or k < 0 or i >= n[0] or j >= n[1] or k >= n[2]:
@@ -118,7 +125,8 @@ def _volume(grid, i, j, k):
 
 @pointwise
 def _beside(grid, i, j, k, face):
-    """Return the indices of the neighbour of cell (i, j, k) across a face, numbered 0 to 5."""
+    """Return the indices of the neighbour of cell (i, j, k) across a face: 0, 1 at the lower and upper end along x, 2, 3 along
+    y, 4, 5 along z."""
     step = 1 if face % 2 == 1 else -1
     axis = face // 2
     return i + (step if axis == 0 else 0), j + (step if axis == 1 else 0), k + (step if axis == 2 else 0)
@@ -126,8 +134,8 @@ def _beside(grid, i, j, k, face):
 
 @pointwise
 def _is_hole(grid, i, j, k):
-    """Return True if the empty cell is a hole inside the fluid, i.e. at most one of its face neighbours is empty (none in
-    1-D)."""
+    """Return True if the empty cell (i, j, k) is a hole inside the fluid, i.e. at most one of its face neighbours is empty
+    (none in 1-D); grid: `CellGrid`."""
     n, empty = grid.lattice.counts, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)
@@ -138,8 +146,8 @@ def _is_hole(grid, i, j, k):
 
 @pointwise
 def _owner(grid, i, j, k):
-    """Return the face of a hole beyond which the neighbour with the largest volume of points lies; if several are equal, the
-    first."""
+    """Return the face, 0 to 5, of the hole (i, j, k) beyond which the neighbour with the largest volume of points lies; if
+    several are equal, the first; grid: `CellGrid`."""
     most, owner = 0.0, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)
@@ -151,7 +159,8 @@ def _owner(grid, i, j, k):
 
 @pointwise
 def _owns(grid, i, j, k, face):
-    """Return True if the cell beyond a face is a hole that belongs to this cell."""
+    """Return True if the neighbour of cell (i, j, k) across a face, 0 to 5, is a hole (an empty cell inside the fluid) that
+    belongs to this cell; grid: `CellGrid`."""
     a, b, c = _beside(grid, i, j, k, face)
     if _volume(grid, a, b, c) != 0.0 or not _is_hole(grid, a, b, c):
         return False
@@ -160,7 +169,8 @@ def _owns(grid, i, j, k, face):
 
 @pointwise
 def _is_full(grid, i, j, k):
-    """Return True if every neighbour of the non-empty cell (i, j, k) has points or is a hole."""
+    """Return True if the cell (i, j, k), which contains points, is full: every cell around it contains points or is a hole (an
+    empty cell inside the fluid). grid: `CellGrid`."""
     n, folding = grid.lattice.counts, grid.lattice.folding
     x, y, z = cells_beyond(folding, 0), cells_beyond(folding, 1), cells_beyond(folding, 2)
     for a in range(max(i - 1, -x), min(i + 2, n[0] + x)):
@@ -173,14 +183,14 @@ def _is_full(grid, i, j, k):
 
 @pointwise
 def _in_grid(grid, i, j, k):
-    """Return the indices of a cell, folded into the box along periodic axes."""
+    """Return the indices of cell (i, j, k), folded into the box along periodic axes; grid: `CellGrid`."""
     folding = grid.lattice.folding
     return cell_in_period(folding, 0, i), cell_in_period(folding, 1, j), cell_in_period(folding, 2, k)
 
 
 @pointwise
 def _first_node(grid, i, j, k):
-    """Return the index of the lowest node whose shape function is not zero in the cell (i, j, k)."""
+    """Return the storage index of the lowest node whose shape function is not zero in the cell (i, j, k); grid: `CellGrid`."""
     (x, y, z), stride = grid.along, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
@@ -189,7 +199,7 @@ def _first_node(grid, i, j, k):
 @pointwise
 def _gradient_integral(grid, i, j, k, a, b, c):
     """Return ∫∇N dV over the cell (i, j, k) [m²] for the node that lies a, b, c nodes after the first node of the cell
-    along the axes."""
+    (`_first_node`) along x, y, z; grid: `CellGrid`."""
     i, j, k = _in_grid(grid, i, j, k)
     (x, y, z), area = grid.along, grid.volume * grid.lattice.inverse_cell
     in_x = area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
@@ -200,7 +210,8 @@ def _gradient_integral(grid, i, j, k, a, b, c):
 
 @pointwise
 def _add_force(grid, i, j, k, pressure):
-    """Add the force of a mean pressure [Pa] of the cell (i, j, k) to its nodes, pressure times ∫∇N dV."""
+    """Add the force of a mean pressure [Pa] of the cell (i, j, k), the pressure times ∫∇N dV, to the internal forces of its
+    nodes; grid: `CellGrid`."""
     (x, y, z), forces = grid.along, grid.forces
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
@@ -215,7 +226,8 @@ def _add_force(grid, i, j, k, pressure):
 
 @pointwise
 def _growth(grid, i, j, k):
-    """Return ∫∇·v dV of the mean velocity v over the cell (i, j, k) [m³/s]."""
+    """Return ∫∇·v dV over the cell (i, j, k) [m³/s], where v is the mean of the nodal velocities before and after the step;
+    grid: `CellGrid`."""
     (x, y, z), v = grid.along, grid.mean_velocity
     first, total = _first_node(grid, i, j, k), 0.0
     for a in range(x.value.shape[1]):
@@ -229,8 +241,11 @@ def _growth(grid, i, j, k):
 
 @pointwise
 def _push(grid, i, j, k, cell):
-    """Compute the mean pressure of the full cell (i, j, k), and add its force and the force on the holes that belong to it
-    to the nodes."""
+    """Compute the mean pressure [Pa] of the full cell (i, j, k), store it, and add its forces in the cell and in the holes
+    (empty cells inside the fluid) that belong to it to the nodes.
+
+    grid: `CellGrid`; cell: storage index of the cell.
+    """
     pressure = grid.cells.sums[cell, PRESSURES] / grid.cells.sums[cell, VOLUMES]
     grid.cells.found[cell, PRESSURE] = pressure
     _add_force(grid, i, j, k, pressure)
@@ -242,7 +257,11 @@ def _push(grid, i, j, k, cell):
 
 @pointwise
 def _grow(grid, i, j, k, cell):
-    """Compute the relative volume growth rate of the full cell (i, j, k) with the holes that belong to it [1/s]."""
+    """Compute and store the relative volume growth rate [1/s] of the full cell (i, j, k) with the holes (empty cells inside the
+    fluid) that belong to it.
+
+    grid: `CellGrid`; cell: storage index of the cell.
+    """
     growth = _growth(grid, i, j, k)
     for face in range(6):
         if _owns(grid, i, j, k, face):
@@ -263,13 +282,18 @@ def _push_chunk(chunk, grid):
 
 @kernel()
 def _push_cells(chunks, grid):
-    """Find the full cells and add the forces of their mean pressures to the nodes, before P2G of internal forces."""
+    """Find the full cells (cells that a fluid fills) and add the forces of their mean pressures to the nodes, before P2G of
+    internal forces.
+
+    chunks: number of chunks (ranges of layers of cells); grid: `CellGrid`.
+    """
     parallel_by_colour(_push_chunk, chunks, 1, grid)
 
 
 @parallel_loop()
 def _grow_cells(chunk, grid):
-    """Compute the growth rates of the full cells from the mean nodal velocities."""
+    """Compute the relative volume growth rates [1/s] of the full cells (cells that a fluid fills) of a chunk from the mean
+    nodal velocities; grid: `CellGrid`."""
     for number in range(_cells_of(chunk, grid)):
         i, j, k, cell = _cell_at(chunk, number, grid)
         if grid.cells.full[cell]:
@@ -277,8 +301,8 @@ def _grow_cells(chunk, grid):
 
 
 def _chunk_edges(grid: Grid) -> np.ndarray:
-    """Return the first layer of each chunk of cells, and the end of the last. On a periodic axis the first chunk follows
-    the last across the seam, so the number of chunks is even or 1."""
+    """Return the first layer of each chunk of cells along the slab axis, and the end of the last. On a periodic axis the first
+    chunk follows the last across the seam, so the number of chunks is even or 1."""
     axis = grid.lattice.slab_axis
     n = grid.lattice.counts[axis]
     if not grid.periodic[axis]:
@@ -289,7 +313,8 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """Interface of a fluid body for `CellPressure`: its points get the mean pressure of their full cell."""
+    """Interface of a fluid body for `CellPressure`: its points get the mean pressure of their full cell (a cell that the fluid
+    fills)."""
 
     functions: GridFunctions
     n_slabs: int
@@ -302,7 +327,8 @@ class Filling(Protocol):
 
 
 class CellPressure:
-    """Mean pressures in cells filled with points, and their nodal forces. All bodies share one velocity field."""
+    """Mean pressures of full cells, their nodal forces, and the volume growth of their points (see the module). All bodies
+    share one velocity field."""
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
@@ -318,25 +344,27 @@ class CellPressure:
             body.share_cells(self.cells)
 
     def clear(self) -> None:
-        """Reset the sums of the previous step."""
+        """Reset the sums over the points of each cell before a step."""
         self._clear()
 
     def find_pressures(self) -> None:
-        """Find full cells, compute their mean pressures, and add their forces to the nodes. Called before P2G of internal
-        forces."""
+        """Find full cells (cells that the fluid fills), compute their mean pressures [Pa], and add the forces of these
+        pressures to the nodes. Called before P2G of internal forces."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
         _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:
-        """Compute the growth rates of the volumes of full cells from the mean nodal velocities."""
+        """Compute the relative volume growth rates [1/s] of full cells (cells that the fluid fills) from the mean nodal
+        velocities."""
         domain.spread(self._grid.mean_velocity)
         _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:
-        """Compute the relative growth rates that the points of full cells lack compared with their cells (SHIFT) and the
-        work of this growth over the step dt [s], after the growth rates of the points are summed."""
+        """Compute the relative volume growth rate [1/s] that the points of each full cell lack compared with the cell (column
+        SHIFT), and add the work of this growth over the step dt [s] to the energy of the points. Called after the growth
+        rates of the points are summed."""
         sums, found, full = self.cells.sums, self.cells.found, self.cells.full
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])

@@ -62,18 +62,18 @@ MOST_ROUNDS = 1000
 
 
 class Viscous(Protocol):
-    """Interface of a body with implicit viscosity."""
+    """Interface of a body whose viscosity is solved implicitly: its viscosities, viscous stresses and sums over points."""
 
     n_slabs: int
     mapped: Bundle
 
     @property
     def viscosities(self) -> tuple[float, float]:
-        """Viscosities μ and λ [Pa s]."""
+        """Viscosities μ and λ [Pa s] of the stress σ = 2μD + λ tr(D) I with the strain rate D."""
 
     @property
     def viscous_stress(self) -> np.ndarray:
-        """Viscous stress [Pa], shape (points, 6)."""
+        """Viscous stress of each point at the end of the step [Pa], shape (points, 6)."""
 
     @property
     def nodal_forces(self) -> np.ndarray: ...
@@ -82,7 +82,7 @@ class Viscous(Protocol):
 
 
 class ImplicitViscosity:
-    """Implicit solver for the viscosity of all fluids of a velocity field that use it."""
+    """Solver for the viscous stresses of all fluids with implicit viscosity in a velocity field, see the module."""
 
     def __init__(self, field: VelocityField, bodies: Sequence[Viscous]) -> None:
         self.field, self._bodies = field, bodies
@@ -103,8 +103,8 @@ class ImplicitViscosity:
         return straining_by_viscosity(body.mapped.content, *how)
 
     def solve(self, dt: float) -> None:
-        """Solve for the viscous stress of the points over a step dt [s], and add its forces to the nodes. Called before the
-        momentum update."""
+        """Compute the viscous stress of the points at the end of a step dt [s] by conjugate gradients, and add its forces to
+        the nodal forces. Called before the momentum update."""
         self._n = self.field.momentum.near()
         begin(self._n, self._nodes, dt)
         for diagonal in self._diagonals:
@@ -137,7 +137,8 @@ class ImplicitViscosity:
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _map(self, passes: Sequence[Bundle]) -> None:
-        """Compute the viscous stresses of the points with the given loops, and add their forces to the nodes."""
+        """Compute the viscous stresses of the points in a nodal velocity field, and add their forces to the nodal array of
+        viscous forces; passes: one loop over the points for each body."""
         for one in passes:
             each_point(one, 0.0, FIRST)
 
@@ -145,7 +146,8 @@ class ImplicitViscosity:
         return self.field.momentum.sum_of_near(self._sums)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise RunStopped, naming the step and the time [s] at its end, if the iterations did not converge."""
+        """Raise RunStopped, naming the step and the time [s] at its end, if the iterations did not converge; n_steps: number of
+        the step."""
         if self._wrong is None:
             return
         text = (
@@ -156,8 +158,8 @@ class ImplicitViscosity:
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
     def work(self, columns: Sequence[int]) -> StepWork:
-        """Return the works of the last step along its mean velocities [J]; columns: columns for the dissipation and for the
-        energy lost by implicit Euler."""
+        """Return the works of the viscous stress in the last step along the mean nodal velocities [J]; columns: numbers of the
+        entries of the energy balance for the dissipation and for the energy lost by implicit Euler."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
         done = no_work(max(columns) + 1, 0)
@@ -166,6 +168,6 @@ class ImplicitViscosity:
         return done
 
     def facts(self) -> dict[str, Any]:
-        """Return the numbers of iterations for the summary."""
+        """Return mean and largest number of iterations in a step, and the tolerance, for the summary of the run."""
         rounds, steps, most = self.rounds
         return {"rounds_mean": rounds / steps if steps else 0.0, "rounds_largest": most, "tolerance": TOLERANCE}

@@ -17,11 +17,12 @@ MOST_ROWS = 64  # largest number of rows of slabs
 
 
 def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
-    """Return the edges of rows of slabs along an axis with a number of layers of cells, shape (rows + 1,).
+    """Return the edges of rows of slabs along an axis as numbers of layers of cells, shape (rows + 1,).
 
-    stencil: nodes of a shape function along the axis; most: largest number of rows. Rows are as narrow as possible if every
-    other row is processed at the same time, see `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows
-    the last across the seam: the number of rows is then even, or one.
+    layers: number of layers of cells along the axis; stencil: nodes of a shape function along it; most: largest number of
+    rows. Rows are as narrow as possible if every other row is processed at the same time, see
+    `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows the last across the seam: the number of rows
+    is then even, or one.
     """
     n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
     n -= n % 2 if periodic and n > 1 else 0
@@ -29,12 +30,18 @@ def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> n
 
 
 def layers_of(count: int, thin: bool, periodic: bool) -> int:
-    """Return the number of layers of nodes that are stored along an axis with `count` cells."""
+    """Return the number of layers of nodes that are stored along an axis with `count` cells; thin: True for an axis of a single
+    cell; periodic: True for a periodic axis."""
     return 1 if thin else count + BEYOND_PERIOD if periodic else max(count + PAD, LARGEST_STENCIL)
 
 
 def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[int], strides: Sequence[int]) -> Walled | Folded:
-    """Return the mapping from stored nodes to the nodes that they are periodic images of."""
+    """Return the table of the node within the period that is identical to each stored node (`Folded`), or `Walled` without
+    periodic axes.
+
+    The arguments have one entry for each axis. counts: number of cells; periodic: True if the axis is periodic; layers:
+    number of stored layers of nodes; strides: difference of the storage indices of neighbouring nodes.
+    """
     if not any(periodic):
         return Walled()
     along = [np.arange(m) % n if folds else np.arange(m) for m, n, folds in zip(layers, counts, periodic, strict=True)]
@@ -64,7 +71,8 @@ class Lattice(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodal arrays of one velocity field with n nodes. Components of a row that do not belong to any view are not used."""
+    """Nodal arrays of one velocity field with n nodes: mass, momentum, forces, velocities and constraints. Components of a row
+    that do not belong to any view are not used."""
 
     inertia: Annotated[np.ndarray, rows(SUM, STEP, "kg m/s, kg", "momentum and mass of the points")]
     forces: Annotated[np.ndarray, rows(SUM, STEP, "N", "internal forces of the points")]
@@ -148,8 +156,8 @@ class Grid:
         """First node of each row of slabs, and the end of the last row."""
 
     def real_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the storage indices of nodes. Numbers beyond the last node of a periodic axis are mapped to the identical
-        node."""
+        """Return the storage indices of nodes, shape (m,). Indices beyond the last node of a periodic axis are mapped to the
+        identical node."""
         folding = self.lattice.folding
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
@@ -170,7 +178,7 @@ class Grid:
         return None
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
+        """Return the storage indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
 
         A thin axis has a single node, located at its lower end. On a periodic axis the last node is identical to the first
         and omitted.
@@ -183,7 +191,7 @@ class Grid:
         return i * s[0] + j * s[1] + k * s[2], position
 
     def find_positions(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the positions [m], shape (m, 3), of nodes within the walls by their indices, shape (m,)."""
+        """Return the positions [m], shape (m, 3), of nodes within the walls from their storage indices, shape (m,)."""
         lattice, place, rest = self.lattice, np.empty((len(nodes), 3)), nodes
         for axis in [lattice.slab_axis, *(axis for axis in range(3) if axis != lattice.slab_axis)]:  # as they are stored
             number, rest = np.divmod(rest, lattice.strides[axis])

@@ -9,7 +9,8 @@ from pellucid.jit import pointwise
 
 
 class NodeFlags(NamedTuple):
-    """Nodal flags, 0 or 1, from which lists of nodes are made."""
+    """Nodal flags, 0 or 1: nodes that may receive contact impulses, and nodes to which a body with its own nodes
+    contributes."""
 
     awaiting: Annotated[
         np.ndarray, NodalField(1, FOUND, RUN, "", "1 if contact may exert an impulse on the node in this step", np.uint8)
@@ -21,5 +22,6 @@ class NodeFlags(NamedTuple):
 
 @pointwise
 def listed(node, e):
-    """Return the node with number e of a list; e itself if the list is empty (all nodes)."""
+    """Return the storage index of entry e of a list of nodes, shape (m,), or e itself if the list is empty, which stands for
+    all nodes."""
     return node[e] if len(node) > 0 else e

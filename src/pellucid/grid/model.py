@@ -70,7 +70,7 @@ class GridCase(Model):
                 )
 
     def thin(self) -> tuple[bool, bool, bool]:
-        """Return for each axis True if it is one cell thick and constrained."""
+        """Return for each axis True if it is one cell thick, so that its velocity is constrained to zero."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
 
@@ -84,7 +84,7 @@ class GridCase(Model):
         return x, y, z
 
     def seam(self, face: str) -> tuple[str, str] | None:
-        """Return the reason why a face such as "x-lower" is no wall, and a remedy, if its axis is periodic; None otherwise."""
+        """Return why a face such as "x-lower" is no wall, and a remedy, if the axis of the face is periodic; None otherwise."""
         if face[0] not in self.periodic:
             return None
         other = f"{face[0]}-{'upper' if face.endswith('lower') else 'lower'}"
@@ -92,7 +92,7 @@ class GridCase(Model):
         return text, f"name another face, or remove {face[0]} from grid.periodic"
 
     def slice_thickness(self) -> float:
-        """Return the extent of the bodies along each thin axis [m]."""
+        """Return the extent of the bodies along each thin axis [m]: the thickness of the slice or bar that is computed."""
         return DEFAULT_THICKNESS if self.thickness is None else self.thickness
 
     def counts(self) -> tuple[int, int, int]:

@@ -56,25 +56,29 @@ class AdvancedNodes(NamedTuple):
 
 @pointwise
 def driven_fraction(external, I, d, m):
-    """Return the fraction of the motion of the driven points that node I of mass m [kg] follows, from 0 to 1."""
+    """Return the fraction, 0 to 1, to which the prescribed velocity of driven points (points with a prescribed motion)
+    determines the velocity of node I of mass m [kg] along axis d; external: see `ExternalAction`."""
     return min(1.0, external.driven_mass[I, d] / (FULL_DRIVE_FRACTION * m))
 
 
 @pointwise
 def driven_velocity(external, I, d):
-    """Return the mean velocity along axis d of the driven points that reach node I [m/s]."""
+    """Return the mean prescribed velocity along axis d of the driven points that contribute to node I [m/s]; external: see
+    `ExternalAction`."""
     return external.driven_momentum[I, d] / external.driven_mass[I, d]
 
 
 @pointwise
 def is_driven(external, I, d):
-    """Return True if driven points prescribe the velocity of node I along axis d."""
+    """Return True if driven points (points with a prescribed motion) constrain the velocity of node I along axis d, completely
+    or partly; external: see `ExternalAction`."""
     return len(external.driven_mass) > 0 and external.driven_mass[I, d] > 0.0
 
 
 @pointwise
 def apply_prescribed_velocity(external, I, d, m, v):
-    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by driven points that reach the node."""
+    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by the prescribed velocity of driven points
+    that contribute to the node; external: see `ExternalAction`."""
     if is_driven(external, I, d) and m >= MASS_EPS:
         v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
     return v
@@ -82,8 +86,11 @@ def apply_prescribed_velocity(external, I, d, m, v):
 
 @pointwise
 def apply_absorption(external, I, d, dt, old, new):
-    """Return the new velocity of node I along axis d with absorption [m/s]. Absorption acts on the mean velocity over the
-    step, which is stable for any time step."""
+    """Return the velocity of node I along axis d after a step dt [s] with absorption [m/s]. Absorption acts on the mean
+    velocity over the step, which is stable for any time step.
+
+    external: see `ExternalAction`; old, new: velocities before the step, and after it without absorption [m/s].
+    """
     half = 0.5 * dt * external.absorption[I, d]
     return (new - half * old) / (1.0 + half)
 
@@ -96,20 +103,21 @@ def is_zero(vectors, I):
 
 @pointwise
 def is_unconstrained(nodes, external, I):
-    """Return True if neither supports nor driven points constrain node I."""
+    """Return True if neither supports nor driven points constrain node I along any axis; arguments: see `AdvancedNodes`."""
     return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
 
 
 @pointwise
 def what_acts(field):
-    """Return three flags: True if loads, absorbing faces or prescribed motions act on any node of the field. Called once
-    for many nodes."""
+    """Return three flags: True if external forces, absorbing faces or driven points act on any node of the field
+    (`AdvancedNodes`). Called once for many nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
 
 @pointwise
 def moves_freely(field, acts, I):
-    """Return True if node I is unconstrained and only internal forces and gravity act on it; acts: result of `what_acts`."""
+    """Return True if node I is unconstrained and only internal forces and gravity act on it; field: see `AdvancedNodes`; acts:
+    result of `what_acts`."""
     loaded, absorbing, driven = acts
     free = is_zero(field.nodes.constrained, I)
     if loaded:
@@ -124,10 +132,11 @@ def moves_freely(field, acts, I):
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
     """Return the number of the support of node I along axis d at a wall that opens (0: none), and whether the wall acts as a
-    plane of symmetry for the body.
+    plane of symmetry for the body. Stores the number in `constrained`.
 
-    m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A node that moves away from the wall is
-    released. A node that arrives, or stays while forces pull it away, is stopped without a mirror image, which would pull it.
+    field: see `AdvancedNodes`; m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A node
+    that moves away from the wall is released. A node that arrives, or stays while forces pull it away, is stopped without a
+    mirror image, which would pull it.
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
@@ -140,13 +149,18 @@ def meet_wall(field, I, d, m, v, gained):
 
 @pointwise
 def may_slide(field, I, d):
-    """Return True if neither a support nor driven points prescribe the velocity of node I along axis d."""
+    """Return True if neither a support nor driven points constrain the velocity of node I along axis d; field: see
+    `AdvancedNodes`."""
     return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
 
 
 @kernel(inner=True)
 def advance_chunk(chunk, field, dt, small, flip):
-    """Advance the momentum of the nodes of a chunk, p + dt (f + m g), and apply the supports; see `NodalMomentum`."""
+    """Advance the momentum of the nodes of a chunk over a step dt [s], p + dt (f + m g), and apply supports and prescribed
+    motions.
+
+    field: see `AdvancedNodes`; small, flip: `small_mass` and `flip` of `NodalMomentum`.
+    """
     nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
     external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
@@ -233,7 +247,8 @@ def advance_chunk(chunk, field, dt, small, flip):
 
 @kernel(inner=True)
 def sum_loads_chunk(chunk, field):
-    """Sum the external forces of all channels on the nodes of a chunk into `load` [N]."""
+    """Sum the external forces of all channels (entries of the energy balance, each with its own array of forces) on the nodes
+    of a chunk into `load` [N]; field: see `AdvancedNodes`."""
     loads = field.external.loads
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         for d in range(3):
@@ -245,7 +260,8 @@ def sum_loads_chunk(chunk, field):
 
 @kernel(inner=True)
 def add_separate_forces_chunk(chunk, field):
-    """Add the separate internal forces (see `FieldNodes`) to the other internal forces on the nodes of a chunk."""
+    """Add the internal forces in `separate_forces` (see `FieldNodes`) to the other internal forces on the nodes of a chunk;
+    field: see `AdvancedNodes`."""
     forces, separate = field.nodes.forces, field.separate_forces
     for k in range(4 * field.edges[chunk], 4 * field.edges[chunk + 1], LANES):
         store(forces, k, load(forces, k) + load(separate, k))

@@ -40,7 +40,8 @@ Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
 
 class NodalField(NamedTuple):
-    """Declaration of a nodal array, shape (n, components), or (n,) for one component."""
+    """Declaration of a nodal array, shape (n, components), or (n,) for one component: unit, meaning, initial value and time of
+    its reset."""
 
     components: int
     combine: Any  # a `Combine`, or a tuple with one for each component
@@ -53,13 +54,15 @@ class NodalField(NamedTuple):
 
     @property
     def start(self) -> Any:
-        """Initial value of the field; a list with one number per component if the components are combined differently."""
+        """Initial value of the field, which depends on how contributions are combined (`combine`); a list with one number per
+        component if they are combined differently."""
         if isinstance(self.combine, tuple):
             return [START.get(how, 0.0) for how in self.combine]
         return START.get(self.combine, 0)
 
     def allocate(self, n: int, several: int = 0) -> np.ndarray:
-        """Allocate the memory for n nodes with initial values."""
+        """Return the array of the field for n nodes, filled with its initial value; several: number of such arrays if the field
+        is declared with `several`."""
         if self.in_rows:
             return aligned_rows(n).reshape(-1)
         shape = (*([several] if self.several else []), n, *([self.components] if self.components > 1 else []))
@@ -69,7 +72,7 @@ class NodalField(NamedTuple):
 
 
 def rows(combine: Combine, cleared: Cleared, unit: str, meaning: str) -> NodalField:
-    """Return the declaration of a field stored in rows of four numbers, for vector kernels."""
+    """Return the declaration of a field stored in rows of four numbers, for vector kernels; arguments: see `NodalField`."""
     return NodalField(ROW, combine, cleared, unit, meaning, in_rows=True)
 
 
@@ -84,7 +87,7 @@ class View(NamedTuple):
 
 
 def aligned_rows(n: int) -> np.ndarray:
-    """Return rows of zeros, shape (n, ROW), aligned so that no row crosses a cache line, which would slow down additions."""
+    """Return n rows of zeros, shape (n, ROW), aligned so that no row crosses a cache line, which would slow down additions."""
     row = ROW * np.dtype(float).itemsize
     memory = np.zeros(n * row + LINE, np.uint8)
     start = -memory.ctypes.data % LINE
@@ -93,7 +96,8 @@ def aligned_rows(n: int) -> np.ndarray:
 
 @cache
 def declared(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField | View]:
-    """Return the declared fields of a set, by name."""
+    """Return the fields and views that a set of nodal arrays (the class of a named tuple) declares, by name; kind: this
+    class."""
     hints = get_type_hints(kind, include_extras=True)
     found = {name: getattr(hint, "__metadata__", (None,))[0] for name, hint in hints.items()}
     return {name: one for name, one in found.items() if isinstance(one, NodalField | View)}
@@ -101,39 +105,40 @@ def declared(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField | View]:
 
 @cache
 def fields_of(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField]:
-    """Return the declared fields of a set, without views, by name."""
+    """Return the fields that a set of nodal arrays (the class of a named tuple) declares, without views, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, NodalField)}
 
 
 @cache
 def views_of(kind: type[tuple[Any, ...]]) -> Mapping[str, View]:
-    """Return the declared views of a set, by name."""
+    """Return the views that a set of nodal arrays (the class of a named tuple) declares, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, View)}
 
 
 def bytes_of(kind: type[tuple[Any, ...]]) -> int:
-    """Return the memory of the fields of a set for each node [bytes]."""
+    """Return the memory of all fields of a set of nodal arrays (the class of a named tuple) per node [bytes]."""
     return sum(one.components * np.dtype(one.dtype).itemsize for one in fields_of(kind).values())
 
 
 def allocate(kind: type[Arrays], n: int, several: int = 0) -> Arrays:
-    """Allocate a set that consists of fields and views only, for n nodes; n = 0 for a set that is not used.
+    """Allocate a set of nodal arrays that consists of fields and views only, for n nodes; n = 0 for a set that is not used.
 
-    several: number of arrays in the fields declared with `several`.
+    kind: class of the set, a named tuple; several: number of arrays in the fields declared with `several`.
     """
     without: Any = [None] * len(declared(kind))
     return with_fields(kind(*without), {name: one.allocate(n, several) for name, one in fields_of(kind).items()})
 
 
 def with_fields(arrays: Arrays, new: Mapping[str, np.ndarray]) -> Arrays:
-    """Return the set with some fields replaced by the arrays `new`, and with views of the new arrays."""
+    """Return the set of nodal arrays with some fields replaced by the arrays `new`, by name, and with new views of them."""
     shown = [(name, view) for name, view in views_of(type(arrays)).items() if view.of in new]
     new = dict(new) | {name: new[view.of].reshape(-1, ROW)[:, view.part] for name, view in shown}
     return arrays._replace(**new)  # type: ignore[attr-defined]
 
 
 def with_memory(arrays: Arrays, n: int, *names: str) -> Arrays:
-    """Return the set with memory for n nodes for the named fields, unless they are allocated already."""
+    """Return the set of nodal arrays in which the fields with the given names have memory for n nodes; fields that are
+    allocated already are kept."""
     several = {name: len(getattr(arrays, name)) for name in names}
     lacking = [name for name in names if not getattr(arrays, name).size]
     return with_fields(arrays, {name: fields_of(type(arrays))[name].allocate(n, several[name]) for name in lacking})

@@ -19,11 +19,11 @@ from pellucid.reductions import ordered_sum
 
 
 class NodalMomentum:
-    """Momentum update of the nodes of one velocity field.
+    """Momentum update of the nodes of one velocity field, and its works.
 
-    rows: first node of each row of slabs, see `pellucid.grid.chunks.by_row`. supports, external: constraints and external
-    actions, read in every step. small_mass [kg]: the internal forces of nodes with less mass do not strain points. flip:
-    fraction of FLIP in the transfer to the points.
+    nodes: nodal arrays. rows: first node of each row of slabs, see `pellucid.grid.chunks.by_row`. supports, external:
+    constraints and external actions, read in every step. gravity [m/s²]. small_mass [kg]: the internal forces of nodes with
+    less mass do not strain points. flip: fraction of FLIP in the transfer to the points. separate_forces: see `FieldNodes`.
     """
 
     def __init__(
@@ -61,8 +61,8 @@ class NodalMomentum:
         self._find_near()
 
     def _find_near(self) -> None:
-        """Find the chunks of the nodes that points of this process reach; other nodes have no mass here. The chunks change
-        only when the grid is divided among processes again."""
+        """Find the chunks of the nodes to which points of this process may contribute; other nodes have no mass here. The
+        chunks change only when the grid is divided among processes again."""
         if self._cut == domain.cuts_made:
             return
         self._cut = domain.cuts_made
@@ -73,26 +73,27 @@ class NodalMomentum:
 
     @property
     def advanced(self) -> Bundle:
-        """Nodes of the velocity field with their actions and constraints (`AdvancedNodes`), as argument of kernels."""
+        """Nodes of the velocity field with the actions on them and their constraints, a bundle of `AdvancedNodes` for
+        kernels."""
         return self._bundle
 
     @property
     def n_chunks(self) -> int:
-        """Number of chunks of all nodes."""
+        """Number of chunks (see `pellucid.grid.chunks`) into which all nodes are divided."""
         return self._chunks
 
     def near(self) -> int:
-        """Return the number of chunks with nodes that points of this process reach; these are the first chunks of
+        """Return the number of chunks with nodes that points of this process reach; these are the first chunks in `edges` of
         `advanced`."""
         self._find_near()
         return self._n
 
     def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum over all processes of values of the chunks counted by `near`, shape (chunks, ...)."""
+        """Return the sum, over the chunks and all processes, of values of the chunks counted by `near`, shape (chunks, ...)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
-        """Scale gravity by a factor, 0 to 1."""
+        """Set gravity to a fraction, 0 to 1, of its full value."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
@@ -108,8 +109,8 @@ class NodalMomentum:
         self._waits = domain.any(self._listed.chunks.n > 0)
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """Advance the momentum of every node, p + dt (f + m g), and apply the supports. Fills velocity, velocity_increment
-        and strain_velocity.
+        """Advance the momentum p of every node over a step dt [s], p + dt (f + m g), and apply the supports. Fills the nodal
+        arrays velocity, velocity_increment and strain_velocity.
 
         counted: True if only the velocities of nodes that await impulses can still change in this step; the works of all
         other nodes are then computed at once.
@@ -140,8 +141,9 @@ class NodalMomentum:
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work
-        of the stress along `strain_velocity`, for points that keep no heat. It is part of the energy lost by mass lumping."""
+        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work of
+        the stress along `strain_velocity`, for bodies whose points store no internal energy. It is part of the energy lost
+        by mass lumping."""
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)
@@ -151,7 +153,8 @@ class NodalMomentum:
         return float(self._summed(self._lags)[0])
 
     def _summed(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum over the chunks of all processes: chunks of all nodes, followed by chunks of listed nodes."""
+        """Return the sum of values of chunks over the chunks of all processes; sums: rows for the chunks of all nodes, followed
+        by rows for the chunks of nodes that await impulses."""
         found = domain.of_chunks(sums[: self._chunks], self._all.of_row, self._first)
         if self._waits:
             listed = sums[self._chunks : self._chunks + self._listed.chunks.n]
@@ -159,25 +162,27 @@ class NodalMomentum:
         return ordered_sum(found)
 
     def drag_work(self, momentum: np.ndarray, dt: float) -> float:
-        """Return the work [J] that forces of points without heat would do over half a step dt [s] along the decrease in
-        nodal velocity at its start, caused by the loss of this momentum [kg m/s], shape (n, 3). The velocity of constrained
-        nodes does not decrease."""
+        """Return the work [J] that the internal forces of bodies whose points store no internal energy would do over half a
+        step dt [s] along the decrease in nodal velocity at the start of the step that a loss of momentum [kg m/s], shape
+        (nodes, 3), causes. The velocity of constrained nodes does not decrease."""
         nodes = self._bundle.nodes
         moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return self.half_work(slice(None), slower, dt)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
-        """Return the work [J] in half a step dt [s] of the forces of points without heat along velocity increments of nodes
-        [m/s], shape (n, 3)."""
+        """Return the work [J] in half a step dt [s] that the internal forces of bodies whose points store no internal energy do
+        along velocity increments [m/s], shape (n, 3), of the nodes with the indices `node`."""
         nodes, separate = self._bundle.nodes, self._bundle.separate_forces.reshape(-1, ROW)[:, VECTOR]
         force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
         return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
 
     def impulse_velocity(self, node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return the mean velocity [m/s] for the work of impulses applied after the momentum update. It is the mean
-        velocity used for forces, except where driven points partly constrain a node, since impulses are applied after this
-        constraint."""
+        """Return the mean velocity [m/s] of nodes, shape (n, 3), for the work of impulses applied after the momentum update.
+
+        It is the mean velocity used for forces, except where driven points partly constrain a node, since impulses are
+        applied after this constraint.
+        """
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):
             return np.asarray(nodes.mean_velocity[node])

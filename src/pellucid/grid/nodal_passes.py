@@ -21,7 +21,11 @@ def _advance_chunk(chunk, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def advance(n, field, dt, small, flip, counted, chunks, awaiting):
-    """Advance the momentum of all nodes; if `counted`, also compute their works while their data is in the cache."""
+    """Advance the momentum of all nodes over a step dt [s]; if `counted`, also compute their works while their data is in the
+    cache.
+
+    field: see `AdvancedNodes`; flip: fraction of FLIP. Other arguments: see the module.
+    """
     if len(field.separate_forces) > 0:
         parallel_for(add_separate_forces_chunk, n, field)
     if len(field.load) > 0:  # by themselves: loops over the channels within the momentum equation would slow down all nodes
@@ -31,17 +35,19 @@ def advance(n, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def count_works(n, first, chunks, awaiting, field, dt, small):
-    """Compute the works of the step dt [s] and the impulses on nodes, a row of sums for each chunk, from row `first` on;
-    see `NodalMomentum.works`."""
+    """Compute the works of forces in the step dt [s] and the impulses on nodes, a row of `field.work` for each chunk, from row
+    `first` on; see `NodalMomentum.works`; field: see `AdvancedNodes`; other arguments: see the module."""
     parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
 @parallel_loop()
 def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
-    """Compute `strain_velocity`: the velocities p/m from the momentum p mapped to the nodes and their mass m, corrected by
-    supports and driven points. If `counted`, also sum the work of `NodalMomentum.strain_lag_work`.
+    """Compute `strain_velocity` for a chunk of nodes: the velocities p/m from the momentum p mapped to the nodes and their mass
+    m, corrected by supports and driven points. If `counted`, also compute the work of `NodalMomentum.strain_lag_work` into
+    `sums`.
 
-    advanced: True if the momentum has been advanced with the present nodal masses.
+    field: see `AdvancedNodes`; advanced: True if the momentum has been advanced with the present nodal masses; dt: step [s].
+    Other arguments: see the module.
     """
     project_chunk(chunk, field, advanced)
     if counted:
@@ -50,6 +56,6 @@ def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
 
 @kernel()
 def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
-    """Compute the work returned by `NodalMomentum.strain_lag_work` for each chunk of nodes, into rows of sums from `first`
-    on."""
+    """Compute the work returned by `NodalMomentum.strain_lag_work` for n chunks of nodes in a step dt [s], into rows of `sums`
+    from row `first` on; field: see `AdvancedNodes`; other arguments: see the module."""
     parallel_for(sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

@@ -32,8 +32,12 @@ def _awaits(awaiting, I):
 
 @kernel(inner=True)
 def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
-    """Compute the works and impulses of a chunk of nodes, skipping nodes that await impulses, in row `first + chunk` of the
-    works. See `NodalMomentum.works`. The momentum of the nodes is reset to zero, so that it can be mapped again."""
+    """Compute the works of forces on the nodes of a chunk in a step dt [s], and the impulses on them, without nodes that await
+    impulses, in row `first + chunk` of `field.work`. See `NodalMomentum.works`. The momentum of the nodes is reset to zero,
+    so that it can be mapped again.
+
+    Arguments: see `pellucid.grid.nodal_passes`.
+    """
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
     acts, rubbing = what_acts(field), field.supports.walls.impulse
@@ -106,7 +110,8 @@ def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
 
 @kernel(inner=True)
 def sum_strain_lag_chunk(chunk, first, chunks, awaiting, field, dt, small, sums):
-    """Compute the work returned by `NodalMomentum.strain_lag_work` for a chunk of nodes, into the chunk's row of sums."""
+    """Compute the work returned by `NodalMomentum.strain_lag_work` for a chunk of nodes, into row `first + chunk` of sums [J].
+    Arguments: see `pellucid.grid.nodal_passes`."""
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.separate_forces) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
     for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):

@@ -44,25 +44,30 @@ class OwnNodesField(VelocityField):
         self._reached.constrain(supports, external)
 
     def share_gravity(self, share: float) -> None:
-        """Do nothing: gravity acts on the body's nodes."""
+        """Do nothing: gravity acts on the body's own nodes, not on the nodes of the grid."""
 
     def clear(self) -> None:
         """Do nothing: `scatter` resets the nodal values itself."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Map mass and momentum of the points, divided into n slabs, and the forces on them until the end of the step [N],
-        shape (points, 3), to the nodes of the grid. Replaces the values of the previous step."""
+        """Map mass and momentum of the body's points, divided into n slabs, and the forces that act on them until the end of
+        the step [N], shape (points, 3), to the nodes of the grid. Replaces the values of the previous step.
+
+        mapped: bundle of `MappedPoints`; force: None if only mass and momentum are needed.
+        """
         self._reached.scatter(n, mapped, force)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         return {}
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Map the momentum of the points, divided into n slabs, again, after their velocities changed."""
+        """Map the momentum of the body's points, divided into n slabs, to the nodes again, after their velocities changed;
+        mapped: bundle of `MappedPoints`."""
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Record the nodes at which contact may apply impulses; the body computes their work itself."""
+        """Record the nodes at which contact may apply impulses, given as arrays of their indices; the body computes the work of
+        contact itself."""
         self.awaiting = np.unique(np.concatenate([self.awaiting[:0], *nodes]))
 
     def advance(self, dt: float, counted: bool = False) -> None:
@@ -71,7 +76,7 @@ class OwnNodesField(VelocityField):
         self.external.impulse.fill(0.0)  # the work of prescribed motions is the body's, but for contact
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
-        """Raise ValueError: conditions apply impulses to fields that move points."""
+        """Raise ValueError: conditions can apply impulses only to velocity fields whose nodes move points."""
         raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
 
     def works(self, dt: float) -> StepWork | None:

@@ -41,7 +41,8 @@ class AffineInertia(NamedTuple):
 
 
 class InertiaRead(NamedTuple):
-    """Input of a point for its mass and momentum, or the arrays of all points."""
+    """Mass, velocity and affine field of a point, from which its contribution to nodal mass and momentum is computed, or the
+    arrays of all points."""
 
     velocity: np.ndarray  # (n, 3) [m/s]
     mass: np.ndarray  # (n,) [kg]
@@ -53,14 +54,15 @@ class InternalForce(NamedTuple):
 
 
 class InternalForceInCells(NamedTuple):
-    """Contribution -V (σ + p I) ∇N of a point in a full cell, without the mean pressure p of the cell, which acts
-    separately."""
+    """Contribution -V (σ + p I) ∇N of a point in a full cell (a cell that the fluid fills) to the nodal forces. The mean
+    pressure p of the cell acts separately, see `pellucid.grid.full_cells`."""
 
     found: np.ndarray  # see `FullCells`
 
 
 class InternalForceRead(NamedTuple):
-    """Input of a point for its internal force, or the arrays of all points."""
+    """Volume, stress and position of a point, from which its contribution to the nodal forces is computed, or the arrays of all
+    points."""
 
     volume: np.ndarray  # (n,) [m³]
     stress: np.ndarray  # (n, 6) [Pa]
@@ -99,7 +101,7 @@ def _affine_node(rule, line, dz):
 
 @pointwise
 def _times_volume(V, x, y, z):
-    """Return the columns x, y, z of a stress multiplied by -V, with the volume V of a point."""
+    """Return the columns x, y, z of the stress [Pa] of a point, multiplied by -V with its volume V [m³]."""
     taken = row(-V, -V, -V, 0.0)
     return taken * x, taken * y, taken * z
 
@@ -121,22 +123,26 @@ def _internal_force_in_cells(rule, lattice, points, p):
 
 
 def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None = None) -> ByValue:
-    """Return the P2G contribution of the momentum of points; with_mass: 1 to add their masses, else 0; affine: affine
-    fields, shape (points, 10)."""
+    """Return the P2G contribution of the momentum of a body's points to the nodal rows `inertia`.
+
+    with_mass: 1 to add their masses, else 0; affine: affine fields of APIC, shape (points, 10), or None. mapped: the points.
+    """
     read = InertiaRead(mapped.points.velocity, mapped.points.mass, () if affine is None else affine)
     rule = Inertia(with_mass) if affine is None else AffineInertia(with_mass)
     return by_value(rule, read, mapped.nodes.inertia)
 
 
 def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> BySlope:
-    """Return the P2G contribution of the internal forces of points; cells: full cells, whose mean pressure acts separately."""
+    """Return the P2G contribution of the internal forces of a body's points to the nodal rows `forces`; cells: full cells
+    (cells that the fluid fills), whose mean pressure acts separately; mapped: the points."""
     read = InternalForceRead(mapped.points.volume, mapped.points.stress, () if cells is None else mapped.points.position)
     rule = InternalForce() if cells is None else InternalForceInCells(cells.found)
     return by_slope(rule, read, mapped.nodes.forces)
 
 
 class ParticleToGrid:
-    """P2G of a body: mass, momentum and internal forces."""
+    """P2G of a body: maps mass, momentum and internal forces of its points to the nodes. affine, cells: see `inertia_of` and
+    `internal_force_of`."""
 
     def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
         force = internal_force_of(mapped, cells)
@@ -148,9 +154,9 @@ class ParticleToGrid:
         scatter(self._both, FIRST * inertia + SECOND * force)
 
     def read(self) -> list[np.ndarray]:
-        """Return the point arrays that the P2G reads."""
+        """Return the point arrays that the P2G reads: positions and input of the contributions."""
         return arrays_in((self._both.mapped.points.position, self._both.gives.first.read, self._both.gives.second.read))
 
     def scatter_momentum(self) -> None:
-        """Map the momentum again, without masses, after the velocities of the points changed (MUSL)."""
+        """Map the momentum of the points to the nodes again, without masses, after their velocities changed (MUSL)."""
         scatter(self._momentum)

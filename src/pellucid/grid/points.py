@@ -14,7 +14,7 @@ OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
 
 class Fault(NamedTuple):
-    """Reason why a run stops at a point, with a remedy."""
+    """Reason why a run stops at a point: meaning and remedy, as texts for the user."""
 
     meaning: str
     remedy: str
@@ -42,9 +42,10 @@ FAULTS = {
 
 
 def fault_at_held_face(face: str, outward: float) -> Fault:
-    """Return the fault of a point that left the grid through a face on which a support constrains the nodes.
+    """Return the fault (reason and remedy) of a point that left the grid through a face on which a support constrains the
+    nodes.
 
-    outward: velocity of the support out of the grid [m/s].
+    face: name of the face, such as "x-lower"; outward: velocity of the support out of the grid [m/s].
     """
     if outward > 0.0:
         text = f"it crossed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
@@ -83,8 +84,8 @@ class Slabs(NamedTuple):
     of_lost: np.ndarray  # (s, columns) part of the sums from points that left the grid in the last pass that moved points
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
-        """Return a mask of the slabs whose points may contribute to nodes in the layers from layers[0] to layers[1], shape
-        (s,)."""
+        """Return a mask of the slabs whose points may contribute to nodes in the grid layers from layers[0] to layers[1] along
+        the slowest axis, shape (slabs,); stencil: number of nodes of a shape function along an axis."""
         return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
@@ -100,7 +101,8 @@ class ByIndex(NamedTuple):
 
 @generic
 def place_of(index: Any, q: int) -> Any:
-    """Return the row in the point arrays of the point with number q in the order of the slabs."""
+    """Return the row in the point arrays of the point with number q in the order of the slabs; index: `InOrder` or
+    `ByIndex`."""
 
 
 @point_function(place_of, InOrder)
@@ -114,11 +116,12 @@ def _by_index(index, q):
 
 
 class NoCells(NamedTuple):
-    """Option: the pressures of full cells are not averaged."""
+    """Option: the pressures of full cells (cells that a fluid fills) are not averaged."""
 
 
 class FullCells(NamedTuple):
-    """Data of n cells for `pellucid.grid.full_cells`, indexed by the storage index of their first nodes."""
+    """Sums and mean values of the points in each of n grid cells, for `pellucid.grid.full_cells`, indexed by the storage index
+    of the first node of the cell."""
 
     sums: Annotated[
         np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "sums over the points of a cell: VOLUMES, PRESSURES, RATES")
@@ -139,7 +142,8 @@ FIELD_ENERGY = 9
 
 
 class MappedPoints(NamedTuple):
-    """Points of a body and nodes of its velocity field, as arguments of kernels."""
+    """Points of a body, their slabs and shape functions, and the nodes of the velocity field of the body, as arguments of
+    kernels."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
@@ -151,7 +155,7 @@ class MappedPoints(NamedTuple):
 
 @pointwise
 def cell_at(lattice, place):
-    """Return the cell that contains a position [m], as the storage index of its first node."""
+    """Return the cell that contains a position [m], as the storage index of the first node of the cell."""
     h, low, n, stride, folding = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides, lattice.folding
     i = min(int(in_period(folding, 0, (place[0] - low[0]) * h)), n[0] - 1)
     j = min(int(in_period(folding, 1, (place[1] - low[1]) * h)), n[1] - 1)
@@ -161,7 +165,8 @@ def cell_at(lattice, place):
 
 @pointwise
 def cell_of(lattice, x, p):
-    """Return the cell that contains point p of the positions x [m], shape (points, 3)."""
+    """Return the cell that contains point p of the positions x [m], shape (points, 3), as the storage index of the first node
+    of the cell."""
     return cell_at(lattice, (x[p, 0], x[p, 1], x[p, 2]))
 
 

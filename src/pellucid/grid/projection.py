@@ -8,8 +8,11 @@ from pellucid.jit.vector import load, store
 
 @pointwise
 def constrained_velocity(nodes, supports, external, I, d, m, v):
-    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, replaced by that of a support, or corrected by
-    driven points."""
+    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, replaced by that of a support, or corrected by driven
+    points (points with a prescribed motion).
+
+    nodes, supports, external: see `AdvancedNodes`.
+    """
     s = nodes.constrained[I, d]
     if s == 0 and len(supports.walls.stuck) > 0:
         s = supports.walls.stuck[I, d]
@@ -21,7 +24,10 @@ def constrained_velocity(nodes, supports, external, I, d, m, v):
 @pointwise
 def project_node(nodes, supports, external, I):
     """Compute `strain_velocity` of node I: its velocity p/m from the momentum p mapped to it and its mass m, with its
-    constraints."""
+    constraints.
+
+    nodes, supports, external: see `AdvancedNodes`.
+    """
     m = nodes.mass[I]
     over_m = 1.0 / m if m >= MASS_EPS else 0.0
     if is_unconstrained(nodes, external, I):
@@ -34,7 +40,8 @@ def project_node(nodes, supports, external, I):
 
 @kernel(inner=True)
 def _meet_chunk(chunk, field):
-    """Constrain or release the nodes of a chunk at walls that open; their momentum has not been advanced yet."""
+    """Constrain or release the nodes of a chunk at walls that open, if their momentum has not been advanced yet; field: see
+    `AdvancedNodes`."""
     nodes = field.nodes
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:
@@ -43,7 +50,8 @@ def _meet_chunk(chunk, field):
 
 @kernel(inner=True)
 def project_chunk(chunk, field, advanced):
-    """Apply `project_node` to the nodes of a chunk that have mass; advanced: True if their momentum has been advanced."""
+    """Apply `project_node` to the nodes of a chunk that have mass; field: see `AdvancedNodes`; advanced: True if their momentum
+    has been advanced."""
     nodes = field.nodes
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)

@@ -36,7 +36,7 @@ NONE = np.zeros((0, 3))
 
 
 class ConstrainedNodes(NamedTuple):
-    """Nodes of a velocity field and their constraints."""
+    """Nodes of a velocity field, supports and external actions, as arguments of kernels."""
 
     nodes: Nodes
     supports: Supports
@@ -132,7 +132,8 @@ class ReachedNodes:
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
-        """Set the constraints (supports and walls) of the nodes."""
+        """Set the constraints of the nodes: supports with walls, and external actions with driven points and absorbing
+        faces."""
         self._field = Bundle(ConstrainedNodes(self._all, supports, external))
 
     @property
@@ -140,21 +141,25 @@ class ReachedNodes:
         return chunks_of(len(self.node))
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Map mass and momentum of the points, divided into n slabs, and forces on them [N], shape (points, 3), to the
-        nodes. Replaces the previous values."""
+        """Map mass and momentum of the body's points, divided into n slabs, and forces on them [N], shape (points, 3), to the
+        nodes, and list the nodes. Replaces the previous values.
+
+        mapped: bundle of `MappedPoints`; force: None if only mass and momentum are needed.
+        """
         self._clear(self.node)
         self._words.fill(0)
         _scatter(n, mapped, NONE if force is None else force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Map the momentum again after the velocities of the points changed but not their positions. Replaces the previous
-        momentum."""
+        """Map the momentum of the points again after their velocities changed but not their positions. Replaces the previous
+        momentum; arguments as in `scatter`."""
         self._clear_momentum(self.node)
         _scatter(n, mapped, NONE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:
-        """Compute the nodal velocities after a step dt [s] from internal forces and constraints, before contact."""
+        """Compute the nodal velocities after a step dt [s] from the mapped momentum, internal forces and constraints, before
+        contact."""
         _advance(self._chunks, self.node, self._field, dt)
 
     def project(self) -> None:

@@ -14,8 +14,8 @@ from pellucid.ranks.domain import domain
 
 
 class WholePoints:
-    """Distribution with all points on each process. Each process computes the points in its own slabs; in its loops all
-    other slabs are empty."""
+    """Distribution of a body's points with all points on each process. Each process computes the points in its own slabs; in
+    its loops all other slabs are empty."""
 
     is_spread = False
 
@@ -24,18 +24,21 @@ class WholePoints:
         self.first = slabs.first
 
     def share_out(self) -> None:
-        """Restrict the loops to the slabs of this process."""
+        """Empty all slabs of other processes in `Slabs.first`, so that loops process the slabs of this process only."""
         first = self._slabs.first
         self.first = first.copy()
         first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """Restrict the loops to the slabs of this process after sorting; sort: function that sorts the first n points (not
-        used here)."""
+        """Restrict the loops to the slabs of this process after the points were sorted into slabs.
+
+        sort: function that sorts the first n points; not used here, as all points are sorted already.
+        """
         self.share_out()
 
     def take_own(self) -> slice:
-        """Restrict `first`, computed for all processes, to the rows of this process; return the slice of its points."""
+        """Restrict `first`, computed for all processes, to the rows of slabs of this process; return the slice of its points in
+        the order of slabs, here all points."""
         if domain.is_cut:
             self.share_out()
         return slice(0, None)
@@ -51,7 +54,8 @@ class WholePoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """Fill in the values, shape (n, ...), that other processes computed for points of their slabs. Return the values.
+        """Complete the values of all points, shape (n, ...), in place with those that other processes computed for points of
+        their slabs. Return the values.
 
         order: storage index of each point in the order of slabs; None if the values are stored in the order of slabs.
         """
@@ -62,17 +66,19 @@ class WholePoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Gather point data, shape (n, ...), from all processes."""
+        """Return the values of all points, shape (n, ...), from those that this process stores, here the same; there: values of
+        the points of this process."""
         return there
 
     def first_of_all(self) -> np.ndarray:
-        """Return the first point of each slab among the points of all processes, and the end."""
+        """Return the number of the first point of each slab among the points of all processes, and the end, shape (slabs
+        + 1,)."""
         return self.first
 
 
 class SpreadPoints:
-    """Distribution in which each process stores the points of its own slabs only, at the start of arrays with room for all
-    points."""
+    """Distribution of a body's points in which each process stores the points of its own slabs only, at the start of arrays
+    with room for all points."""
 
     is_spread = True
 
@@ -81,12 +87,13 @@ class SpreadPoints:
         self.first = slabs.first
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """Send points to the processes that have their slabs, and sort them there; sort: function that sorts the first n
+        """Send points to the processes that compute their slabs, and sort them there; sort: function that sorts the first n
         points."""
         sort(domain.migrate(self._arrays, self.first))
 
     def take_own(self) -> slice:
-        """Restrict `first`, computed for all processes, to the rows of this process; return the slice of its points."""
+        """Restrict `first`, computed for all processes, to the rows of slabs of this process; return the slice of its points in
+        the order of slabs."""
         if not domain.is_cut:
             return slice(0, None)
         begin, end = self.first[[domain.slabs.start, domain.slabs.stop]]
@@ -110,17 +117,19 @@ class SpreadPoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Gather point data, shape (n, ...), from all processes."""
+        """Gather values of all points, shape (n, ...), from all processes, from those of the points of this process; there:
+        values of these."""
         return domain.whole(there)
 
     def first_of_all(self) -> np.ndarray:
-        """Return the first point of each slab among the points of all processes, and the end."""
+        """Return the number of the first point of each slab among the points of all processes, and the end, shape (slabs
+        + 1,)."""
         if not domain.is_cut:
             return self.first
         return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])
 
     def joined_again(self) -> WholePoints:
-        """Gather all points on each process, and return the matching `WholePoints`."""
+        """Gather the arrays of all points on each process, and return the matching `WholePoints`."""
         first = self.first_of_all()
         for array in self._arrays.values():
             array[: first[-1]] = domain.whole(array[: self.first[-1]])

@@ -24,12 +24,12 @@ vector."""
 
 @kernel()
 def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nodes, count, first, order):
-    """Compute the order of the points by slab, and within a slab by their first node (stable counting sort), in `order`,
-    and the first point of each slab in `first`.
+    """Compute the order of the points by slab, and within a slab by their first node (stable counting sort), in `order`, and
+    the first point of each slab in `first`.
 
-    There are as many first nodes along an axis as cells. layers, across: see `Slabs`; slab, cut: the row of slabs of each
-    layer, and the piece of a row of each layer along the axis of the cuts. Scratch arrays: nodes, shape (points,); count,
-    zeros, shape (cells + 1,).
+    position: [m], shape (points, 3); functions: shape functions along x, y, z. There are as many first nodes along an axis
+    as cells. layers, across: see `Slabs`; slab, cut: the row of slabs of each layer, and the piece of a row of each layer
+    along the axis of the cuts. Scratch arrays: nodes, shape (points,); count, zeros, shape (cells + 1,).
     """
     n, low, h, main, second = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis, lattice.cut_axis
     third = 3 - main - second
@@ -57,7 +57,10 @@ def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nod
 
 @kernel()
 def _find_layers(position, function, lattice, layer):
-    """Compute the layer of the first node of each point along the axis of the slabs, in `layer`."""
+    """Compute the layer of the first node of each point along the axis of the slabs, in `layer`, shape (points,).
+
+    position: [m], shape (points, 3); function: shape function along this axis.
+    """
     axis = lattice.slab_axis
     for p in range(len(position)):
         offset = (position[p, axis] - lattice.lower[axis]) * lattice.inverse_cell
@@ -74,11 +77,12 @@ def _reorder_rows(chunk, source, target, order):
 def sort_by_nodes(
     arrays: dict[str, np.ndarray], spare: np.ndarray, lattice: Lattice, functions: GridFunctions, slabs: Slabs
 ) -> np.ndarray:
-    """Sort every array of a body (first axis: points) in place by the first node of each point, and divide the sorted
-    points among the slabs.
+    """Sort every array of a body (first axis: points) in place by the first node of each point, and divide the sorted points
+    among the slabs.
 
-    With trilinear functions this sorts by cell; with other functions the first node changes in the middle of a cell. spare:
-    scratch memory for the rows of one array. Returns scratch memory for the next call, enlarged if it was too small.
+    arrays: by name, with "position"; functions: shape functions along x, y, z; spare: scratch memory for the rows of one
+    array. Returns scratch memory for the next call, enlarged if it was too small. With trilinear functions this sorts by
+    cell; with other functions the first node changes in the middle of a cell.
     """
     layers, across, (slab, cut) = _layers_of(lattice, functions)
     points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
@@ -97,22 +101,23 @@ def sort_by_nodes(
 
 
 class ShortRuns:
-    """Cost of short sequences of points with the same nodes since the last sorting.
+    """Cost of short runs (sequences of points with the same nodes) since the last sorting, to decide when to sort again.
 
     The less the points are ordered by their nodes, the more vectors a pass processes. In each step, the number of vectors
-    beyond the smallest number since the last sorting is added up. Sorting pays when these vectors cost as much as a
-    sorting. The total cost is then at most twice the optimum, and equals it if the sequences shorten evenly.
+    beyond the smallest number since the last sorting is added up. Sorting pays when these vectors cost as much as a sorting.
+    The total cost is then at most twice the optimum, and equals it if the sequences shorten evenly.
     """
 
     def __init__(self, n_points: int, cost: float) -> None:
-        """n_points: number of points; cost: cost of a sorting, in vectors per point."""
+        """n_points: number of points; cost: computing time of a sorting, in units of the time of a vector of points, per
+        point."""
         self._price = cost * n_points + EACH_SORTING
         self.counts = np.array([0.0, n_points])
         """Array of two numbers: the sum of the vectors beyond the smallest number, and the smallest number of vectors in a
         step, at most the number of points."""
 
     def add(self, vectors: float) -> None:
-        """Add the number of vectors that a pass processed in a step."""
+        """Add the number of vectors (points with the same nodes, processed together) of a pass in a step."""
         self.counts[1] = min(self.counts[1], vectors)
         self.counts[0] += vectors - self.counts[1]
 
@@ -130,9 +135,9 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
     replaces ½.
 
     Two slabs of one colour reach no common node: points of the layers [a, b) stay between a - 1 + shift and b + 1 + shift,
-    so their nodes lie between a - 1 and b + s - 1, or b + s with GIMP. The slab between two slabs of one colour has at
-    least `width` layers, so the nodes of the next one begin at b + width - 1. Sufficient widths are 3 layers for s = 2, and
-    5 for s = 4 and for s = 3 with GIMP.
+    so their nodes lie between a - 1 and b + s - 1, or b + s with GIMP. The slab between two slabs of one colour has at least
+    `width` layers, so the nodes of the next one begin at b + width - 1. Sufficient widths are 3 layers for s = 2, and 5 for
+    s = 4 and for s = 3 with GIMP. functions: shape functions along x, y, z.
     """
     layers, across, _ = _layers_of(lattice, functions)
     n, shifts = len(layers), [0.5 * functions[axis].stencil - 1.0 for axis in (lattice.slab_axis, lattice.cut_axis)]
@@ -145,7 +150,7 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
-    """Return the division of the grid into rows of slabs, which is the same for all bodies."""
+    """Return the division of the grid into rows of slabs for shape functions along x, y, z; it is the same for all bodies."""
     lattice = grid.lattice
     layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
@@ -154,8 +159,8 @@ def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
 
 
 def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
-    """Return, in ascending order, the indices of those positions, shape (n, 3), that lie in the rows of slabs of this
-    process."""
+    """Return, in ascending order, the indices of those positions [m], shape (n, 3), that lie in the rows of slabs of this
+    process; functions: shape functions along x, y, z."""
     if not domain.is_cut:
         return np.arange(len(position))
     layer = np.empty(len(position), np.int64)
@@ -164,12 +169,13 @@ def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray
 
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
-    """Return the arrays of slabs for a checkpoint."""
+    """Return the arrays of a division into slabs for a checkpoint, by name."""
     return {"first": slabs.first, "left_slab": slabs.left_slab, "layers": slabs.layers}
 
 
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
-    """Restore slabs. Raises UsageError for another division into slabs, as in an earlier version."""
+    """Restore a division into slabs from the arrays of a checkpoint. Raises UsageError if they belong to another division, e.g.
+    of an earlier version."""
     if not np.array_equal(kept["layers"], slabs.layers):
         text = "the checkpoint was written by another version of pellucid (with other slabs)"
         raise UsageError(f"{text}: resume with that version, or start the run again")
@@ -178,8 +184,7 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 
 def _report_nothing(slabs: Slabs) -> None:
-    """Reset the faults and sums that kernels report: kernels skip slabs without points and would leave earlier reports
-    there."""
+    """Reset the faults and sums of `slabs` to zero: kernels skip slabs without points and would leave earlier values there."""
     for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 
@@ -188,8 +193,12 @@ Divided = tuple[np.ndarray, int, list[np.ndarray]]
 
 
 def _layers_of(lattice: Lattice, functions: GridFunctions) -> Divided:
-    """Return the layers of the slabs and the number of slabs in a row, see `Slabs`, and for both axes the row or piece of
-    each layer. The division is the same for all bodies at any position, with slabs as narrow as two colours allow."""
+    """Return the layers of each slab, shape (slabs, 4), and the number of slabs in a row (see `Slabs`), and for both axes the
+    row or piece to which each layer belongs. The division is the same for all bodies at any position, with slabs as narrow
+    as two colours allow.
+
+    functions: shape functions along x, y, z.
+    """
     axes = tuple((lattice.counts[axis], functions[axis]) for axis in (lattice.slab_axis, lattice.cut_axis))
     return _divided(axes, int(np.prod(lattice.counts)))
 

@@ -14,7 +14,8 @@ from pellucid.jit.vector import LANES, load, nothing, store
 
 
 class Stencil(NamedTuple):
-    """Nodes whose shape functions reach a point; indices along the axes count from the first node."""
+    """Nodes whose shape functions are not zero at a point, and these functions; indices along the axes count from the first
+    node."""
 
     start: int  # storage index of the first node
     offset: Any  # vector from the point to the first node [cells]
@@ -28,8 +29,8 @@ class Stencil(NamedTuple):
 
 @pointwise
 def functions_at(functions, lattice, place):
-    """Return the storage index of the first node around a position [m], and for each axis the numbers from which
-    `stencil_of` computes the shape functions there."""
+    """Return the storage index of the first node around a position [m], and for each axis the numbers from which `stencil_of`
+    computes the shape functions there; functions: shape functions along x, y, z."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
     j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])
@@ -39,8 +40,8 @@ def functions_at(functions, lattice, place):
 
 @pointwise
 def stencil_of(functions, start, numbers):
-    """Return the stencil of a point from the results of `functions_at`; if `numbers` are vectors, of several points that
-    share their nodes."""
+    """Return the stencil of a point from the results of `functions_at`: index of the first node and numbers; if `numbers` are
+    vectors, the common stencil of several points that share their nodes; functions: shape functions along x, y, z."""
     ox, wx, gx = axis_values(functions[0], numbers[0])
     oy, wy, gy = axis_values(functions[1], numbers[1])
     oz, wz, gz = axis_values(functions[2], numbers[2])
@@ -49,27 +50,28 @@ def stencil_of(functions, start, numbers):
 
 @pointwise
 def stencil(functions, lattice, position, p):
-    """Return the stencil of point p of `position` [m], shape (points, 3)."""
+    """Return the stencil of point p of `position` [m], shape (points, 3); functions: shape functions along x, y, z."""
     start, numbers = functions_at(functions, lattice, (position[p, 0], position[p, 1], position[p, 2]))
     return stencil_of(functions, start, numbers)
 
 
 @pointwise
 def node_behind(lattice, first, a, b, c):
-    """Return the storage index of the node that lies a, b, c nodes after the node `first` along the axes."""
+    """Return the storage index of the node that lies a, b, c nodes after the node with index `first` along x, y, z."""
     stride = lattice.strides
     return real_node(lattice.folding, first + a * stride[0] + b * stride[1] + c * stride[2])
 
 
 @pointwise
 def node_at(about, lattice, a, b, c):
-    """Return the storage index of node (a, b, c) of the stencil `about`."""
+    """Return the storage index of node (a, b, c) of the stencil `about`, counted from its first node along x, y, z."""
     return node_behind(lattice, about.start, a, b, c)
 
 
 @pointwise
 def _gather_of(about, lattice, field, d):
-    """Return Σ N_I field_I, interpolated to a point, for component d of a nodal vector field."""
+    """Return Σ N_I field_I for component d of a nodal vector field, shape (nodes, 3), interpolated to the point with the
+    stencil `about`."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
@@ -85,14 +87,15 @@ def _gather_of(about, lattice, field, d):
 
 @pointwise
 def gather(about, lattice, field):
-    """Interpolate a nodal vector field, shape (nodes, 3), to a point: return Σ N_I field_I, a 3-tuple."""
+    """Return Σ N_I field_I, a 3-tuple: a nodal vector field, shape (nodes, 3), interpolated to the point with the stencil
+    `about`."""
     x, y = _gather_of(about, lattice, field, 0), _gather_of(about, lattice, field, 1)
     return x, y, _gather_of(about, lattice, field, 2)
 
 
 @pointwise
 def gather_scalar(about, lattice, field):
-    """Interpolate a nodal scalar field, shape (nodes,), to a point: return Σ N_I field_I."""
+    """Return Σ N_I field_I: a nodal scalar field, shape (nodes,), interpolated to the point with the stencil `about`."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
@@ -106,7 +109,8 @@ def gather_scalar(about, lattice, field):
 
 @pointwise
 def _gradient_of(about, lattice, velocity, d):
-    """Return the derivatives at a point of component d of the nodal velocity along x, y, z, per cell."""
+    """Return the derivatives [m/s per cell] along x, y, z of component d of a nodal velocity, shape (nodes, 3), at the point
+    with the stencil `about`."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
     one = wx[0] * wy[0] * wz[0]
     x, y, z = nothing(one), nothing(one), nothing(one)  # one apiece: without the compiler, += changes an array in place
@@ -126,7 +130,8 @@ def _gradient_of(about, lattice, velocity, d):
 
 @pointwise
 def gather_gradient(about, lattice, velocity):
-    """Return the gradient at a point of the nodal velocity `velocity` [1/s], a 9-tuple."""
+    """Return the gradient [1/s] of a nodal velocity, shape (nodes, 3), at the point with the stencil `about`, a 9-tuple row by
+    row."""
     h = lattice.inverse_cell
     xx, xy, xz = _gradient_of(about, lattice, velocity, 0)
     yx, yy, yz = _gradient_of(about, lattice, velocity, 1)
@@ -136,8 +141,8 @@ def gather_gradient(about, lattice, velocity):
 
 @pointwise
 def gather_affine(about, lattice, velocity):
-    """Return the nodal velocity at the point [m/s], a 3-tuple, and its gradient [1/s], a 9-tuple: `gather` and
-    `gather_gradient` in one pass."""
+    """Return a nodal velocity, shape (nodes, 3), at the point with the stencil `about` [m/s], a 3-tuple, and its gradient
+    [1/s], a 9-tuple: `gather` and `gather_gradient` in one pass."""
     wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
     v0 = v1 = v2 = xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
     for a in range(len(wx)):
@@ -160,7 +165,7 @@ def gather_affine(about, lattice, velocity):
 
 @pointwise
 def add_vector(about, lattice, target, vector):
-    """Add N_I times a vector to each node of `target`, shape (nodes, 3)."""
+    """Add N_I times a vector to row I of `target`, shape (nodes, 3), for each node I of the stencil `about` of a point."""
     wx, wy, wz = about.wx, about.wy, about.wz
     for a in range(len(wx)):
         for b in range(len(wy)):
@@ -173,8 +178,8 @@ def add_vector(about, lattice, target, vector):
 
 @pointwise
 def add_affine(about, lattice, target, vector, offset):
-    """Add (N_I + offset·∇N_I) times a vector to each node of `target`, shape (nodes, 3): N_I is extrapolated linearly to a
-    position at the distance `offset` [m] from the point."""
+    """Add (N_I + offset·∇N_I) times a vector to row I of `target`, shape (nodes, 3), for each node I of the stencil `about` of
+    a point: N_I is extrapolated linearly to a position at the distance `offset` [m] from the point."""
     wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
     ox, oy, oz = h * offset[0], h * offset[1], h * offset[2]
     for a in range(len(wx)):
@@ -190,8 +195,8 @@ def add_affine(about, lattice, target, vector, offset):
 
 @pointwise
 def add_shares(about, value, shares):
-    """Add N_I times the value of each of several points that share their nodes to `shares`, which holds one vector (an
-    entry per point) for each node, in the order of the node indices."""
+    """Add N_I times the values of several points that share their nodes to `shares`, which has one vector (an entry per point)
+    for each node of the stencil `about`, in the order of the node indices; value: vector of the values."""
     wx, wy, wz = about.wx, about.wy, about.wz
     k = 0
     for a in range(len(wx)):

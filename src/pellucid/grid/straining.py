@@ -34,7 +34,8 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 
 class Read(NamedTuple):
-    """Input of a point for the update of its stress, or the arrays of all points."""
+    """Position, velocity, mass, volume and material state of a point, from which its new stress is computed, or the arrays of
+    all points."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
@@ -44,7 +45,7 @@ class Read(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Output of a point of the update of its stress, or the arrays of all points."""
+    """New position, volume and material state of a point, or the arrays of all points."""
 
     position: Any  # [m]
     volume: Any  # [m³]
@@ -52,13 +53,13 @@ class Kept(NamedTuple):
 
 
 class GatherMotion(NamedTuple):
-    """Rule that gathers the velocity gradient and the velocity at a point."""
+    """Rule by which the velocity gradient and the velocity at a point are gathered from the nodes."""
 
     cells: Any  # `NoCells` or `FullCells`
 
 
 class Strain(NamedTuple):
-    """Operation at each point: new volume and stress from the velocity gradient, and new position if points move."""
+    """Operation at each point: computes volume and stress from the velocity gradient, and the new position if points move."""
 
     law: Any  # material law
     cells: Any  # `NoCells` or `FullCells`
@@ -67,14 +68,14 @@ class Strain(NamedTuple):
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the relative volume growth rate of a full cell minus that of its points, for a point in it [1/s]; () without
-    full cells."""
+    """Return the relative volume growth rate [1/s] of a full cell (a cell that the fluid fills) minus that of its points, for a
+    point at `place` [m] in it; () without full cells."""
 
 
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
-    """Return the velocity gradient L of a point [1/s], to which the missing growth rate `lacking` is added in equal parts
-    along the axes that are not one cell thick."""
+    """Return the velocity gradient L of a point [1/s], to which the growth rate `lacking` of `lacking_growth` is added in equal
+    parts along the axes that are not one cell thick."""
 
 
 @point_function(lacking_growth, NoCells)
@@ -135,11 +136,11 @@ def _strain(task, lattice, dt, p, known, g):
 
 
 def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | None = None, moving: bool = True) -> Bundle:
-    """Build the loop over the points of a body that computes their velocity gradients, and from these new volumes and
-    stresses. state: state arrays of the material law; cells: full cells with a mean pressure; moving: True if points also
-    move.
+    """Build the loop over the points of a body that computes their velocity gradients, and from these new volumes and stresses.
 
-    Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums over points.
+    law: material law; state: its state arrays; cells: full cells (cells that the fluid fills) with a mean pressure; moving:
+    True if points also move. Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums over points. mapped:
+    the points.
     """
     points = mapped.points
     full: Any = NoCells() if cells is None else cells

@@ -20,8 +20,8 @@ from pellucid.jit import pointwise
 
 
 class YieldingWalls(NamedTuple):
-    """Walls that have friction or open; without such walls the arrays have no rows. The states of nodes keep their values
-    until the next step."""
+    """Walls that have friction or open (release a body that moves away); without such walls the arrays have no rows. The states
+    of nodes keep their values until the next step."""
 
     friction: np.ndarray  # (supports,) coefficient; 0 without friction, infinite if nodes cannot slide
     opens: np.ndarray  # (supports,) 1 if the wall releases nodes that move away
@@ -46,13 +46,14 @@ class YieldingWalls(NamedTuple):
 
 
 def no_walls() -> YieldingWalls:
-    """Return the data of a field without walls that have friction or open."""
+    """Return the arrays, without rows, of a velocity field without walls that have friction or open."""
     none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
     return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
 
 
 class Supports(NamedTuple):
-    """Constraints of nodes by supports, one row each. `Nodes.constrained` contains 1 + the number of a row, or 0."""
+    """Constraints of nodes by supports: velocity and kind, one row for each support. `Nodes.constrained` contains 1 + the
+    number of a row, or 0."""
 
     velocity: np.ndarray  # (supports, 3) prescribed velocity [m/s]
     mirror: np.ndarray  # (supports,) 1 for a wall, at which a body is mirrored; 0 for a clamp within a body
@@ -61,13 +62,15 @@ class Supports(NamedTuple):
 
 @pointwise
 def is_beside(walls, I):
-    """Return True if a wall with friction or a wall that opens constrains node I, or may constrain it again."""
+    """Return True if a wall with friction or a wall that opens constrains node I, or may constrain it again after releasing it;
+    walls: see `YieldingWalls`."""
     return walls.held[I, 0] > 0 or walls.held[I, 1] > 0 or walls.held[I, 2] > 0
 
 
 @pointwise
 def leaves(supports, s, I, d, v):
-    """Return True if support s, counted from 1, releases node I with the velocity v along its axis d [m/s]."""
+    """Return True if support s, counted from 1, is a wall that opens and releases node I with the velocity v along its axis d
+    [m/s]; supports: `Supports`."""
     walls = supports.walls
     if walls.opens[s - 1] == 0:
         return False
@@ -76,8 +79,8 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Let walls that open constrain or release node I according to its mapped momentum, before the first step in which the
-    node has mass."""
+    """Constrain or release node I at walls that open, according to its mapped momentum, before the first step in which the node
+    has mass; nodes: nodal arrays; supports: `Supports`."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]
@@ -87,11 +90,12 @@ def meet_walls(nodes, supports, I):
 
 @pointwise
 def rub(nodes, supports, slides, I, m, small, work, first):
-    """Apply the friction of the walls in contact with node I of mass m [kg], after the momentum update; return the work of
-    the walls [J].
+    """Apply the friction of the walls in contact with node I of mass m [kg], after the momentum update; return the work of the
+    walls [J].
 
-    slides: True for each axis along which the node may slide; small: see `NodalMomentum`; work: a row of works, with the
-    impulses of supports from column `first` on. `YieldingWalls.impulse` contains the normal impulses of walls.
+    nodes: nodal arrays; slides: True for each axis along which the node may slide; small: see `NodalMomentum`; work: a row
+    of works, with the impulses of supports from column `first` on. `YieldingWalls.impulse` contains the normal impulses of
+    walls.
     """
     walls, done = supports.walls, 0.0
     for d in range(3):

@@ -18,7 +18,7 @@ from pellucid.jit.parallel import joint_by_colour
 
 
 class ByNodes(NamedTuple):
-    """Rule that moves points with the nodal velocity."""
+    """Rule that moves points with the nodal velocity, interpolated to them."""
 
     velocity: np.ndarray  # (nodes, 3) [m/s]
 
@@ -52,8 +52,9 @@ def _sum_slab(s, mapped):
 
 @parallel_loop()
 def add_increments(s, mapped, increment, reached):
-    """Add velocity increments of nodes [m/s], shape (nodes, 3), to the points of slab s if `reached`, shape (slabs,), is
-    True for it, and update the kinetic energy and momentum of the slab."""
+    """Interpolate velocity increments of nodes [m/s], shape (nodes, 3), to the points of slab s, add them to the velocities of
+    the points, and update kinetic energy and momentum of the slab, if `reached`, shape (slabs,), is True for s; mapped: the
+    points (`MappedPoints`); increment: the increments."""
     if not reached[s]:
         return
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
@@ -69,17 +70,18 @@ def add_increments(s, mapped, increment, reached):
 
 @kernel()
 def sum_momentum(n, mapped):
-    """Sum kinetic energy and momentum of the points, divided into n slabs, after their velocities changed."""
+    """Compute kinetic energy and momentum of the points of each of n slabs, in `Slabs.sums`, after velocities changed; mapped:
+    the points (`MappedPoints`)."""
     joint_by_colour(_sum_slab, n, mapped.slabs.across, mapped)
 
 
 @parallel_loop()
 def sum_angular_momentum(s, mapped, affine, about, sums):
-    """Sum Σ m (x - a) × v of the points of slab s about a position a [m], `about`, shape (3,), and the magnitude Σ m |x -
-    a| |v| [N m s].
+    """Compute the angular momentum Σ m (x - a) × v of the points of slab s about a position a [m], `about`, shape (3,), and the
+    magnitude Σ m |x - a| |v| [N m s].
 
-    affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point;
-    without rows for other transfers. Fills row s of `sums`, shape (slabs, 4).
+    affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point; without
+    rows for other transfers. Fills row s of `sums`, shape (slabs, 4). mapped: the points (`MappedPoints`).
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, v, slabs = mapped.points.position, mapped.points.velocity, mapped.slabs

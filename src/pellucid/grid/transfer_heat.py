@@ -18,10 +18,10 @@ from pellucid.jit.vector import nothing
 
 @pointwise
 def lumping_heat(energy, change):
-    """Return the energy per unit mass that a point loses by mass lumping [J/kg].
+    """Return the kinetic energy per unit mass that a point loses by mass lumping [J/kg].
 
-    change: velocity increment of the nodes interpolated to the point; energy: half the squares of the nodal increments,
-    interpolated to the point.
+    change: velocity increment of the nodes, interpolated to the point [m/s]; energy: half the squares of the nodal
+    increments, interpolated to the point [J/kg].
     """
     return energy - 0.5 * (change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
 
@@ -39,18 +39,19 @@ def renewed(
     change: Any,
     lumping: Any,
 ) -> Any:
-    """Return the new affine field of a point and its energy (APIC, else ()), and the heat of the transfer per unit mass
-    [J/kg].
+    """Return the new affine field of a point and its energy (APIC, else ()), and the kinetic energy per unit mass that the
+    transfer turns into heat [J/kg].
 
-    known: result of `affine_functions`; new: velocity of the point after the step; mapped, change: nodal velocity after the
-    step and its increment, interpolated to the point; lumping: result of `lumping_heat`.
+    about: stencil of the point; p: its input values, see `velocities.Read`; known: result of `affine_functions`; new:
+    velocity of the point after the step; mapped, change: nodal velocity after the step and its increment, interpolated to
+    the point [m/s]; lumping: result of `lumping_heat`.
     """
 
 
 @generic
 def kept_heat(transfer: Any, heat: float) -> float:
-    """Return the part of the transfer loss that a point keeps as heat: positive losses only, but with APIC every value, since
-    its sign depends on the path of the point."""
+    """Return the part of the kinetic energy lost by the transfer, `heat` [J/kg], that a point keeps as heat: positive losses
+    only, but with APIC every value, since its sign depends on the path of the point."""
 
 
 @point_function(renewed, Flip)
@@ -78,9 +79,10 @@ def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 def _filtered(transfer, about, lattice, nodes, v, mapped, change):
     """Return the kinetic energy per unit mass that the PIC share of a blend removes from a point [J/kg].
 
+    about: stencil of the point; v: its velocity before the step; mapped, change: as in `renewed`.
     With the velocity u by FLIP, the nodal velocities v_I, d = u - Σ N v_I and the share a of PIC, u - a d has ½ a (2 - a)
-    |d|² + a d·Σ N v_I less energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ
-    N v_I · Σ N v_I°), with the nodal velocities v_I° before the step.
+    |d|² + a d·Σ N v_I less energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ N
+    v_I · Σ N v_I°), with the nodal velocities v_I° before the step.
     """
     share = 1.0 - transfer.flip
     dx, dy, dz = v[0] + change[0] - mapped[0], v[1] + change[1] - mapped[1], v[2] + change[2] - mapped[2]

@@ -10,8 +10,10 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_vectors(s, mapped, values, target):
-    """Map vectors of the points of slab s (see `Slabs`), shape (points, 3), to the nodes: add Σ N times the vector to
-    `target`, shape (nodes, 3)."""
+    """Add Σ N times the vectors of the points of slab s (see `Slabs`) to `target`, shape (nodes, 3): maps them to the nodes.
+
+    mapped: the points (`MappedPoints`); values: vectors of all points, shape (points, 3).
+    """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -22,8 +24,11 @@ def scatter_vectors(s, mapped, values, target):
 
 @kernel()
 def scatter_listed(mapped, position, listed, values, target):
-    """Map vectors `values`, shape (m, 3), of the m listed points, with all positions `position` [m], shape (points, 3), to
-    the nodes: add Σ N times the vector to `target`, shape (nodes, 3)."""
+    """Add Σ N times the vectors of m listed points to `target`, shape (nodes, 3): maps them to the nodes.
+
+    mapped: grid and shape functions (`MappedPoints`); position: positions of all points [m], shape (points, 3); listed:
+    numbers of the points, shape (m,); values: their vectors, shape (m, 3).
+    """
     functions, lattice = mapped.functions, mapped.lattice
     for e in range(len(listed)):
         vector = (values[e, 0], values[e, 1], values[e, 2])
@@ -32,7 +37,8 @@ def scatter_listed(mapped, position, listed, values, target):
 
 @parallel_loop()
 def gather_vectors(s, mapped, nodal, target):
-    """Interpolate nodal vectors, shape (nodes, 3), to the points of slab s (see `Slabs`), into `target`, shape (points, 3)."""
+    """Interpolate nodal vectors, shape (nodes, 3), to the points of slab s (see `Slabs`), into `target`, shape (points, 3);
+    mapped: the points (`MappedPoints`)."""
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):

@@ -38,7 +38,8 @@ MOTION_SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS
 
 
 class Read(NamedTuple):
-    """Input of a point for the transfer, or the arrays of all points."""
+    """Position, velocity, mass and further data of a point, from which its new velocity is computed, or the arrays of all
+    points."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
@@ -48,7 +49,7 @@ class Read(NamedTuple):
 
 
 class Worked(NamedTuple):
-    """Data of a point that are needed to compute the work of its stress."""
+    """Volume, stress and internal energy of a point, from which the work of its stress is computed."""
 
     volume: Any  # [m³]
     stress: Any  # [Pa]
@@ -56,7 +57,7 @@ class Worked(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Output of a point of the transfer, or the arrays of all points."""
+    """New velocity, affine field and internal energy of a point, or the arrays of all points."""
 
     velocity: Any  # [m/s]
     affine: Any  # affine field [1/s] and its energy, or ()
@@ -64,7 +65,8 @@ class Kept(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """Values that a point gathers from the nodes."""
+    """Values that a point gathers from the nodes: its new velocity and affine field, heat of the transfer, and velocity
+    gradient."""
 
     velocity: Any  # velocity of the point after the step [m/s]
     lumping: Any  # heat of lumping per unit mass [J/kg]
@@ -74,14 +76,15 @@ class Gathered(NamedTuple):
 
 
 class TakeVelocity(NamedTuple):
-    """Operation at each point: new velocity, affine field, and energies of points that keep heat."""
+    """Operation at each point: computes its new velocity, affine field (APIC), and the energies of points that store internal
+    energy."""
 
     transfer: Any  # `VelocityTransfer`
     work: Any  # `NoWork`, `Work` or `Rates`
 
 
 class NoWork(NamedTuple):
-    """Option for points without stored heat."""
+    """Option for points that store no internal energy."""
 
 
 class Work(NamedTuple):
@@ -89,23 +92,29 @@ class Work(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Option for points without stored heat, in whose cells the volume growth rates of the points are summed."""
+    """Option for points that store no internal energy; the volume growth rates of the points are summed over each cell."""
 
 
 @generic
 def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
-    """Return the gradient of the mean nodal velocity of the step at a point [1/s], or () if no option needs it."""
+    """Return the gradient of the mean nodal velocity of the step at the point with the stencil `about` [1/s], or () if the
+    option `work` does not need it; nodes: nodal arrays."""
 
 
 @generic
 def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
-    """Return, for a point that keeps heat, its new internal energy and its heat, both per unit mass [J/kg], and the energy
-    that it gained and the part of this that is heat, both [J]; () for other points."""
+    """Return, for a point that stores internal energy, its new internal energy and the heat of the transfer, both per unit mass
+    [J/kg], and the energy that it gained and the part of this that is heat, both [J]; () for other points.
+
+    work: `NoWork`, `Work` or `Rates`; p: input values (`Read`); L: result of `mean_gradient`; heat: energy lost by the
+    transfer [J/kg]. dt: step [s].
+    """
 
 
 @generic
 def volume_of(work: Any, p: Any) -> Any:
-    """Return the volume of a point [m³], which weights its growth rate in the sums of its cell."""
+    """Return the volume of a point [m³], which weights its growth rate in the sums of its cell; p: input values (`Read`); work:
+    `Work` or `Rates`."""
 
 
 @point_function(mean_gradient, NoWork)
@@ -177,7 +186,7 @@ def _rate_of_volume(task, p, g):
 
 
 class HeatArrays(NamedTuple):
-    """Arrays of a body that keeps heat: internal energies of its points, and heat of the transfer."""
+    """Arrays of a body whose points store internal energy: these energies, and the heat of the transfer."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
     heat: np.ndarray  # (points,) energy lost by the transfer at each point in a step [J/kg]
@@ -190,13 +199,14 @@ def taking_velocities(
     heat: HeatArrays | None = None,
     cells: FullCells | None = None,
 ) -> Bundle:
-    """Build the loop that computes new velocities of the points of a body. It also maps their momentum, for the second
-    nodal velocities of MUSL.
+    """Build the loop that computes new velocities of the points of a body. It also maps their momentum, for the second nodal
+    velocities of MUSL.
 
-    affine: APIC fields, shape (points, 10). heat: arrays of a body that keeps heat. Its energies receive the work dt V
-    σ:∇v̄ with the volume, stress and shape functions of the nodal forces, where v̄ is the mean nodal velocity of the step
-    along which these forces do work. They also receive the heat of the transfer if it is a loss; with APIC always, since
-    its sign changes along the path of the points. cells: full cells, which sum the growth rates of volumes.
+    affine: APIC fields, shape (points, 10). heat: arrays of a body whose points store internal energy. Their energies
+    receive the work dt V σ:∇v̄ with the volume, stress and shape functions of the nodal forces, where v̄ is the mean nodal
+    velocity of the step along which these forces do work. They also receive the heat of the transfer if it is a loss; with
+    APIC always, since its sign changes along the path of the points. cells: full cells (cells that the fluid fills), over
+    which the growth rates of volumes are summed.
 
     Fills columns of the sums over points: kinetic energy, momentum and speed; LUMPING and LOSS, the kinetic energy lost by
     lumping and by the whole transfer; GAINED and KEPT, the energy added to the points and the heat in it; AFFINE, the

@@ -28,7 +28,8 @@ class FieldNodes(NamedTuple):
 
 
 class VelocityField:
-    """Nodal arrays, and the actions on them, of bodies that share a velocity field and whose points move with the nodes.
+    """Grid nodes shared by some bodies, which therefore move together: nodal arrays and the actions on them. The nodes move the
+    points of the bodies.
 
     The nodes of a velocity field move independently of other fields; `pellucid.contact.pairs` then adds contact between
     fields. See `pellucid.grid.own_nodes_field` for a body with its own nodes.
@@ -47,18 +48,18 @@ class VelocityField:
 
     @property
     def second_increment(self) -> np.ndarray:
-        """Velocity increments by contact after momentum was mapped a second time [m/s], shape (nodes, 3); empty without
-        contact."""
+        """Velocity increments by contact after the momentum of the points was mapped to the nodes a second time in the step
+        (MUSL) [m/s], shape (nodes, 3); empty without contact."""
         return self._own.second_increment
 
     @property
     def reached(self) -> np.ndarray | None:
-        """Sorted nodes that may have mass, shape (m,); None if any node may have mass."""
+        """Sorted indices of the nodes that may have mass, shape (m,); None if any node may have mass."""
         return None
 
     def separate_forces(self) -> np.ndarray:
-        """Allocate and return a buffer for the internal forces of bodies that keep heat, if other bodies of the field do
-        not; see `FieldNodes`."""
+        """Allocate and return nodal rows for the internal forces of bodies whose points store internal energy, if other bodies
+        of the field store none; see `FieldNodes`."""
         self._own = with_memory(self._own, self.grid.n_nodes, "separate_forces")
         self._clear_nodes = Clearing(STEP, self.grid.rows, self.grid.nodes, self._own)
         return self._own.separate_forces
@@ -71,7 +72,7 @@ class VelocityField:
         small_mass: float,
         flip: float,
     ) -> None:
-        """Set the actions on the nodes and their constraints; see `NodalMomentum`."""
+        """Set the actions on the nodes and their constraints; arguments: see `NodalMomentum`."""
         self._act(external)
         self._walls = supports.walls
         forces = self._own.separate_forces
@@ -86,7 +87,7 @@ class VelocityField:
         return self._momentum
 
     def share_gravity(self, share: float) -> None:
-        """Scale gravity on the nodes by a factor, 0 to 1."""
+        """Set gravity on the nodes to a fraction, 0 to 1, of its full value."""
         self._momentum.share_gravity(share)
 
     def clear(self) -> None:
@@ -98,24 +99,26 @@ class VelocityField:
         self._clear_external()
 
     def add_drag(self, momentum: np.ndarray) -> None:
-        """Record the momentum that a drag has removed from points, mapped to the nodes [kg m/s], shape (nodes, 3), for
-        `drag_work`. Called before a step."""
+        """Record the momentum that a drag (a force against the velocity) has removed from points, mapped to the nodes [kg m/s],
+        shape (nodes, 3), for `drag_work`. Called before a step."""
         if not len(self.external.drag_momentum):
             self._act(with_memory(self.external, self.grid.n_nodes, "drag_momentum"))
         self.external.drag_momentum[:] += momentum
 
     def drag_work(self, dt: float) -> float:
-        """Return the work of nodal forces along the velocity lost by drag [J]; see `NodalMomentum.drag_work`."""
+        """Return the work of internal forces along the velocity that the nodes lost by drag, in half a step dt [s] [J]; see
+        `NodalMomentum.drag_work`."""
         taken = self.external.drag_momentum
         return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
 
     @property
     def may_be_let_go(self) -> bool:
-        """True if opening walls may release nodes of this field during the momentum update."""
+        """True if a wall that opens may release nodes of this velocity field during the momentum update."""
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the states of nodes at walls with friction or walls that open, on which the next step may depend."""
+        """Return the arrays for a checkpoint, by name: states of nodes at walls with friction or walls that open, on which the
+        next step may depend."""
         if not len(self._walls.held):
             return {}
         nodes, walls = self.grid.nodes, self._walls
@@ -123,7 +126,7 @@ class VelocityField:
         return {name: domain.of_nodes(array) for name, array in kept.items()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint."""
+        """Restore the arrays of `state_arrays` from a checkpoint."""
         for name, array in self.state_arrays().items():
             array[:] = arrays[name]
 
@@ -140,12 +143,12 @@ class VelocityField:
         self._momentum.advance(dt, counted)
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
-        """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Return the
-        impulses that were applied.
+        """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Return the impulses
+        that were applied.
 
-        node: sorted indices of the nodes; default: all nodes. column, sign: column of the works to which the work of the
-        impulses is added, and its sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step are
-        already counted.
+        node: sorted indices of the nodes; default: all nodes. column, sign: entry of the energy balance to which the work of
+        the impulses is added, and its sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step
+        are already counted.
         """
         if self._momentum.is_counted:
             raise ValueError("impulses were added after the work of the step was computed; add them in `act_on_nodes`")
@@ -154,12 +157,12 @@ class VelocityField:
         return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
-        """At these nodes, use the velocity that moved the points in this step also for straining them."""
+        """Use the velocity that moved the points in this step also for straining them, at the nodes with the indices `node`."""
         self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:
-        """Return the works and impulses of the step dt [s] after its last impulse, without contact; None if the body counts
-        them itself. Resets the momentum to zero, so that it can be mapped again."""
+        """Return the works of the forces in the step dt [s], and the impulses on the nodes, after the last impulse, without
+        contact; None if the body computes them itself. Resets the nodal momentum to zero, so that it can be mapped again."""
         done = self._momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _, _ in self._given)]))
         works[: len(done.works)] = done.works
@@ -170,7 +173,8 @@ class VelocityField:
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the difference between two works of internal forces that `NodalMomentum.strain_lag_work` defines [J]."""
+        """Return the difference [J] between two works of internal forces in a step dt [s], see
+        `NodalMomentum.strain_lag_work`."""
         return self._momentum.strain_lag_work(dt)
 
     @property
@@ -179,8 +183,8 @@ class VelocityField:
         return self._momentum.small_mass
 
     def begin_second(self) -> None:
-        """Reset the second increments of the previous step and the impulses of prescribed motions, before contact applies
-        second increments."""
+        """Reset `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL) and the impulses
+        of prescribed motions to zero, before contact acts a second time in the step."""
         self.external.impulse.fill(0.0)
         if not len(self.second_increment):
             self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")
@@ -189,15 +193,18 @@ class VelocityField:
         self._second_nodes = []
 
     def add_second_increments(self, node: np.ndarray, increment: np.ndarray) -> None:
-        """Add velocity increments [m/s], shape (n, 3), at nodes, shape (n,), that contact applies after momentum was mapped
-        again."""
+        """Add velocity increments [m/s], shape (n, 3), to `second_increment` at the nodes with the indices `node`, shape (n,);
+        contact applies them after momentum was mapped to the nodes a second time."""
         self.second_increment[node] += increment
         self._second_nodes.append(node.copy())  # detection writes into its own
 
     def second_layers(self) -> tuple[int, int]:
-        """Return the first and last layer of nodes, along the axis of the slabs, with second increments in any process. All
-        processes need the same answer: the choice of the slabs that are summed again must not depend on where the rows are
-        cut."""
+        """Return the first and last layer of nodes, along the axis of the slabs, in which `second_increment` of any process is
+        not zero.
+
+        All processes need the same answer: the choice of the slabs that are summed again must not depend on where the rows
+        of slabs are divided among processes.
+        """
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
         nowhere = self.grid.n_nodes
@@ -207,14 +214,16 @@ class VelocityField:
         return -int(domain.largest(-first)), int(domain.largest(last))
 
     def second_work(self, dt: float) -> float:
-        """Return the work [J] of the forces of points without heat on the second increments in half a step dt [s]."""
+        """Return the work [J], in half a step dt [s], of the internal forces of bodies whose points store no internal energy
+        along `second_increment`."""
         if not self._second_nodes:
             return 0.0
         nodes = np.unique(np.concatenate(self._second_nodes))
         return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Compute the velocities that strain points from the momentum mapped last; see `NodalMomentum.project`."""
+        """Compute the velocities that strain points from the nodal momentum mapped last; arguments as in
+        `NodalMomentum.project`."""
         if dt is not None:
             nodes = self.grid.nodes
             for node in self._moved:
@@ -222,8 +231,8 @@ class VelocityField:
         self._momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:
-        """Return the external forces of one channel on the nodes [N], shape (nodes, 3). Raises ValueError if no condition
-        requested them."""
+        """Return the external forces of one channel (an entry of the energy balance for a load, with the number `row`) on the
+        nodes [N], shape (nodes, 3). Raises ValueError if no condition requested them."""
         load = np.asarray(self.external.loads[row])
         if not len(load):
             raise ValueError(f"no condition has requested external forces in the velocity field {self.name}")

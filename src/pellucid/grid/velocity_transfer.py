@@ -12,19 +12,20 @@ from pellucid.jit import generic, point_function
 
 
 class Flip(NamedTuple):
-    """FLIP: points add the velocity increment of the grid over a step to their own velocity."""
+    """FLIP: the velocity of a point changes by the nodal velocity increment over a step, interpolated to the point."""
 
     flip: float = 1.0
 
 
 class Blend(NamedTuple):
-    """Blend of FLIP, with the share `flip`, and PIC, with the share 1 - `flip`."""
+    """Blend of FLIP, with the share `flip`, and PIC (points receive the interpolated nodal velocity), with the share 1 -
+    `flip`."""
 
     flip: float
 
 
 class Apic(NamedTuple):
-    """APIC: points receive the grid velocity and the affine field C of the grid velocity around them."""
+    """APIC: points receive the interpolated nodal velocity, and the affine velocity field C of the nodes around them."""
 
     flip: float = 0.0
 
@@ -36,8 +37,8 @@ VelocityTransfer = Flip | Blend | Apic
 def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
     """Return a velocity component of a point after the step [m/s].
 
-    v: the velocity of the point before; mapped: the grid velocity at the point after the step; change: its increment over the
-    step.
+    v: the component before the step; mapped: the nodal velocity after the step, interpolated to the point; change: increment
+    of the nodal velocity over the step, interpolated to the point. transfer: `Flip`, `Blend` or `Apic`.
     """
 
 

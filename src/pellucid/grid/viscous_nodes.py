@@ -27,7 +27,8 @@ error of the operator on the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
-    """Nodes of a velocity field, the nodal vectors of the conjugate gradient method, and the sums of chunks."""
+    """Nodes of a velocity field, the nodal vectors of the conjugate gradient method for implicit viscosity, and its sums over
+    chunks of nodes."""
 
     field: Bundle  # of `AdvancedNodes`
     own: ViscousRows  # vectors of the conjugate gradient method
@@ -73,8 +74,9 @@ def _begin_chunk(chunk, viscous, dt):
 
 @kernel()
 def begin(n, viscous, dt):
-    """Compute the velocities after a step dt [s] without viscosity, the initial velocities, and the effective masses of the
-    components that the solver may change."""
+    """Compute, for n chunks of nodes, the velocities after a step dt [s] without viscosity (`target`), the initial velocities
+    of the iteration (`solution`), and the effective masses (`inertia`, 0 where the velocity is prescribed); viscous:
+    `ViscousNodes`."""
     if len(viscous.field.load) > 0:
         parallel_for(sum_loads_chunk, n, viscous.field)
     parallel_for(_begin_chunk, n, viscous, dt)
@@ -82,8 +84,11 @@ def begin(n, viscous, dt):
 
 @parallel_loop()
 def start(chunk, viscous, dt, lightest):
-    """Compute the residual of the initial velocities from their viscous forces. On entry, `inverse` contains the diagonal
-    of the viscous operator without the masses. lightest: smallest mass of a point [kg], see `ImplicitViscosity`."""
+    """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the chunk.
+
+    On entry, `inverse` contains the diagonal of the viscous operator without the masses. lightest: smallest mass of a point
+    [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: step [s].
+    """
     own = viscous.own
     descent = residual = change = rounding = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -108,8 +113,8 @@ def start(chunk, viscous, dt, lightest):
 
 @parallel_loop()
 def find_curvature(chunk, viscous, dt):
-    """Compute p·Ap of the search direction p and the matrix A of the system from the viscous forces of p [J], a sum for
-    each chunk."""
+    """Compute p·Ap [J] with the search direction p of the conjugate gradient method and the matrix A = m + dt K of the system,
+    from the viscous forces of p; a sum for each chunk of nodes."""
     own = viscous.own
     along = row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -120,7 +125,8 @@ def find_curvature(chunk, viscous, dt):
 
 @parallel_loop()
 def move(chunk, viscous, dt, step):
-    """Update the solution by `step` times the search direction, and the residual; reset the viscous forces to zero."""
+    """Add `step` times the search direction to the velocities of a chunk of nodes, and update the residual and the sums of the
+    chunk; reset the viscous forces to zero; dt: time step [s]."""
     own = viscous.own
     zero = row(0.0, 0.0, 0.0, 0.0)
     descent, residual, change = nothing(zero), nothing(zero), nothing(zero)
@@ -142,8 +148,8 @@ def move(chunk, viscous, dt, step):
 
 @parallel_loop()
 def turn(chunk, viscous, share):
-    """Compute the next search direction: the preconditioned residual plus `share` times the last direction; reset the
-    viscous forces to zero."""
+    """Compute the next search direction for a chunk of nodes: the preconditioned residual plus `share` times the last
+    direction; reset the viscous forces to zero."""
     own, zero = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
@@ -154,15 +160,15 @@ def turn(chunk, viscous, share):
 
 @parallel_loop()
 def add_forces(chunk, viscous, forces):
-    """Add the viscous forces to rows of forces of the nodes [N], shape (4 nodes,)."""
+    """Add the viscous forces of the solution to the internal forces of a chunk of nodes, `forces` [N], shape (4 nodes,)."""
     for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
         store(forces, k, load(forces, k) + load(viscous.own.viscous_force, k))
 
 
 @parallel_loop()
 def sum_lag(chunk, viscous):
-    """Compute the power [W] of the viscous forces along the difference between the solution and the mean velocities of the
-    step."""
+    """Compute the power [W] of the viscous forces of a chunk of nodes along the difference between the solution and the mean
+    velocities of the step."""
     nodes, own = viscous.field.nodes, viscous.own
     power = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):

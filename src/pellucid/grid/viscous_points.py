@@ -17,20 +17,20 @@ from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
 class Read(NamedTuple):
-    """Input of a point for the viscous stress, or the arrays of all points."""
+    """Position and volume of a point, for the computation of its viscous stress, or the arrays of all points."""
 
     position: Any  # [m]
     volume: Any  # [m³]
 
 
 class Kept(NamedTuple):
-    """Output of a point from the viscous stress, or the arrays of all points."""
+    """Viscous stress of a point, or the array of all points."""
 
     stress: Any  # viscous stress [Pa]
 
 
 class StressByViscosity(NamedTuple):
-    """Operation at each point: viscous stress σ = 2μD + λ tr(D) I with the strain rate D of the nodal velocity."""
+    """Operation at each point: computes the viscous stress σ = 2μD + λ tr(D) I from the strain rate D of the nodal velocity."""
 
     mu: float  # μ [Pa s]
     lam: float  # λ [Pa s]
@@ -52,11 +52,12 @@ def _stress(task, lattice, dt, p, known, g):
 def straining_by_viscosity(
     mapped: MappedPoints, mu: float, lam: float, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> Bundle:
-    """Build the loop that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and
-    maps their forces to the nodes.
+    """Build the loop that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and maps
+    their forces to the nodes.
 
-    stress: output [Pa], shape (points, 6). velocity: nodal velocities, in rows of four numbers. force: nodal rows to which
-    the viscous forces are added [N]. Fills the column POWER of the sums over points with Σ V σ:D [W].
+    stress: output [Pa], shape (points, 6). velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
+    force: nodal rows to which the viscous forces are added [N]. Fills the column POWER of the sums over points with Σ V σ:D
+    [W]. mapped: the points.
     """
     points = mapped.points
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
@@ -67,14 +68,18 @@ def straining_by_viscosity(
 
 
 def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
-    """Build the loop that maps the diagonal of the viscous operator of a body's points to `into`, rows of the nodes, shape
-    (4 nodes,): Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
+    """Build the loop that adds the diagonal of the viscous operator of a body's points, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along
+    each axis d [kg/s], to the nodal rows `into`, shape (4 nodes,).
+
+    mu, lam: viscosities μ and λ [Pa s].
+    """
     return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
 
 
 @parallel_loop()
 def add_stress(s, mapped, viscous):
-    """Add viscous stresses [Pa], shape (points, 6), to the stresses of the points of slab s (see `Slabs`)."""
+    """Add the viscous stresses `viscous` [Pa], shape (points, 6), to the stresses of the points of slab s (see `Slabs`);
+    mapped: the points (`MappedPoints`)."""
     stress, slabs, index = mapped.points.stress, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)

@@ -27,13 +27,17 @@ class _AddressModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def by_address(kind: Any) -> Any:
-    """Return the type in which an argument of this type is passed: arrays of one axis by their address."""
+    """Return the compiled type in which an argument of the type `kind` is passed: arrays with one axis by the address of their
+    first number, all others unchanged."""
     is_row = isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C"
     return AddressType(kind.dtype) if is_row else kind
 
 
 def address_of(context: Any, builder: Any, kind: Any, array: Any) -> Any:
-    """Return the address of the first number of an array, in compiled code."""
+    """Return the address of the first number of an array, in generated code.
+
+    context, builder: numba's target context and LLVM builder; kind: compiled type of the array.
+    """
     return array if isinstance(kind, AddressType) else context.make_array(kind)(context, builder, array).data
 
 

@@ -109,8 +109,8 @@ def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: 
 
 
 def _rows_of(value: Any) -> Any:
-    """Return the length and strides of the rows of an array, or None if kernels are not compiled for them; for a tuple, a
-    tuple of the results for its members."""
+    """Return the length and the strides [bytes] of the rows of an array, or None if kernels are not compiled for rows of this
+    length; for a tuple, a tuple of the results for its members."""
     if isinstance(value, tuple):
         return tuple(_rows_of(part) for part in value)
     if not (isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype == np.float64 and value.shape[1] in ROWS):
@@ -121,7 +121,11 @@ def _rows_of(value: Any) -> Any:
 
 
 def _with_rows(context: Any, builder: Any, kind: Any, value: Any, rows: Any) -> Any:
-    """Return a member of a bundle, in compiled code, with the row lengths as constants."""
+    """Return a member of a bundle in generated code, with the row lengths of its arrays as constants.
+
+    context, builder: numba's target context and LLVM builder; kind: compiled type of the member; rows: result of `_rows_of`.
+    value: the member as stored.
+    """
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         for place, (part, inner) in enumerate(zip(kind, rows, strict=True)):
             if inner is not None:
@@ -138,7 +142,7 @@ def _with_rows(context: Any, builder: Any, kind: Any, value: Any, rows: Any) -> 
 
 @cache
 def _layout(kind: Any) -> np.dtype[Any]:
-    """Return the memory layout of a compiled type. Raises TypeError for types that a bundle cannot hold."""
+    """Return the memory layout of a compiled type as a numpy type. Raises TypeError for types that a bundle cannot hold."""
     if isinstance(kind, types.Array):
         dimensions = np.dtype([(f"f{axis}", np.intp) for axis in range(kind.ndim)])
         names = ("meminfo", "parent", "nitems", "itemsize", "data")
@@ -153,7 +157,8 @@ def _layout(kind: Any) -> np.dtype[Any]:
 
 
 def _native(value: Any, kind: Any) -> Any:
-    """Return the native form of a value. Arrays have no reference count, since the bundle keeps them alive."""
+    """Return a value as nested tuples of numbers, as compiled code stores its type `kind`. Arrays have no reference count,
+    since the bundle keeps them alive."""
     if isinstance(kind, types.Array):
         return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]

@@ -37,13 +37,13 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 def call_at_once(compiled: Any) -> None:
-    """Change a numba dispatcher to a `KernelDispatcher`."""
+    """Change a numba dispatcher to a `KernelDispatcher`, which finds the compiled code faster at each call."""
     compiled.__class__ = KernelDispatcher
     compiled.entries = {}
 
 
 def _kind(value: Any) -> Any:
-    """Return a key for the compiled type of an argument that is fast to compute; None if there is none."""
+    """Return a key that identifies the compiled type of an argument and is fast to compute; None if there is none."""
     kind = type(value)
     if kind is Bundle:
         return value.type_name

@@ -29,12 +29,13 @@ def is_tuple(kind: Any) -> bool:
 
 
 def leaves(kind: Any) -> int:
-    """Return the number of scalars in a value of a compiled type."""
+    """Return the number of scalars in a value of a compiled type, i.e. of a number or nested tuples of numbers."""
     return sum(leaves(part) for part in kind) if is_tuple(kind) else 1
 
 
 def lanes_of(kind: Any) -> Any:
-    """Return the tuple type in which each number is replaced by a vector."""
+    """Return the compiled type in which each number of a type (a number or nested tuples) is replaced by a vector of LANES
+    numbers."""
     if not is_tuple(kind):
         return VECTOR
     parts = [lanes_of(part) for part in kind]
@@ -46,14 +47,18 @@ def lanes_of(kind: Any) -> Any:
 
 
 def built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
-    """Build a tuple of a type from these scalars or vectors, in compiled code."""
+    """Build nested tuples of the compiled type `kind` from an iterator over their scalars or vectors, in generated code.
+
+    context, builder: numba's target context and LLVM builder.
+    """
     if is_tuple(kind):
         return context.make_tuple(builder, kind, [built(context, builder, part, values) for part in kind])
     return next(values)
 
 
 def flat(builder: Any, kind: Any, value: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield the scalars or vectors of a tuple with their types, in order, in compiled code."""
+    """Yield compiled type and value of each scalar or vector in nested tuples of the type `kind`, in order, in generated code;
+    builder: LLVM builder."""
     if is_tuple(kind):
         for place, part in enumerate(kind):
             yield from flat(builder, part, builder.extract_value(value, place))
@@ -72,7 +77,8 @@ def _size(typing: Any, like: Any) -> Any:
 
 
 def _emit_put(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-    """Emit code that stores values in columns. The last three arguments are the array, the place and the values."""
+    """Generate code that stores the numbers or vectors of nested tuples in columns, one column each. The last three arguments
+    (`given`, with the types in `signature`) are the array, the position in its first column and the tuples."""
     (array_kind, _, values_kind), (array, at, found) = signature.args[-3:], given[-3:]
     data = address_of(context, builder, array_kind, array)
     for column, (kind, value) in enumerate(flat(builder, values_kind, found)):
@@ -121,7 +127,7 @@ def _take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
 
 
 def numbers_in(value: Any) -> Iterator[Any]:
-    """Yield the numbers, or vectors, of nested tuples, in order."""
+    """Yield the numbers, or vectors, of a number or nested tuples, in order."""
     if isinstance(value, tuple):
         for part in value:
             yield from numbers_in(part)
@@ -140,7 +146,7 @@ def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
 
 
 def rebuilt(like: Any, values: Iterator[Any]) -> Any:
-    """Build a tuple with the structure of `like` from these numbers or vectors."""
+    """Build nested tuples with the structure of `like` from an iterator over their numbers or vectors."""
     if not isinstance(like, tuple):
         return next(values)
     parts = [rebuilt(part, values) for part in like]

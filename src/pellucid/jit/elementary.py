@@ -46,7 +46,7 @@ compared with exp(x)."""
 
 @compiled_by("pellucid.jit.exponent")
 def exponent_and_rest(x: float) -> tuple[float, float]:
-    """Return k and m of a positive normal number x = m 2ᵏ."""
+    """Return the exponent k and the mantissa m, √½ ≤ m < √2, of a positive normal number x = m 2ᵏ."""
     m, k = frexp(x)
     return (float(k - 1), 2.0 * m) if m < sqrt(0.5) else (float(k), m)
 
@@ -86,7 +86,7 @@ def log1p(x: float) -> float:
 
 @pointwise
 def _near_one(x: float) -> tuple[float, float]:
-    """Return k and exp(r) - 1 for x = k ln 2 + r."""
+    """Return the integer k and exp(r) - 1 for x = k ln 2 + r, |r| ≤ ½ ln 2."""
     k = floor(x * INVERSE_LN2 + 0.5)
     high, low = x - k * LN2_HIGH, k * LN2_LOW
     r = high - low
@@ -97,7 +97,7 @@ def _near_one(x: float) -> tuple[float, float]:
 
 @pointwise
 def _scaled(x: float, k: float) -> float:
-    """Return x 2ᵏ; 2ᵏ may overflow or underflow if the product does not."""
+    """Return x 2ᵏ for an integer k, also if 2ᵏ alone would overflow or underflow."""
     half = floor(0.5 * k)
     return (x * two_to(half)) * two_to(k - half)
 

@@ -17,7 +17,8 @@ DIGITS = 52
 
 @intrinsic
 def exponent_and_rest(typing: Any, x: Any) -> Any:
-    """Return k and m of a number x = m 2ᵏ, in compiled code."""
+    """Return the exponent k and the mantissa m, √½ ≤ m < √2, of a positive number x = m 2ᵏ, in generated code (a numba
+    intrinsic)."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         bits = builder.bitcast(values[0], LONG)
@@ -32,7 +33,7 @@ def exponent_and_rest(typing: Any, x: Any) -> Any:
 
 @intrinsic
 def two_to(typing: Any, k: Any) -> Any:
-    """Return 2ᵏ, in compiled code."""
+    """Return 2ᵏ for an integer k between -1022 and 1023, in generated code (a numba intrinsic)."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         exponent = builder.add(builder.fptosi(values[0], SHORT), SHORT(ONE >> DIGITS))

@@ -7,7 +7,8 @@ from pellucid.errors import UsageError
 
 
 def cache_folder() -> Path:
-    """Return the folder of compiled kernels. Raises UsageError if no folder is set and there is no home."""
+    """Return the folder in which compiled kernels are stored. Raises UsageError if no folder is set and there is no home
+    folder."""
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         root = os.environ.get("XDG_CACHE_HOME")

@@ -11,20 +11,20 @@ from numba.core.compiler import Compiler
 
 
 class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Library that is only linked into other libraries."""
+    """Library of compiled code that is only linked into other libraries."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return 0: there is no compiled function."""
+        """Return 0: there is no machine code to which a pointer could refer."""
         self._ensure_finalized()
         return 0
 
     @property
     def codegen(self) -> Any:
-        """Code generator of the processor, without environments for Python values."""
+        """Replacement of the code generator, which registers no environments for Python values."""
         return _NoEnvironments
 
 

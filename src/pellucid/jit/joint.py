@@ -21,7 +21,8 @@ OF_A_BODY, BYTES_EACH = 8, 256
 
 @contextmanager
 def leaving_out(rows: int) -> Iterator[None]:
-    """Make loops skip EVEN_ROWS or ODD_ROWS of `pellucid.jit.region`."""
+    """Make parallel loops skip the even or odd rows of slabs within the block; rows: EVEN_ROWS or ODD_ROWS of
+    `pellucid.jit.region`."""
     waiting[LEFT_OUT] = rows
     try:
         yield
@@ -30,11 +31,11 @@ def leaving_out(rows: int) -> Iterator[None]:
 
 
 class JointRegion:
-    """Context manager that defers joint loops and runs them together at the end of its block, unless an error ends the
-    block.
+    """Context manager that defers joint loops (see the module) and runs them together at the end of its block, unless an error
+    ends the block.
 
-    The arguments of the loops must exist until the end of the block; their results are available after it. Regions cannot
-    be nested.
+    The arguments of the loops must exist until the end of the block; their results are available after it. Regions cannot be
+    nested.
     """
 
     by_parity: Callable[[Callable[[], None], Sequence[Any]], None] | None = None
@@ -45,10 +46,10 @@ class JointRegion:
         self._given: list[Any] = []
 
     def give(self, begin: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Start joint loops by colour.
+        """Start joint loops by colour (loops over slabs in which neighbouring slabs never run at the same time).
 
-        begin: function that starts the loops; given: function that returns the arrays, of all nodes or of lists of nodes,
-        to which the loops add. It is called only if several processes share the rows.
+        begin: function that starts the loops; given: function that returns the arrays, of all nodes or of lists of nodes, to
+        which the loops add. It is called only if several processes share the rows of slabs.
         """
         if self.by_parity is not None and waiting[OPEN]:
             self._given += [array for array in given() if not any(array is known for known in self._given)]

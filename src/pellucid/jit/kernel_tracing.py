@@ -11,8 +11,8 @@ from typing import Any
 
 @contextmanager
 def record_kernel_calls() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
-    """Record the kernels called from Python in the block, in order, with the types of their arguments, without running
-    them.
+    """Context manager that records the kernels called from Python in the block, without running them. Yields a dictionary whose
+    keys, in call order, are pairs of a kernel and the types of its arguments.
 
     Their output arrays stay unchanged. Kernels that return values run as plain Python.
     """

@@ -15,7 +15,8 @@ from pellucid.jit.address import AddressType, address_of, by_address
 
 
 class LinkedKernel(NamedTuple):
-    """A kernel to which compiled code refers by name; it must be loaded before this code."""
+    """A compiled kernel, by function and argument types, to which other compiled code refers by name; it must be loaded before
+    this code."""
 
     function: Any
     arguments: tuple[Any, ...]
@@ -23,13 +24,13 @@ class LinkedKernel(NamedTuple):
 
     @property
     def symbol(self) -> str:
-        """Name of the kernel in compiled code."""
+        """Name of the kernel in compiled code, to which callers refer."""
         return str(self.compiled.fndesc.llvm_func_name)
 
 
 def linked_kernels(library: Any) -> list[LinkedKernel]:
-    """Return the kernels that the code of a library refers to by name, without nested libraries. The list exists as long as
-    the library."""
+    """Return the list of kernels that the code of a library (a unit of compiled code) refers to by name, without nested
+    libraries. The list exists as long as the library."""
     if not hasattr(library, "linked_kernels"):
         library.linked_kernels = []
     kept: list[LinkedKernel] = library.linked_kernels
@@ -37,7 +38,8 @@ def linked_kernels(library: Any) -> list[LinkedKernel]:
 
 
 def compiled_for(dispatcher: Any, arguments: tuple[Any, ...]) -> LinkedKernel:
-    """Compile a kernel for these argument types, or load it from the cache."""
+    """Return a kernel compiled for the argument types `arguments`, compiled now or loaded from the cache; dispatcher: numba's
+    object for the kernel."""
     dispatcher.compile(arguments)
     return LinkedKernel(dispatcher.py_func, arguments, dispatcher.overloads[arguments])
 

@@ -25,8 +25,8 @@ from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 
 def parallel_loop(allocates: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator: turn the kernel of a chunk into a loop over chunks. The first argument of the kernel is the index of the
-    chunk; the first argument of the loop is the number of chunks.
+    """Return a decorator that turns the kernel of a chunk into a parallel loop over chunks. The first argument of the kernel is
+    the index of the chunk; the first argument of the loop is the number of chunks.
 
     The kernel must not return a value, and exceptions that it raises are lost. Python and kernels can call the loop.
     allocates: see `kernel`.
@@ -35,13 +35,12 @@ def parallel_loop(allocates: bool = False) -> Callable[[Callable[..., Any]], Any
 
 
 def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """Decorator like `parallel_loop`, for slabs of points: adjacent slabs add to the same nodes and never run at the same
-    time.
+    """Return a decorator like `parallel_loop` for kernels of a slab of points: slabs that are neighbours add to the same nodes
+    and never run at the same time.
 
     The second argument of the kernel has `slabs`, with the number of slabs in a row (`across`). gives: name of the argument
-    that holds the arrays to which adjacent slabs add, or of a member of an argument, such as "walls.gap"; see
-    `JointRegion.give`. Only Python can
-    call the loop.
+    that holds the arrays to which neighbouring slabs add, or of a member of an argument, such as "walls.gap"; see
+    `JointRegion.give`. Only Python can call the loop.
     """
     name, _, member = gives.partition(".")
 
@@ -61,10 +60,12 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
 
 
 def _driver(function: Any, loop: Any, sizes: list[str], allocates: bool = False) -> Any:
-    """Return the driver kernel, which distributes the chunks and has the name of the function.
+    """Return the driver: a kernel with the name of `function` that distributes the chunks to the threads by the parallel loop
+    `loop`.
 
-    Its source text is generated with the arguments of the function, since numba is slow to determine the types of a
-    variable number of arguments (`*others`). Messages give the location of the function.
+    function: kernel of one chunk; sizes: expressions for further arguments of the loop, such as the number of slabs in a
+    row; allocates: see `kernel`. Its source text is generated with the arguments of the function, since numba is slow to
+    determine the types of a variable number of arguments (`*others`). Messages give the location of the function.
     """
     number, *others = inspect.signature(function).parameters
     given = ", ".join(["chunk_kernel", number, *sizes, *others])

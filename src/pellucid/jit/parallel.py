@@ -68,8 +68,11 @@ def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> N
 
 
 def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: bool) -> Any:
-    """Return the type and the code of a loop over chunks; sizes: the number of chunks and, for a loop by colour, the number
-    in a row."""
+    """Return the type of a parallel loop over chunks and the function that generates its code (a numba intrinsic).
+
+    kernel, arguments: types of the kernel of a chunk and of its arguments; sizes: types of the number of chunks and, for a
+    loop by colour, of the number in a row; joint: True if the loop may be deferred in a joint region.
+    """
     make_known()
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
@@ -91,7 +94,10 @@ def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: boo
 
 
 def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:
-    """Return the compiled function that runs one chunk."""
+    """Return the LLVM function of type DO_CHUNK that calls the kernel with one chunk.
+
+    packed: type of the memory with the kernel's arguments; compiled: the kernel; given: compiled types of its arguments.
+    """
     name = module.get_unique_name(f"chunk.{compiled.fndesc.mangled_name}")
     function = ir.Function(module, DO_CHUNK, name)
     function.linkage = "internal"

@@ -58,8 +58,8 @@ waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64
 
 
 class Chunks(NamedTuple):
-    """Chunks of a loop, arranged in rows: number of the first chunk, chunks in a row, step within a row, step to the next row,
-    total number of chunks."""
+    """Chunks of a loop that belong to one colour, arranged in rows: number of the first chunk, chunks in a row, difference of
+    numbers within a row, difference of numbers between rows, total number of chunks."""
 
     first: Any
     in_row: Any
@@ -70,7 +70,8 @@ class Chunks(NamedTuple):
 
 @cache
 def make_known() -> Callable[[], None]:
-    """Start numba's threads and register BEGIN for compiled code; return the function that runs the deferred loops."""
+    """Start numba's threads and make the function BEGIN, which starts a loop, available to compiled code; return the function
+    that runs the deferred loops."""
     from numba.np.ufunc.parallel import _launch_threads
 
     llvm.initialize_native_target()
@@ -131,8 +132,11 @@ def _define_begin(module: Any, run: Any) -> None:
 
 
 def _chunks_of(builder: Any, colour: int, count: Any, across: Any) -> Chunks:
-    """Return the chunks of a colour: every second chunk of every second row, or, for loops without rows, all chunks in the
-    first colour."""
+    """Return the chunks of a colour (0 to 3) in generated code: every second chunk of every second row, or, for loops without
+    rows, all chunks in the first colour.
+
+    count: number of chunks of the loop; across: number of chunks in a row, 0 without rows.
+    """
     by_colour = builder.icmp_signed(">", across, INTP(0))
     in_row = builder.select(by_colour, across, INTP(1))
     row, place = INTP(colour // 2), INTP(colour % 2)
@@ -145,7 +149,7 @@ def _chunks_of(builder: Any, colour: int, count: Any, across: Any) -> Chunks:
 
 
 def _waiting_loops() -> Any:
-    """Return the address of the memory of WAITING, in compiled code."""
+    """Return the address of the memory `waiting`, which contains the deferred loops, in generated code."""
     return INTP(waiting.ctypes.data).inttoptr(WAITING.as_pointer())
 
 
@@ -158,7 +162,11 @@ def _define_run_waiting(module: Any, run: Any) -> None:
 
 
 def _define_run(module: Any, share: Any) -> Any:
-    """Define the function that runs loops on numba's threads, or on the current thread if there is nothing to distribute."""
+    """Define the LLVM function that runs loops on numba's threads, or on the current thread if there is nothing to distribute,
+    and return it.
+
+    share: function of `_define_share`, which runs on each thread.
+    """
     function, builder = _define(module, ir.FunctionType(ir.VoidType(), [LOOP.as_pointer(), INTP, INTP]), "run")
     loops, to_next, count = function.args
     task, total = cgutils.alloca_once(builder, TASK), INTP(0)
@@ -197,7 +205,8 @@ def _define_run(module: Any, share: Any) -> Any:
 
 
 def _define_share(module: Any) -> Any:
-    """Define the function that runs on each thread."""
+    """Define the LLVM function that runs on each thread (its own share of chunks first, then those left by other threads), and
+    return it."""
     function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
     done = _member(builder, task, DONE)
@@ -222,7 +231,12 @@ def _define_share(module: Any) -> Any:
 
 
 def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: Any, loops: Any) -> None:
-    """Emit code that runs the items of a share that no thread has taken yet."""
+    """Generate code that runs the items (chunks with the same number in several loops) of a share that no thread has started
+    yet.
+
+    taken: address of the counter of started items; begin, end: first item of the share, and its end; done: address of the
+    counter of completed items; count, loops: number and address of the loops of a colour.
+    """
     head, take, body, on = (builder.append_basic_block(name) for name in ("head", "take", "body", "on"))
     builder.branch(head)
     builder.position_at_end(head)
@@ -239,7 +253,7 @@ def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: 
 
 
 def _await(builder: Any, done: Any, wanted: Any) -> None:
-    """Emit code that waits until `wanted` items are done."""
+    """Generate code that waits until `wanted` items are completed; done: address of the counter of completed items."""
     looks = cgutils.alloca_once_value(builder, INTP(0))
     look, again, rest, on = (builder.append_basic_block(name) for name in ("look", "again", "rest", "on"))
     builder.store(INTP(0), looks)
@@ -259,7 +273,8 @@ def _await(builder: Any, done: Any, wanted: Any) -> None:
 
 
 def _do_number(builder: Any, number: Any, count: Any, loops: Any) -> None:
-    """Emit code that runs one item of a colour: in each loop, one after the other, the chunk with the number of the item."""
+    """Generate code that runs one item of a colour: the chunk with the number `number`, in each of `count` loops one after the
+    other."""
     with cgutils.for_range(builder, count, intp=INTP) as each:
         loop = builder.load(builder.gep(loops, [each.index]))
         do_chunk, arguments, *rest = (builder.extract_value(loop, i) for i in range(len(LOOP.elements)))

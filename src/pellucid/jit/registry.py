@@ -30,7 +30,7 @@ callers need the same options: otherwise a shared function would be compiled for
 
 
 class MissingFunction(TypeError):
-    """Error: a pointwise operation is not registered for a type."""
+    """Error for a call of a pointwise operation with a first argument for whose type no function is registered."""
 
     def __init__(self, operation: Callable[..., Any], kind: type) -> None:
         self.operation, self.kind = operation, kind
@@ -39,20 +39,21 @@ class MissingFunction(TypeError):
 
 
 class Generic(NamedTuple):
-    """A pointwise operation: its signature, and its implementations by the type of the first argument."""
+    """A pointwise operation (a function with one implementation per type of its first argument): signature and
+    implementations."""
 
     signature: inspect.Signature
     implementations: dict[type, Callable[..., Any]]
     default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
     def of(self, kind: type) -> Callable[..., Any] | None:
-        """Return the implementation of the operation for a parameter type; None if there is none."""
+        """Return the implementation of the operation for a first argument of the type `kind`; None if there is none."""
         return self.implementations.get(kind, self.default[0] if self.default else None)
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator: declare a pointwise operation. The body of `signature` is never run; only its arguments and docstring are
-    used."""
+    """Decorator: declare a pointwise operation, a function with one implementation per type of its first argument (a NamedTuple
+    of parameters), see `point_function`. The body of `signature` is never run; only its arguments and docstring are used."""
     bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
     operation = Generic(inspect.Signature(bare), {}, [])  # implementations are not annotated, and numba compares
 
@@ -71,7 +72,8 @@ def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorator: register a function as `operation` for a parameter type, for compiled kernels and plain Python.
+    """Return a decorator that registers a function as the implementation of `operation` for first arguments of the type `kind`,
+    for compiled kernels and plain Python.
 
     Raises TypeError if `operation` is no operation, if the type is no NamedTuple, and if the arguments of the function
     differ from the arguments of the operation.
@@ -97,7 +99,8 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
 
 
 def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorator: register a function as `operation` for all parameter types without their own implementation."""
+    """Return a decorator that registers a function as the implementation of `operation` for all types of the first argument
+    without their own one."""
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
         _generics[operation].default[:] = [implementation]
@@ -115,8 +118,8 @@ def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorator: in kernels, replace a function of one argument by the intrinsic of the same name in a module, which is
-    imported with the first kernel."""
+    """Return a decorator by which kernels replace a function of one argument with the numba intrinsic of the same name in a
+    module, which is imported with the first kernel."""
 
     def mark(function: Callable[..., Any]) -> Callable[..., Any]:
         _replaced[function] = module
@@ -128,17 +131,18 @@ def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any
 
 
 def is_operation(value: Any) -> bool:
-    """Return True for a function declared with `@generic`."""
+    """Return True for a pointwise operation, i.e. a function declared with `@generic`."""
     return isinstance(value, FunctionType) and value in _generics
 
 
 def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., Any]]:
-    """Return the functions registered for an operation, by the type of the first argument."""
+    """Return the functions registered for an operation (declared with `@generic`), by the type of the first argument."""
     return _generics[operation].implementations
 
 
 def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:
-    """Return a list with the default function of an operation; an empty list if there is none."""
+    """Return a list with the function of an operation (declared with `@generic`) for all types without their own one; an empty
+    list if there is none."""
     return _generics[operation].default
 
 
@@ -148,7 +152,7 @@ def is_pointwise(value: Any) -> bool:
 
 
 def activate() -> None:
-    """Register all functions with numba, and from now on each new one."""
+    """Register all pointwise functions and operations with numba, and from now on each new one."""
     global _active
     if _active:
         return

@@ -30,8 +30,11 @@ def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
 
 
 def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, offset: int, count: int) -> Any:
-    """Return the address of `count` doubles, starting `offset` doubles after the start of the row of point p, in compiled
-    code."""
+    """Return the address of `count` doubles, starting `offset` doubles after the start of the row of point p, in generated
+    code.
+
+    context, builder: numba's target context and LLVM builder; kind: compiled type of the array; length: numbers in a row.
+    """
     if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
         raise TypeError(f"only arrays of doubles in C order have rows, not {kind}")
     data = context.make_array(kind)(context, builder, array).data
@@ -40,7 +43,10 @@ def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, le
 
 
 def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any, Any, Any], Any]) -> Iterator[Any]:
-    """Yield the result of `visit` for each array and the part of `like` that it holds."""
+    """Yield the result of `visit(part, type, array)` for each array of nested tuples of arrays, in generated code.
+
+    like: compiled type of the values of a point, of which `part` belongs to the array; kind: compiled type of `arrays`.
+    """
     if not is_tuple(kind):
         yield visit(like, kind, arrays)
         return
@@ -49,7 +55,8 @@ def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any,
 
 
 def _columns(builder: Any, length: int, taken: Callable[[int, int], Any]) -> list[Any]:
-    """Return a vector for each component of four rows; taken: function that reads `count` numbers at an offset."""
+    """Return one vector for each of `length` components of the rows of four points; taken: function that returns `count`
+    numbers that begin at an offset from the first row."""
     columns = []
     for component in range(0, length - 1, 2):
         pairs = [taken(component + length * lane, 2) for lane in range(LANES)]
@@ -64,7 +71,8 @@ def _columns(builder: Any, length: int, taken: Callable[[int, int], Any]) -> lis
 
 
 def _rows(builder: Any, columns: list[Any]) -> Iterator[tuple[int, Any]]:
-    """Yield the numbers of four rows as vectors of several components of one row, each with its offset."""
+    """Yield the numbers of the rows of four points as vectors of components of one row, each with its offset from the first
+    row; columns: one vector for each component."""
     length = len(columns)
     together = zip(columns[:-1:2], columns[1::2], strict=True)
     pairs = [[_lanes(builder, one, other, lanes) for lanes in (EVEN, ODD)] for one, other in together]

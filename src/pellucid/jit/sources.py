@@ -25,7 +25,8 @@ VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold
 
 
 class Lead(NamedTuple):
-    """Dependencies of the code of a function."""
+    """Dependencies of the code of a function: digest of its code and constants, and the functions, operations and named tuple
+    classes that it uses."""
 
     digest: str
     functions: list[FunctionType]
@@ -41,7 +42,8 @@ class Sources(NamedTuple):
 
 
 def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type]) -> Sources | None:
-    """Return the dependencies of kernels called with these types; None if two classes have the same name."""
+    """Return the dependencies of kernels (`functions`) that are called with arguments of these compiled types; None if two
+    named tuple classes have the same name."""
     arguments = tuple(arguments)
     ahead: list[Any] = list(functions)
     seen: set[Any] = set()
@@ -69,7 +71,7 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
 
 
 def classes_in(kind: types.Type) -> Iterator[type]:
-    """Yield the named tuple classes within a compiled type."""
+    """Yield the named tuple classes that occur within a compiled type."""
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         yield kind.instance_class
     for part in parts_of(kind):
@@ -77,7 +79,7 @@ def classes_in(kind: types.Type) -> Iterator[type]:
 
 
 def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
-    """Return the types that a compiled type contains."""
+    """Return the types of the members of a compiled type; empty for a simple type."""
     content = getattr(kind, "content", None)
     if isinstance(content, types.Type):  # of a bundle
         return (content,)
@@ -89,7 +91,7 @@ def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
 
 
 def described(kind: types.Type) -> str:
-    """Return the name of a type, identical in every process."""
+    """Return a text that identifies a compiled type and is identical in every process."""
     inner = ", ".join(map(described, parts_of(kind)))
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         return f"{kind.instance_class.__module__}.{kind.instance_class.__qualname__}({inner})"
@@ -101,14 +103,15 @@ def described(kind: types.Type) -> str:
 
 @cache
 def compiler_state() -> str:
-    """Return the versions and sources that affect all compiled code; this folder counts as part of the compiler."""
+    """Return a text with the versions (Python, numba, numpy) and the digests of source files that affect all compiled code; the
+    files of this folder count as part of the compiler."""
     texts = [file_digest(str(path)) for path in sorted(Path(__file__).parent.glob("*.py"))]
     return " ".join([numba.__version__, llvmlite_version, np.__version__, sys.version, *texts])
 
 
 @cache
 def lead_of(function: FunctionType) -> Lead:
-    """Return the dependencies of the code of one function."""
+    """Return the dependencies of the code of one function, without those of the functions that it calls."""
     lead = Lead("", [], [], [])
     parts = [f"{function.__module__}.{function.__qualname__}", repr(function.__defaults__)]
     parts.append(code_text(function.__code__, function.__doc__))
@@ -117,7 +120,7 @@ def lead_of(function: FunctionType) -> Lead:
 
 
 def code_text(code: CodeType, doc: str | None = None) -> str:
-    """Return the content of a code object, without its place in a file."""
+    """Return the content of a code object as text, without its place in a file; doc: docstring, which is left out."""
     constants = [
         code_text(value) if isinstance(value, CodeType) else str(sorted(map(repr, value)))
         if isinstance(value, frozenset) else repr(value)
@@ -157,7 +160,8 @@ def from_versioned(module: str | None) -> bool:
 
 
 def follow(value: Any, lead: Lead) -> str:
-    """Describe a value in one line and record its dependencies."""
+    """Return a text that identifies a value used by a function, and add the functions, operations and classes in it to
+    `lead`."""
     if registry.is_operation(value):
         lead.operations.append(value)
     elif isinstance(value, FunctionType):
@@ -181,7 +185,10 @@ def follow(value: Any, lead: Lead) -> str:
 
 @cache
 def file_digest(path: str) -> str:
-    """Return the digest of a file. It represents a function whose implementation an extension of the compiler may replace."""
+    """Return the SHA-256 digest of a file, or its path if it cannot be read.
+
+    The digest represents a function whose implementation an extension of the compiler may replace.
+    """
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest()
     except OSError:

@@ -32,7 +32,7 @@ FUSED = ("contract",)
 
 
 class VectorType(types.Type):
-    """Compiled type of a vector."""
+    """Compiled type of a vector of LANES doubles."""
 
     def __init__(self) -> None:
         super().__init__(name=f"Vector{LANES}")
@@ -48,12 +48,16 @@ class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def vector_at(builder: Any, address: Any) -> Any:
-    """Return the address of a double as the address of a vector that starts there, in compiled code."""
+    """Return the address of a double, converted to the address of a vector of LANES doubles, in generated code."""
     return builder.bitcast(address, DOUBLES.as_pointer())
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """Return the typed address of four numbers of an array, starting at an index, in compiled code."""
+    """Return the address of LANES numbers of an array, starting at an index, converted to the address of a vector, in generated
+    code.
+
+    context, builder: numba's target context and LLVM builder; kind: compiled type of the array.
+    """
     numbers = ir.VectorType(context.get_data_type(kind.dtype), LANES)
     data = address_of(context, builder, kind, array)
     return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())
@@ -80,7 +84,7 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
 
 
 def repeat(builder: Any, number: Any) -> Any:
-    """Build a vector with a scalar in all lanes, in compiled code."""
+    """Return a vector with a scalar in all lanes, in generated code; builder: LLVM builder."""
     empty = ir.Constant(DOUBLES, ir.Undefined)
     first = builder.insert_element(empty, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, empty, ir.Constant(SHUFFLE, [0] * LANES))

@@ -16,51 +16,54 @@ class ActiveCondition:
     """
 
     def try_out(self) -> None:
-        """Raise CaseError if the condition cannot act. Called when all bodies are complete, before output is written."""
+        """Raise CaseError if the condition cannot act in this case. Called when all bodies are complete, before output is
+        written."""
 
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s].
 
-        dt: increment of the load time in this step [s]; it is 0 while bodies settle or are relaxed.
+        dt: increment of the time of the loads in this step [s]; it is 0 while bodies settle or are relaxed.
         """
 
     def act_on_nodes(self, dt: float) -> None:
-        """Apply impulses to the nodes, after their momentum was advanced by dt [s] and before contact.
+        """Apply impulses to the grid nodes, after their momentum was advanced by a step dt [s] and before contact.
 
-        See `VelocityField.add_impulses`, which also counts their work.
+        See `VelocityField.add_impulses`, which also computes their work.
         """
 
     def end(self, dt: float) -> None:
-        """Update the state of the condition after the bodies have completed the step dt [s] and computed their totals.
+        """Update the state of the condition after the bodies have completed the step dt [s] and computed their totals (sums of
+        mass, momentum and energies).
 
         The condition also adds to the totals what the bodies cannot compute: half the power of a force that stores energy,
         and the step limit due to it.
         """
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """Insert points into bodies after the energy balance of the step; return their mass, momentum and energy.
+        """Insert points into bodies after the energy balance of step `n_steps`, which ended at `time` [s]; return their number,
+        mass, momentum and energy.
 
         The totals of the bodies already include these points.
         """
         return ()
 
     def work(self) -> StepWork | None:
-        """Return the work and impulses of the condition over the step; None if the nodes or bodies on which it acts
-        count them."""
+        """Return the works and the impulse of the condition over the step; None if the nodes or bodies on which it acts compute
+        them."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Return the impulse of the condition over the step [N s], shape (3,), by the name under which probes read it;
-        empty if the nodes and bodies that the condition acts on report it by name."""
+        """Return the impulses of the condition over the step [N s], shape (3,) each, by the names under which probes read them;
+        empty if the nodes and bodies that the condition acts on report them by name."""
         return {}
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the condition itself rather than to the body on which it acts."""
+        """Return the limit of the time step due to the condition itself rather than to the body on which it acts."""
         return NO_LIMIT
 
     def at_stake(self) -> float:
-        """Return the energy that the condition stores at the start and could release [J]; it is part of the reference of
-        the energy error."""
+        """Return the energy that the condition stores at the start and could release [J]; it is part of the energy relative to
+        which the error of the energy balance is measured."""
         return 0.0
 
     def warning(self) -> str | None:
@@ -68,8 +71,8 @@ class ActiveCondition:
         return None
 
     def columns(self) -> Mapping[str, float]:
-        """Return the current values of the condition's columns of the history, by the names of `Condition.columns`, in SI
-        units."""
+        """Return the current values of the columns that the condition adds to the history (the table of values over time), by
+        the names of `Condition.columns`, in SI units."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:

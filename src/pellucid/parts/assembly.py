@@ -32,32 +32,33 @@ class AssembledBody(NamedTuple):
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
-        """Mask of the axes along which the grid is one cell thick."""
+        """Axes along which the grid is one cell thick: True for these."""
         return self.actions.field.grid.thin if self.actions else NO_AXES
 
     @property
     def active_axes(self) -> ActiveAxes:
-        """Mask of the axes along which the grid is more than one cell thick."""
+        """Axes along which the grid is more than one cell thick: True for these."""
         x, y, z = self.thin
         return not x, not y, not z
 
     def offers(self, capability: type[Capability]) -> Capability:
-        """Return the body, typed as having a capability. Raises ValueError if the body lacks the capability, which its
-        model should have reported."""
+        """Return the body, typed as having a capability (a class of `pellucid.parts.capabilities`). Raises ValueError if the
+        body lacks it, which its model should have reported."""
         if not isinstance(self.body, capability):
             raise ValueError(f"body {self.body.name} lacks the capability `{capability.__name__}`; its model must report this")
         return self.body
 
     def selectable(self) -> Selectable:
-        """Return the nodes and faces from which regions select, in storage order at the start."""
+        """Return the nodes and faces of the body from which regions in a case select, in storage order at the start."""
         return self._selectable(np.arange(len(self.body.stored_array("id"))))
 
     def selectable_by_number(self) -> Selectable:
-        """Return the nodes and faces from which regions select, in the order of the point numbers."""
+        """Return the nodes and faces of the body from which regions in a case select, in the order of the point numbers."""
         return self._selectable(np.argsort(self.body.stored_array("id")))
 
     def _selectable(self, order: np.ndarray) -> Selectable:
-        """Return the nodes and faces from which regions select; order: indices of the points as stored."""
+        """Return the nodes and faces of the body from which regions in a case select; order: storage indices of the points in
+        the required order."""
         body = self.body
         place = np.argsort(body.stored_array("id")[order])  # index by point number
         faces, position = place[body.cells().surface()], body.stored_array("position")[order]
@@ -71,20 +72,23 @@ class AssembledBody(NamedTuple):
 
 
 class Assembly(NamedTuple):
-    """The parts of a run that conditions access when they are activated."""
+    """The bodies of a run, actions on nodes and order of the works, which conditions access when they are activated."""
 
     bodies: Mapping[str, AssembledBody]  # by name
     actions: Sequence[NodalActions]  # actions on the nodes of each velocity field
     layout: WorkLayout  # columns of the work channels in a row of works
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
-        """Return a function that adds external forces [N], shape (n, 3), in storage order, to a body over a step."""
+        """Return a function that adds external forces [N], shape (n, 3), in storage order, to the points of a body over a step.
+
+        body: its name; channel: name of the entry of the energy balance that receives the work of the forces.
+        """
         takes, column = self.bodies[body].offers(TakesExternalForces), self.load_column(body, channel)
         return lambda force: takes.add_external_force(force, column)
 
     def load_column(self, body: str, channel: str) -> int:
-        """Register external forces on a body, and return the column of their channel for `add_external_force` and similar
-        methods."""
+        """Register external forces on the body with this name, and return the column for `add_external_force` and similar
+        methods of the body: the place of their channel (entry of the energy balance) in arrays of works."""
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()

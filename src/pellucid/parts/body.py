@@ -24,7 +24,7 @@ __all__ = ["Body", "NodalSupport", "Placement", "in_metres"]
 
 
 def in_metres(place: np.ndarray) -> str:
-    """Return a position [m] as text for errors."""
+    """Return a position [m], shape (3,), as text for errors."""
     return f"({', '.join(f'{value:.6g}' for value in place.tolist())}) m"
 
 
@@ -55,33 +55,35 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def n_points(self) -> int:
-        """Number of points or nodes."""
+        """Number of material points or nodes."""
         return len(self.arrays["mass"])
 
     @property
     def n_told(self) -> int:
-        """Number of points in results. It includes points that left the grid, unless new points can take their place."""
+        """Number of points of the body in results. It includes points that left the grid, unless new points can take their
+        place."""
         return self.n_points
 
     @property
     def n_stress_points(self) -> int:
-        """Number of points at which stresses are computed; it determines the cost of the kernels."""
+        """Number of points at which stresses are computed; it determines the computing time."""
         return self.n_points
 
     @property
     def mass(self) -> float:
-        """Mass [kg], independent of the storage order to the last bit."""
+        """Mass of the body [kg], independent of the storage order of the points to the last bit."""
         return fsum(self.arrays["mass"])
 
     def order(self) -> np.ndarray | slice:
-        """Return the storage indices of the points in the domain, in the order of their numbers (mesh, surface or seeding).
+        """Return the storage indices of the points that have not left the grid, in the order of their numbers (mesh, surface or
+        seeding).
 
         User code always sees points in this order.
         """
         return np.argsort(self.arrays["id"])
 
     def stored_array(self, name: str) -> np.ndarray:
-        """Return an array of all points in the domain, of all processes, in storage order."""
+        """Return the array with this name for all points that have not left the grid, of all processes, in storage order."""
         return self.arrays[name]
 
     def volumes(self) -> np.ndarray:
@@ -91,7 +93,7 @@ class Body(ConstrainedPoints, ABC):
     # the step
 
     def step_limit(self) -> StepLimit:
-        """Return the largest stable time step for the current state, computed from the totals, with the reason."""
+        """Return the largest stable time step for the current state, with the reason."""
         if self.totals.rate <= 0.0:
             return NO_LIMIT
         return StepLimit(1.0 / self.totals.rate, "wave", "fastest signal in the body")
@@ -106,8 +108,8 @@ class Body(ConstrainedPoints, ABC):
         them."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Return the angular momentum of the points about a position [m], as a vector of shape (3,) [N m s] with the sum
-        of its magnitudes."""
+        """Return the angular momentum of the points about a position `about` [m], shape (3,), as a vector of shape (3,) [N m s]
+        with the sum of the magnitudes of its contributions."""
         m, velocity = self.stored_field("mass")[:, None], self.stored_field("velocity")
         arm = self.stored_field("position") - about
         size = m[:, 0] * np.sqrt(np.sum(arm * arm, axis=1) * np.sum(velocity * velocity, axis=1))
@@ -124,26 +126,28 @@ class Body(ConstrainedPoints, ABC):
 
     @abstractmethod
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the point, if an invalid state was found in this step."""
+        """Raise `RunStopped`, naming the point, if the body found an invalid state in step `n_steps`, which ended at `time`
+        [s]."""
 
     def state_warning(self) -> str | None:
-        """Return a warning about the current state, checked from time to time; None for most bodies."""
+        """Return a warning for the user about the current state, or None; called from time to time."""
         return None
 
     def complete(self) -> None:
-        """Prepare everything that depends on the conditions. Called once, when all are known, before the first step."""
+        """Prepare all data that depend on the conditions. Called once, when all conditions are known, before the first step."""
         if self.constraint is not None:
             self.renew_totals()  # the step limit of the body may have changed
 
     @abstractmethod
     def renew_totals(self) -> None:
-        """Compute the totals of the current state, after conditions changed the step limit."""
+        """Compute the totals (sums of mass, momentum and energies, and the step limit) of the current state, after conditions
+        changed the step limit."""
 
     # checkpoint
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return every array that the next step depends on, by name."""
+        """Return every array on which the next step depends, by name, for a checkpoint."""
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -162,7 +166,7 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def on_grid(self) -> ContactBody | None:
-        """Contact interface of the body's points on the grid; None without contact on the grid."""
+        """Interface of the body's points for contact on the nodes of the grid; None without such contact."""
         return None
 
     @property
@@ -182,21 +186,23 @@ class Body(ConstrainedPoints, ABC):
 
     @abstractmethod
     def field(self, name: str) -> np.ndarray:
-        """Return a field of the points in the domain, in the order of their numbers; units in `pellucid.state.FIELDS`.
+        """Return a field of the points that have not left the grid, in the order of their numbers; units in
+        `pellucid.state.FIELDS`.
 
         Raises `UnknownName`, see `no_field`.
         """
 
     def stored_field(self, name: str) -> np.ndarray:
-        """Return a field of the points in the domain, in storage order; see `field`."""
+        """Return a field of the points that have not left the grid, in storage order; see `field`."""
         return self.field(name)
 
     def no_field(self, name: str) -> UnknownName:
-        """Return the error for an unknown field."""
+        """Return the error for a field name that the body does not have."""
         return UnknownName(absent(f"body {self.name} has no field", name, self.field_names))
 
     def cells(self) -> Cells:
-        """Return the cells that results draw, with the point numbers of `frame`; for most bodies only the points."""
+        """Return the cells (points, lines, triangles or tetrahedra) that results draw, with the point numbers of `frame`; for
+        most bodies only the points."""
         return Cells.of_points(self.n_points)
 
     def places(self) -> np.ndarray:
@@ -204,7 +210,7 @@ class Body(ConstrainedPoints, ABC):
         return np.asarray(self.arrays["position"][np.argsort(self.arrays["id"])])
 
     def frame(self) -> dict[str, np.ndarray]:
-        """Return the fields of all points in the order of their numbers; units in `pellucid.state.FIELDS`."""
+        """Return the fields of all points in the order of their numbers, by name; units in `pellucid.state.FIELDS`."""
         return Named(f"body {self.name} has no field", {name: np.array(self.field(name)) for name in self.field_names})
 
     def facts(self) -> Mapping[str, float]:
@@ -216,15 +222,17 @@ class Body(ConstrainedPoints, ABC):
         return kinetic_energies(self.arrays["mass"], self.arrays["velocity"])
 
     def whereabouts(self, p: int) -> str:
-        """Return the location of point p as text for an error."""
+        """Return the location of the point with the storage index p as text for an error."""
         return f"at {in_metres(self.arrays['position'][p])}"
 
     def fault(self, code: int, p: int) -> Fault:
-        """Return the meaning and remedy of a fault (codes: `pellucid.grid.points`) of point p."""
+        """Return the meaning of a fault code (see `pellucid.grid.points`) for the point with the storage index p, and a
+        remedy."""
         return FAULTS[code]
 
     def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` for a fault (codes: `pellucid.grid.points`) of point p."""
+        """Raise `RunStopped` for a fault code (see `pellucid.grid.points`) of the point with the storage index p, in step
+        `n_steps` at the time `time` [s]."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
         fault = self.fault(int(code), p)
         leave = ", or let it leave through an [[outflow]]" if fault is FAULTS[LOST] and self.may_leave else ""

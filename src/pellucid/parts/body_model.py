@@ -58,13 +58,17 @@ class BodyModel(Part):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Declare the fields of the subclass. Raises TypeError if their names are already used."""
+        """Declare the fields of the subclass, so that results can store them. Raises TypeError if their names are
+        already used."""
         super().__pydantic_init_subclass__(**arguments)
         for name, field in cls.fields.items():
             declare_field(name, field, cls.__name__)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a missing grid, for the first body that needs one."""
+        """Yield an error if the case has no grid, for the first body that needs one.
+
+        path: location of the body in the case; parts: all parts of the case.
+        """
         needing = [body for body in parts.of(BodyModel) if body.needs_grid(parts)]
         if parts.lacks_grid and needing and needing[0] is self:
             several = len(needing) > 1
@@ -77,8 +81,8 @@ class BodyModel(Part):
         """Return the lower and upper corner of the body's bounding box at the start [m], each of shape (3,)."""
 
     def standing(self, grid: GridCase) -> Standing:
-        """Return the initial positions; without points if they are known only when the body is built. Raises CaseError if
-        the body cannot be placed."""
+        """Return the initial positions of the points on the grid; without points if they are known only when the body is built.
+        Raises CaseError if the body cannot be placed."""
         return Standing(np.zeros((0, 3)))
 
     @abstractmethod
@@ -88,14 +92,14 @@ class BodyModel(Part):
     @property
     @abstractmethod
     def probed(self) -> tuple[str, ...]:
-        """Names of the fields that probes can read."""
+        """Names of the fields of the body that probes can read."""
 
     @abstractmethod
     def n_points(self, grid: GridCase | None) -> float:
-        """Return the number of points, accurate to one layer of points; None if the case has no grid."""
+        """Return the number of points of the body, accurate to one layer of points; grid: None if the case has no grid."""
 
     def table_bytes(self) -> float:
-        """Return the memory needed in addition to the points, such as for tables of shape functions [bytes]."""
+        """Return the memory needed in addition to that of the points, such as for tables of shape functions [bytes]."""
         return 0.0
 
     @abstractmethod
@@ -104,23 +108,24 @@ class BodyModel(Part):
 
     @abstractmethod
     def build(self, placement: Placement) -> Body:
-        """Build the body; in a case with several bodies, from the model that `with_others` returns."""
+        """Build the body in the surroundings `placement`; in a case with several bodies, this method is called on the model
+        that `with_others` returns."""
 
     def check_set_up(self) -> None:
-        """Raise CaseError for problems that appear only during set-up, if they can be found quickly. Optional."""
+        """Raise CaseError for errors that appear only during set-up, if they can be found quickly. Optional."""
 
     def start_warnings(self) -> Iterator[str]:
-        """Yield warnings about probable mistakes that do not prevent a run, without a set-up."""
+        """Yield warnings about probable mistakes in the case that do not prevent a run; the body is not built for this."""
         yield from ()
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
-        """Return the positions at which other bodies first touch this body at the start [m], shape (m, 3); hard: this body
-        does not deform."""
+        """Return the initial positions at which other bodies can touch this body first [m], shape (m, 3); hard: True if this
+        body does not deform; grid: table of the grid."""
         return self.standing(grid).position
 
     def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Return centres [m] and outward vector areas [m²], shape (m, 3), and edge lengths [m], shape (m,), of the loaded
-        faces of the body.
+        """Return centres [m], shape (m, 3), and outward vector areas [m²], shape (m, 3), and edge lengths [m], shape (m,), of
+        the faces of the body on which pressure acts.
 
         Returns None if pressure acts on the body through cells of the grid instead.
         """
@@ -137,7 +142,8 @@ class BodyModel(Part):
         return False
 
     def selectable(self) -> Selectable | None:
-        """Return the initial nodes and faces from which regions select; None if they are known only when the body is built."""
+        """Return the initial nodes and faces from which regions in the case select; None if they are known only when the body
+        is built."""
         return None
 
     @property
@@ -152,7 +158,8 @@ class BodyModel(Part):
 
     @property
     def remedy_for_node_contact(self) -> str:
-        """Remedy for contact with solids and membranes on the nodes of the grid."""
+        """Remedy, as text for the user, if the body has contact with solids or membranes on the nodes of the grid instead of by
+        surfaces."""
         return "use a smaller grid.cell"
 
     @property
@@ -166,7 +173,7 @@ class BodyModel(Part):
         return False
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of work and losses that the body itself counts."""
+        """Return the channels (entries of the energy balance) of works and losses that the body itself computes."""
         return ()
 
     @property
@@ -182,7 +189,7 @@ class BodyModel(Part):
         return Finding(("kind",), f'steady states of kind "{self.kind}" cannot be computed', "remove the table [steady]")
 
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
-        """Return the model with access to the other bodies of the case, whose regions it may exclude."""
+        """Return the model with access to the other bodies of the case, whose regions it may exclude from its own."""
         return self
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
@@ -202,7 +209,8 @@ class BodyModel(Part):
         return ()
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return the reason why another body cannot exclude the region of this body, or None."""
+        """Return the reason why another body cannot exclude the region of this body from its own, or None; grid: None if the
+        case has none."""
         return None
 
     def why_no_motion(self) -> Reason | None:
@@ -225,7 +233,7 @@ class BodyModel(Part):
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
         """Return the reason why contact of the body with itself cannot be computed, or None; alone: no other body is in its
-        field."""
+        velocity field."""
         text = f'body {self.name} of kind "{self.kind}" cannot have contact with itself: it moves with one velocity field'
         return Reason(text, "use kind membrane-elements or meshless-solid, or two bodies")
 
@@ -235,8 +243,8 @@ class BodyModel(Part):
         return Reason(f"body {self.name} is not a fluid film", "prescribe the displacement along x, y or z")
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Return the reason why walls cannot have friction with the body or open for it, or None; alone: no other body is
-        in its field."""
+        """Return the reason why walls cannot have friction with the body or open (release it when it moves away), or None;
+        alone: no other body is in its velocity field."""
         remedy = "remove this key, and model the floor as a body held by a motion, with a `field` of its own and a [[contact]]"
         if self.is_rigid and not self.why_no_wall():
             remedy = 'use a [[wall]] with `kind = "coulomb"` and `friction`, or with `kind = "stick"`, instead of this support'
@@ -247,18 +255,21 @@ class BodyModel(Part):
         return None
 
     def why_not_strained_first(self) -> Reason | None:
-        """Return the reason why strains of the body cannot be updated before the momentum equation, as in USF, or None."""
+        """Return the reason why stresses of the body cannot be updated before the momentum equation, as the scheme USF does, or
+        None."""
         return None
 
     def wave_speeds(self) -> tuple[float, float] | None:
-        """Return the initial speeds of plane pressure and shear waves [m/s], which a face of the grid can absorb.
+        """Return the initial speeds of plane pressure and shear waves [m/s] that travel in the body and that an absorbing face
+        of the grid can absorb.
 
         Returns None if no such waves reach the face.
         """
         return None
 
     def waves_at_start(self) -> tuple[float, float]:
-        """Return the initial speeds of pressure and shear waves of the material [m/s], which define time scales."""
+        """Return the initial speeds of pressure and shear waves of the material [m/s], from which time scales of the body
+        follow."""
         return self.material.wave_speeds()
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
@@ -270,27 +281,29 @@ class BodyModel(Part):
         return None if self.moves else NO_LIMIT
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return an estimate of the step limit once the body moves."""
+        """Return an estimate of the step limit once the body moves; arguments as in `step_limit`."""
         return self.step_limit(cell, is_driven)
 
     def fastest_at_start(self, places: np.ndarray) -> float:
-        """Return the largest initial speed [m/s] at positions [m], shape (n, 3)."""
+        """Return the largest initial speed of the body [m/s] at positions [m], shape (n, 3)."""
         velocity = self.initial_velocity(places)
         return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1))))
 
     def places_between_bounds(self) -> np.ndarray:
-        """Return a lattice of positions within the bounds of the body [m], shape (n, 3)."""
+        """Return the points of a regular lattice within the bounding box of the body [m], shape (n, 3)."""
         lower, upper = self.bounds()
         share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(lower + share * (upper - lower))
 
 
 def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:
-    """Return the nodes and faces of a body from which regions select, if they are known before it is built."""
+    """Return the nodes and faces of a body from which regions in the case select, if they are known before the body is built,
+    else None; parts: all parts of the case."""
     of, grid = body.selectable(), parts.grid
     return of if of is None or grid is None else of._replace(periods=grid.periods())
 
 
 def is_alone(body: BodyModel, parts: Parts) -> bool:
-    """Return True if no other body is in the velocity field of a body; always True without a grid."""
+    """Return True if no other body shares the velocity field of a body; always True without a grid. parts: all parts of the
+    case."""
     return parts.grid is None or sum(other.field == body.field for other in parts.of(BodyModel)) == 1

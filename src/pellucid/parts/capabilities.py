@@ -24,43 +24,44 @@ if TYPE_CHECKING:  # keeps the import fast for the models of conditions
 
 @runtime_checkable
 class TakesExternalForces(Protocol):
-    """A body with inertia on which external forces act."""
+    """A body on whose points or nodes external forces can act."""
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the points [N], shape (n, 3), in storage order, over this step.
 
-        column: column of their channel in a row of works, see `pellucid.energy`.
+        column: place of the channel of the forces (entry of the energy balance) in arrays of works, see `pellucid.energy`.
         """
 
 
 @runtime_checkable
 class TakesPressure(Protocol):
-    """A membrane on which a pressure acts along the normals."""
+    """A membrane on which a pressure can act along the normals."""
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals over this step; column: column of their work in a row of
-        works."""
+        """Add the forces of a pressure [Pa] along the normals over this step; column: as in
+        `TakesExternalForces.add_external_force`."""
 
 
 @runtime_checkable
 class TakesTractions(Protocol):
-    """A surface that evaluates its loads itself, at the times that it needs within a step."""
+    """A surface that evaluates its loads itself, at any times within a step (for example in sub-steps)."""
 
     def add_traction(self, traction: "Traction", column: int, label: str) -> None:
-        """Add the forces of a traction on the surface over this step.
+        """Add the forces of a traction (force per unit area) on the surface over this step.
 
-        column: column of their work in a row of works; label: name of the load for users.
+        column: as in `TakesExternalForces.add_external_force`; label: name of the load for users.
         """
 
 
 @runtime_checkable
 class TakesDrag(Protocol):
-    """A body with inertia that a drag can slow."""
+    """A body with inertia that a drag (a force against its velocity) can slow."""
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Apply a drag with a rate [1/s] over this step dt [s].
+        """Apply a drag, which reduces velocities at a rate [1/s], over this step dt [s].
 
-        Returns the energy [J] and the impulse on the body [N s], shape (3,), that the body does not count itself.
+        Returns the energy [J] that the body lost by it and the impulse on the body [N s], shape (3,), as far as the body
+        does not compute these itself.
         """
 
 
@@ -93,7 +94,7 @@ class TakesSupports(Protocol):
     """A body with its own nodes that supports can constrain."""
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Add supports that constrain its nodes."""
+        """Add supports that constrain nodes of the body."""
 
 
 @runtime_checkable
@@ -101,7 +102,8 @@ class ReleasesSupports(Protocol):
     """A body that must be notified when supports release nodes of the body or of the grid during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Deactivate the supports with these numbers; all other supports of the body are active."""
+        """Deactivate the supports with these numbers (indices in the list of supports); all other supports of the body are
+        active."""
 
 
 @runtime_checkable
@@ -120,8 +122,8 @@ class TakesMotions(Protocol):
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Prescribe motions of nodes.
 
-        numbers, shape (n,): 1 + the number of the motion of a node, 0 for none; axes, shape (motions, 3): 1 if a motion
-        prescribes the axis.
+        names: names of the motions; numbers, shape (n,): 1 + the number of the motion that a node follows, 0 for none; axes,
+        shape (motions, 3): 1 if a motion prescribes the velocity along the axis.
         """
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
@@ -133,11 +135,13 @@ class TakesNormalMotions(Protocol):
     """A surface with its own nodes that can follow prescribed motions along its normal."""
 
     def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
-        """Prescribe motions of nodes along the normal. numbers, shape (n,): 1 + the number of the motion of a node, 0 for
-        none."""
+        """Prescribe motions of nodes along the surface normal.
+
+        names: names of the motions; numbers, shape (n,): 1 + the number of the motion that a node follows, 0 for none.
+        """
 
     def set_normal_velocities(self, rates: np.ndarray) -> None:
-        """Set the velocities of the motions along the normal over this step [m/s], shape (motions,)."""
+        """Set the velocities of the prescribed motions along the normal over this step [m/s], shape (motions,)."""
 
 
 # shape
@@ -148,7 +152,7 @@ class Membrane(Protocol):
     """A surface with two sides; its points are in the order of their numbers."""
 
     def pressed_areas(self) -> np.ndarray:
-        """Return the vector areas of the points on which a pressure acts [m²], shape (n, 3); in plane problems, for the
+        """Return the vector areas on which a pressure acts, one for each point [m²], shape (n, 3); in plane problems, for the
         thickness of the slice."""
 
     def surface_areas(self) -> np.ndarray:
@@ -164,7 +168,8 @@ class HasMesh(Protocol):
         """Node numbers of the named node sets of the mesh, by name."""
 
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
-        """Return the distribution of loads on triangles of its surface, shape (f, 3), to its nodes.
+        """Return the distribution of loads on triangles of the surface to the nodes of the body; faces: node numbers of the
+        triangles, shape (f, 3).
 
         Called when all conditions are known, as its shape functions may depend on them.
         """
@@ -181,23 +186,23 @@ class HasContactSurface(Protocol):
     """True if the body has a surface of its own; False for fluids."""
 
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
-        """Create the contact surface of the body, or return None if the body has none; column: column of the work of
-        contact forces."""
+        """Create the contact surface of the body, or return None if the body has none; column: place of the work of contact
+        forces in arrays of works."""
 
     def encloses(self, places: np.ndarray) -> bool:
-        """Return True if the surface is closed and contains all positions [m], shape (n, 3)."""
+        """Return True if the contact surface is closed and all positions [m], shape (n, 3), lie inside."""
         return False
 
 
 @runtime_checkable
 class BoundByContact(Protocol):
-    """A body whose time step depends on its contact surface."""
+    """A body whose time step is limited by the springs of its contact surface."""
 
     def bound_by_contact(self, touching: "Sequence[ContactSurface]") -> None:
-        """Remove the contact surface of the body if there is no contact partner, and limit the first step by the
-        oscillation of the body on its contacts.
+        """Remove the contact surface of the body if there is no contact partner; otherwise limit the first step so that it
+        resolves the oscillation of the body on its contact springs.
 
-        touching: all surfaces with contact.
+        touching: all contact surfaces that have a partner.
         """
 
 
@@ -206,7 +211,10 @@ class HasPointsAtWalls(Protocol):
     """A body without a contact surface whose points have contact with walls."""
 
     def make_points_at(self, plane: "WallPlane", column: int) -> "ContactSurface | None":
-        """Create the contact surface of the body's points at a plane; return None without contact at the plane."""
+        """Create the contact surface formed by the body's points at a wall plane; return None if the body has no contact there.
+
+        column: place of the work of contact forces in arrays of works.
+        """
 
 
 # only for bodies on the grid
@@ -217,7 +225,7 @@ class LosesPoints(Protocol):
     """A body whose points can leave through faces of the grid."""
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
-        """Allow points to leave through faces of the grid, each an axis and an end (0 lower, 1 upper)."""
+        """Allow points to leave through faces of the grid; each face is an axis (0, 1, 2) and an end (0 lower, 1 upper)."""
 
     def let_leave(self) -> "Passed | None":
         """Remove the points that left through the open faces in the last step, and return their number, mass, momentum and
@@ -229,26 +237,29 @@ class GainsPoints(Protocol):
     """A body into which points can enter through faces of the grid."""
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Reserve array rows for points that enter later. Until then these points have no mass and are at position `place`
-        [m].
+        """Reserve array rows for `rows` points that enter later. Until then these points have no mass and are at position
+        `place` [m].
 
         After this call each process stores all points of the body.
         """
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the initial arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,)."""
+        """Return the arrays, by name, of points in the initial state of the body at these positions [m], shape (n, 3), with
+        volumes [m³], shape (n,)."""
 
     def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of several sets of points of the body.
+        """Return the stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of the points in each of several sets.
 
-        sets: function that returns the indices of the points of each set for positions [m], shape (n, 3).
+        sets: function that returns, for the positions of all points [m], shape (m, 3), the indices of the points of each set.
         """
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return arrays of points of a liquid with the pressure increased by `more` [Pa]; other materials are unchanged."""
+        """Return the arrays `arrays` of points, by name, with the pressure of a liquid increased by `more` [Pa]; unchanged for
+        other materials."""
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
-        """Insert points with these arrays after a step, and return their number, mass, momentum and energies."""
+        """Insert points with these arrays, by name, after step `n_steps` at the time `time` [s], and return their number, mass,
+        momentum and energies."""
 
 
 @runtime_checkable
@@ -265,23 +276,25 @@ class CarriesRotation(Protocol):
 
     @property
     def transfer(self) -> "VelocityTransfer":
-        """The transfer of velocities between nodes and points in this run."""
+        """The rule by which velocities are transferred from nodes to points in this run (FLIP, blend or APIC)."""
 
     def carry_rotation(self) -> None:
-        """Use affine velocity fields of the points, which a constraint sets, in transfers to the nodes; do not update
-        velocities of points from the nodes."""
+        """Use affine velocity fields of the points in transfers to the nodes, which a constraint sets to the rotation of the
+        body, and do not update velocities of points from the nodes."""
 
 
 @runtime_checkable
 class KeepsHeat(Protocol):
-    """A body whose points can store the kinetic energy lost by transfers and internal forces as heat."""
+    """A body whose points can store, as internal energy, the kinetic energy lost by transfers and the work of internal
+    forces."""
 
     def use_separate_force_buffer(self) -> None:
-        """Add the internal forces of the body to a separate buffer of its velocity field, which is for bodies that store
-        heat."""
+        """Add the internal forces of the body to a separate nodal array of its velocity field
+        (`VelocityField.separate_forces`), for bodies whose points store heat."""
 
     def return_heat(self, share: float) -> None:
-        """Release a fraction (`share`) of the heat that the body stored in this step."""
+        """Remove a fraction (`share`, 0 to 1) of the heat that the body's points stored in this step from their internal
+        energy."""
 
 
 # own steps
@@ -289,7 +302,7 @@ class KeepsHeat(Protocol):
 
 @runtime_checkable
 class ShowsStart(Protocol):
-    """A body whose velocities are determined by the loads."""
+    """A body without inertia, whose velocities follow from the loads."""
 
     def show_start(self, dt: float) -> None:
-        """Compute the initial velocities before the first step dt [s], whose conditions are set."""
+        """Compute the velocities at the start, before the first step dt [s]; the conditions of this step are already set."""

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 class Swing(NamedTuple):
-    """Oscillation of bodies against the elastic force of a condition: its cause, and its description for the user."""
+    """Oscillation of bodies against the elastic force of a condition: cause of a step limit, and reason as text for the
+    user."""
 
     cause: Cause = "spring"
     reason: str = "it oscillates under this condition"
@@ -33,18 +34,21 @@ class Condition(Part):
         return None
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the work and losses of the condition, except the channel `load_channel`."""
+        """Return the channels (entries of the energy balance) for works and losses of the condition, except the channel
+        `load_channel`."""
         return self.losses
 
     def columns(self) -> Mapping[str, str]:
-        """Return the columns of the history that show the state of the condition, by name, with their SI units."""
+        """Return names and SI units of the columns of the history (the table of values over time) that show the state of the
+        condition."""
         return {}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
-        """Return the rate [1/s] at which a body oscillates on the condition at the start, estimated from the models.
+        """Return the rate [1/s] of the oscillation of a body on the elastic force of the condition at the start, estimated from
+        the models: the largest stable step for this oscillation alone is 1/rate.
 
-        rate: rate of the body itself, whose largest stable step is 1/rate; the squares of both rates are added. cell: edge
-        length of the cells [m], or None.
+        rate: the corresponding rate of the body itself; the squares of both rates are added. cell: edge length of the cells
+        [m], or None.
         """
         return 0.0
 
@@ -53,14 +57,14 @@ class Condition(Part):
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
-        """Return the condition as it acts in a case with these bodies and conditions; thin: axes along which the grid is
-        one cell thick."""
+        """Return the condition as it acts in a case with these bodies and conditions, e.g. with defaults that depend on them;
+        thin: True for axes along which the grid is one cell thick."""
         return self
 
     @classmethod
     def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
-        """Return the active conditions for all conditions of this class; none if these conditions only mark nodes or pairs
-        at the start.
+        """Return the objects that act in a run for all conditions of this class; none if these conditions only mark nodes or
+        pairs of bodies at the start.
 
         This method is called once for each class that a case can have, in the order of its keys, even without conditions of
         the class. It registers the required nodal actions through the bodies of the assembly.
@@ -68,12 +72,12 @@ class Condition(Part):
         return ()
 
     def reaction(self) -> str | None:
-        """Return the name under which probes find the force of the condition, or None."""
+        """Return the name under which probes find the force of the condition on bodies, or None."""
         return None
 
     def turning_reaction(self, parts: Parts) -> str | None:
         """Return the name under which probes find the torque of the condition on a rigid body about the centre of mass, or
-        None."""
+        None; parts: all parts of the case."""
         return None
 
     def constrains_face(self, face: str) -> bool:
@@ -90,19 +94,20 @@ class Condition(Part):
         return False
 
     def prescribed_axes(self, body: str) -> set[int]:
-        """Return the axes along which the condition prescribes the motion of a whole body."""
+        """Return the axes (0, 1, 2) along which the condition prescribes the motion of the body with this name as a whole."""
         return set()
 
 
 def conditions_in_case(parts: Parts) -> list[Condition]:
-    """Return the valid conditions of a case, each as `Condition.in_case` returns it."""
+    """Return the valid conditions of a case, each as `Condition.in_case` returns it; parts: all parts of the case."""
     conditions, bodies = parts.of(Condition), parts.of(BodyModel)
     x, y, z = parts.active_axes
     return [condition.in_case(bodies, conditions, (not x, not y, not z)) for condition in conditions]
 
 
 def is_driven(body: str, parts: Parts) -> bool:
-    """Return True if a body as a whole follows a prescribed motion along every active axis, and therefore is rigid."""
+    """Return True if the body with this name follows a prescribed motion as a whole along every active axis (more than one cell
+    thick), and therefore is rigid; parts: all parts of the case."""
     grid = parts.grid
     free = {axis for axis in range(3) if grid is None or not grid.thin()[axis]}
     return any(free <= condition.prescribed_axes(body) for condition in parts.of(Condition))

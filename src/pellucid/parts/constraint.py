@@ -16,18 +16,21 @@ class PointConstraint(Protocol):
     """Largest prescribed velocity along an axis [m/s]."""
 
     def prescribe_velocities(self) -> None:
-        """Set the velocities of the points after grid-to-particle (G2P), before they are summed."""
+        """Set the velocities of the points to the prescribed ones after grid-to-particle (G2P), before momentum and energy are
+        summed."""
 
     def prescribe_positions(self) -> None:
-        """Set the positions of the points after they moved."""
+        """Set the positions of the points to the prescribed ones after they moved."""
 
 
 @runtime_checkable
 class RepeatedConstraint(PointConstraint, Protocol):
-    """A constraint that can act a second time in a step, after contact has applied its second impulses."""
+    """A constraint that can act a second time in a step, after contact has applied impulses a second time (after momentum was
+    mapped again, MUSL)."""
 
     def prescribe_velocities_again(self) -> None:
-        """Update the velocities a second time; the `external.impulse` of the fields then contains only the second impulses."""
+        """Set the prescribed velocities a second time; `external.impulse` of the velocity fields then contains only the second
+        impulses."""
 
 
 @runtime_checkable
@@ -39,7 +42,8 @@ class LeadsPoints(PointConstraint, Protocol):
         order."""
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Exclude nodes of the grid, shape (k,), from the constraint by those points that rest at their present positions."""
+        """Exclude the grid nodes with these indices, shape (k,), from the constraint by those points that stay at their present
+        positions."""
 
 
 @runtime_checkable
@@ -71,8 +75,8 @@ class ConstrainedPoints:
     """Response of the points to contact impulses, if it differs from that of the nodes of the grid."""
 
     def constrain(self, constraint: PointConstraint, response: ContactResponse | None = None) -> None:
-        """Set the constraint of the points, and their response to contact. Raises ValueError if they already have a
-        constraint."""
+        """Set the constraint of the points, and their response to contact impulses if it differs from that of the grid nodes.
+        Raises ValueError if they already have a constraint."""
         if self.constraint is not None:
             raise ValueError(f"the motion of the points of body {self.name} is already prescribed by another condition")
         self.constraint, self.contact_response = constraint, response
@@ -85,6 +89,6 @@ class ConstrainedPoints:
         return self.constraint is None or self._repeated is not None
 
     def constrain_again(self) -> None:
-        """Apply the constraint, if there is one, a second time in this step."""
+        """Apply the constraint, if there is one, a second time in this step, after the second contact impulses."""
         if self._repeated is not None:
             self._repeated.prescribe_velocities_again()

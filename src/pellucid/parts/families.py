@@ -29,7 +29,7 @@ class TransferLoss(NamedTuple):
 
 
 class GridBody(Body):
-    """A body whose unknowns are on the grid."""
+    """A body whose unknowns are on the grid: material points that move with the grid nodes of a velocity field."""
 
     transfer_loss = TransferLoss()
     """Kinetic energy that transfers between points and grid lost in this step."""
@@ -39,7 +39,8 @@ class GridBody(Body):
 
     @property
     def filling(self) -> "Filling | None":
-        """The body itself if it is a fluid with one pressure per full cell, else None; see `pellucid.grid.full_cells`."""
+        """The body itself if it is a fluid with one pressure per full cell (a cell that the fluid fills), else None; see
+        `pellucid.grid.full_cells`."""
         return None
 
     @property
@@ -59,40 +60,44 @@ class GridBody(Body):
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Transfer mass and momentum (if `inertia`) and internal forces (if `force`) to the nodes (P2G)."""
+        """Map mass and momentum (if `inertia`) and internal forces (if `force`) of the points to the grid nodes (P2G)."""
 
     def grid_to_particle(self, dt: float, remap: bool) -> None:
-        """Update the velocities of the points (G2P); if `remap`, transfer their momentum back to the nodes."""
+        """Update the velocities of the points (G2P) over a step dt [s]; if `remap`, map their momentum to the nodes again."""
         self.begin_grid_to_particle(dt, remap)
         self.end_grid_to_particle(remap)
 
     @abstractmethod
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """Do the part of `grid_to_particle` in the joint parallel region of all bodies; see `pellucid.jit.joint`."""
+        """Run the loops over points of `grid_to_particle` in the joint parallel region of all bodies; see `pellucid.jit.joint`;
+        arguments as in `grid_to_particle`."""
 
     @abstractmethod
     def end_grid_to_particle(self, remap: bool) -> None:
-        """Do the rest of `grid_to_particle`, after the joint region."""
+        """Complete `grid_to_particle` after the joint parallel region, e.g. apply constraints and add up the sums over points;
+        remap: as there."""
 
     def update_stress(self, dt: float, move: bool) -> None:
-        """Update velocity gradients, volumes and stresses; if `move`, also positions."""
+        """Update velocity gradients, volumes and stresses over a step dt [s]; if `move`, also positions."""
         self.begin_stress(dt, move)
         self.end_stress(dt, move)
 
     @abstractmethod
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Do the part of `update_stress` in the joint parallel region of all bodies."""
+        """Run the loops over points of `update_stress` in the joint parallel region of all bodies; see `pellucid.jit.joint`;
+        arguments as in `update_stress`."""
 
     @abstractmethod
     def end_stress(self, dt: float, move: bool) -> None:
-        """Do the rest of `update_stress`, after the joint region."""
+        """Complete `update_stress` after the joint parallel region, e.g. apply constraints and add up the sums over points;
+        arguments as in `update_stress`."""
 
     @abstractmethod
     def update_positions(self, dt: float) -> None:
-        """Update the positions of the points, without velocity gradients and stresses."""
+        """Update the positions of the points over a step dt [s], without velocity gradients and stresses."""
 
     def work(self) -> StepWork | None:
-        """Return the work that the body itself counts in this step, such as heat from its internal forces; None if there is
+        """Return the works that the body itself computes in this step, such as heat from its internal forces; None if there are
         none."""
         return None
 
@@ -108,20 +113,20 @@ class NodalBody(Body):
     def predict(self, dt: float) -> None:
         """Solve the equation of motion without contact over a step dt [s].
 
-        A body that uses the grid also scatters its mass and momentum to the grid, since contact needs the momentum of the
-        grid nodes at the end of the step. It scatters either this momentum itself, or the current momentum together with
-        the internal and external forces and gravity.
+        A body that uses the grid also maps its mass and momentum to the grid, since contact needs the momentum of the grid
+        nodes at the end of the step. It maps either this momentum itself, or the current momentum together with the internal
+        and external forces and gravity.
         """
 
     @abstractmethod
     def correct(self, remap: bool) -> None:
-        """Add the nodal velocity increments of contact, and complete the velocities; if `remap`, transfer their momentum to
-        the grid."""
+        """Add the velocity increments of the grid nodes by contact, and complete the velocities of the step; if `remap`, map
+        the momentum to the grid again."""
 
     @abstractmethod
     def update(self, dt: float) -> None:
-        """Update positions, stresses, energies and the step limit."""
+        """Update positions, stresses, energies and the step limit at the end of a step dt [s]."""
 
     @abstractmethod
     def work(self) -> StepWork:
-        """Return work and impulses of the body in this step; columns as in `pellucid.energy.WorkLayout`."""
+        """Return works and impulse of the body in this step; order of the works as in `pellucid.energy.WorkLayout`."""

@@ -21,11 +21,12 @@ class Part(Model):
     """True if names must be unique in the list of these tables."""
 
     def problems(self, path: Path, parts: "Parts") -> Iterator[Finding]:
-        """Yield conflicts with other parts; `path` is the location of this part in the case."""
+        """Yield errors by which this part contradicts other parts; path: location of this part in the case; parts: all valid
+        parts."""
         yield from ()
 
     def needs_grid(self, parts: "Parts") -> bool:
-        """Return True if this part requires a grid in this case."""
+        """Return True if this part requires a grid in this case; parts: all parts of the case."""
         return False
 
 
@@ -45,7 +46,7 @@ class Section(NamedTuple):
 
 
 class Parts:
-    """The parts of a case, by key."""
+    """All parts (tables) of a case, by key."""
 
     def __init__(self, sections: Mapping[str, Section], gravity: Vector | None = None) -> None:
         self.sections = sections
@@ -53,7 +54,7 @@ class Parts:
         """Acceleration of gravity [m/s²]; None if it is unknown because its table is invalid."""
 
     def placed(self, kind: type[PartType]) -> Iterator[tuple[Path, PartType]]:
-        """Yield the valid parts of a class, each with its path."""
+        """Yield the valid parts of a class, each with its path in the case; kind: the class."""
         for key, section in self.sections.items():
             for index, item in enumerate(section.items):
                 if isinstance(item, kind):
@@ -74,27 +75,31 @@ class Parts:
 
     @property
     def active_axes(self) -> ActiveAxes:
-        """Mask of the axes along which the grid is more than one cell thick; all if there is no grid."""
+        """Axes along which the grid is more than one cell thick: True for these; all axes if there is no grid."""
         x, y, z = self.grid.thin() if self.grid else (False, False, False)
         return not x, not y, not z
 
     def seam(self, path: Path, face: str) -> Iterator[Finding]:
-        """Yield a finding if a face of the grid does not exist because the axis is periodic."""
+        """Yield an error if a face of the grid, such as "x-lower", does not exist because the axis is periodic; path: location
+        of the key that names the face."""
         if self.grid is not None and (reason := self.grid.seam(face)):
             yield Finding(path, *reason)
 
     @property
     def lacks_grid(self) -> bool:
-        """True if the case has no grid, valid or not."""
+        """True if the case has no table [grid], valid or not."""
         return not self.sections["grid"].is_written
 
     def no_grid(self, path: Path, why: str) -> Iterator[Finding]:
-        """Yield a finding that a key needs a grid, with the reason, unless another part that needs a grid reports it."""
+        """Yield the error that a key needs a grid and the case has none, unless another part that needs a grid reports it.
+
+        path: location of the key in the case; why: reason, for the message.
+        """
         if self.lacks_grid and not any(part.needs_grid(self) for part in self.of(Part)):
             yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or remove this key")
 
     def are_sound(self, kind: type[Model]) -> bool:
-        """Return True if every part of a class is valid."""
+        """Return True if every part of a class in the case is valid."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return all(isinstance(item, Model) for section in sections for item in section.items)
 
@@ -105,7 +110,8 @@ class Parts:
         return [name for name in names if name is not None]
 
     def are_named(self, kind: type[Model]) -> bool:
-        """Return True if all names of a class are known. Otherwise a missing name could belong to an invalid part."""
+        """Return True if the names of all parts of a class are known. Otherwise a name that is not found could belong to an
+        invalid part."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return len(self.names(kind)) == sum(len(section.items) for section in sections)
 
@@ -114,14 +120,14 @@ class Parts:
         return next((part for part in self.of(kind) if name_of(part) == name), None)
 
     def unknown(self, kind: type[Model], path: Path, name: str) -> Iterator[Finding]:
-        """Yield a finding if no part of a class has this name."""
+        """Yield an error if no part of a class has this name; path: location of the key with the name."""
         names = self.names(kind)
         if name not in names and self.are_named(kind):
             what = " or ".join(key for key, section in self.sections.items() if issubclass(section.base, kind))
             yield Finding(path, f"no {what} has this name; available names: {listed(names) or 'none'}", hint(name, names))
 
     def findings(self) -> list[Finding]:
-        """Return all conflicts between parts."""
+        """Return all errors by which parts of the case contradict each other."""
         repeated = (found for key, section in self.sections.items() for found in _repeated_names(key, section))
         return [*repeated, *(found for path, part in self.placed(Part) for found in _problems_of(part, path, self))]
 
@@ -132,7 +138,8 @@ def name_of(part: Model | str | None) -> str | None:
 
 
 def _problems_of(part: Part, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield the problems that a part reports; code of a user-defined part may fail."""
+    """Yield the errors that a part reports (`Part.problems`), or an error if its code fails, as code of a user-defined part
+    may."""
     try:
         found = list(part.problems(path, parts))
     except Exception as error:

@@ -9,7 +9,7 @@ SLOWER_LOADS = "increase steady.load_steps or steady.loading, or decrease steady
 
 
 class Springs(NamedTuple):
-    """Internal forces and inertia of nodes, from which their stiffness is estimated."""
+    """Internal forces and masses of the nodes in a relaxation, from whose changes the stiffness is estimated."""
 
     position: np.ndarray  # (n, 3) positions of the nodes [m]
     force: np.ndarray  # (n, 3) internal forces at these positions [N]
@@ -18,7 +18,7 @@ class Springs(NamedTuple):
     contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 
     def of_forces(self) -> tuple[np.ndarray, ...]:
-        """Return arrays of positions and of internal forces; contact forces follow with their positions, if there are any."""
+        """Return position and internal force of the nodes, and, if there is contact, positions and contact forces."""
         return (self.position, self.force, *(self.contact or ()))
 
 
@@ -27,18 +27,19 @@ class Relaxable(Protocol):
     """A body that can be relaxed to equilibrium."""
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Prepare for a relaxation; scaled: scale the inertia so that all nodes have the same stable step."""
+        """Prepare the body for a dynamic relaxation; scaled: True to scale the inertia of the nodes so that all have the same
+        stable step."""
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
-        """Over the coming step, multiply the velocity by `keep`, and the velocity increment (acceleration times dt) by `gain`.
+        """Set the damping for the coming step: its velocities are multiplied by `keep`, and its velocity increments
+        (acceleration times dt) by `gain`.
 
-        load_rate: simulated time per step time, which scales the rate of the loads; gravity_share: fraction of gravity that
-        acts.
+        load_rate: increment of the time of the loads over the length of the step; gravity_share: fraction of gravity that acts.
         """
 
     def springs(self) -> Springs:
         """Return the internal forces of the last step, and the positions at which they were computed."""
 
     def unbalanced(self) -> tuple[float, float]:
-        """Return two norms of the nodal forces without constraint forces [N]: of their components along free directions,
-        which vanish in equilibrium, and of all components."""
+        """Return two norms of the forces on the nodes, without constraint forces [N]: of their components along free
+        directions, which vanish in equilibrium, and of all components."""

@@ -9,7 +9,8 @@ Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "
 
 
 class StepLimit(NamedTuple):
-    """The largest stable time step [s], infinite if there is no limit; a word for its cause, and a phrase with the reason."""
+    """The largest stable time step [s], infinite if there is no limit; a word for the cause, and a phrase with the reason for
+    the user."""
 
     step: float
     cause: Cause
@@ -23,12 +24,13 @@ NO_LIMIT = StepLimit(inf, "none", "no stability limit")
 
 
 def tightest(limits: Iterable[StepLimit]) -> StepLimit:
-    """Return the smallest of several step limits (the first of equal limits); NO_LIMIT if there are none."""
+    """Return the smallest of several step limits (the first of equal ones); NO_LIMIT if there are none."""
     return min(limits, key=lambda limit: limit.step, default=NO_LIMIT)
 
 
 def waves_in_cells(cell: float, wave: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """Return the step limit for which waves [m/s] in a body moving at a speed [m/s] cross at most one cell [m]."""
+    """Return the step limit for which waves at a speed `wave` [m/s] in a body that moves at `speed` [m/s] cross at most one
+    cell of the size `cell` [m]; cause: word for messages."""
     if wave + speed <= 0.0:
         return NO_LIMIT
     if speed > wave:
@@ -39,12 +41,13 @@ def waves_in_cells(cell: float, wave: float, speed: float = 0.0, cause: Cause = 
 
 
 def motion_in_cells(cell: float, speed: float) -> StepLimit:
-    """Return the step limit for which a body moving at a speed [m/s] crosses at most one cell [m]."""
+    """Return the step limit for which a body moving at a speed [m/s] crosses at most one cell of the size `cell` [m]."""
     return waves_in_cells(cell, 0.0, speed)
 
 
 def spread_in_cells(cell: float, diffusivity: float) -> StepLimit:
-    """Return the step limit for which momentum diffusing at a kinematic viscosity [m²/s] spreads over at most one cell [m]."""
+    """Return the step limit for which momentum that diffuses with a kinematic viscosity `diffusivity` [m²/s] spreads over at
+    most one cell of the size `cell` [m]."""
     if diffusivity <= 0.0:
         return NO_LIMIT
     reason = f"kinematic viscosity {diffusivity:.3g} m2/s in cells of {cell:.4g} m"
@@ -52,8 +55,8 @@ def spread_in_cells(cell: float, diffusivity: float) -> StepLimit:
 
 
 def bending_in_cells(cell: float, rigidity: float) -> StepLimit:
-    """Return the step limit for which bending waves cross at most one cell [m]; rigidity: bending stiffness over areal
-    density [m⁴/s²]."""
+    """Return the step limit for which bending waves cross at most one cell of the size `cell` [m]; rigidity: bending stiffness
+    over areal density [m⁴/s²]."""
     if rigidity <= 0.0:
         return NO_LIMIT
     return StepLimit(cell * cell / (2.0 * rigidity**0.5), "bending", f"bending waves in cells of {cell:.4g} m")
@@ -65,15 +68,15 @@ def bending_in_mesh(rate: float) -> StepLimit:
 
 
 def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """Return the smaller of `waves_in_cells` and `spread_in_cells`."""
+    """Return the smaller of the step limits of `waves_in_cells` and `spread_in_cells`; arguments: see these functions."""
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])
 
 
 def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], spread: float = 0.0) -> StepLimit:
     """Return the step limit due to waves in membrane elements or a meshless solid.
 
-    rate: half the largest eigenfrequency [1/s]; wave: wave speed [m/s]; spread: a quarter of the largest decay rate by
-    viscosity [1/s], with viscous forces of the previous step.
+    rate: half the largest angular eigenfrequency [1/s]; wave: wave speed [m/s]; cause: "membrane" for elements; spread: a
+    quarter of the largest decay rate by viscosity [1/s], if viscous forces of the previous step are used.
     """
     if rate <= 0.0 and spread <= 0.0:
         return NO_LIMIT
@@ -87,8 +90,8 @@ def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], 
 
 
 def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
-    """Return the limit of a step that must resolve the oscillation of a rigid body on its contacts or springs; rate:
-    oscillation rate [1/s]."""
+    """Return the limit 1/rate [s] of a step that must resolve the oscillation of a rigid body on its contacts or springs; rate:
+    [1/s], proportional to the angular frequency of the oscillation; cause: "contact" or "spring"."""
     if rate <= 0.0:
         return NO_LIMIT
     what = "contacts" if cause == "contact" else "springs"
@@ -96,8 +99,8 @@ def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
 
 
 def springs_of_contact(rate: float) -> StepLimit:
-    """Return the limit of a step that must resolve the oscillation on contact springs, whose stiffness is the largest
-    that the first step allows; rate: oscillation rate [1/s]."""
+    """Return the limit 1/rate [s] of a step that must resolve the oscillation of a body on contact springs, whose stiffness is
+    the largest that the first step allows; rate: [1/s], proportional to the angular frequency of the oscillation."""
     if rate <= 0.0:
         return NO_LIMIT
     return StepLimit(1.0 / rate, "contact", "contact springs with the largest stiffness that the first step allows")
@@ -115,14 +118,17 @@ def time_to_fall(cell: float, gravity: float) -> float:
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
-    """Return a step limit of 1/rate [s], for a rate [1/s], with the cause and reason of the tightest of several limits."""
+    """Return the step limit 1/rate [s] for a rate computed in a run [1/s], with the cause and reason of the tightest of several
+    limits."""
     return tightest(limits)._replace(step=1.0 / rate) if rate > 0.0 else NO_LIMIT
 
 
 def signals_seen(cell: float, rate: float, diffusivity: float, speed: float, cause: Cause = "wave") -> StepLimit:
-    """Return the step limit for the rate [1/s] at which signals cross cells of a size [m], with its probable reason.
+    """Return the step limit 1/rate for the rate [1/s] at which signals cross cells of the size `cell` [m] in a run, with its
+    probable reason.
 
-    The reason is the kinematic viscosity [m²/s] if it explains the rate, otherwise waves in a body moving at a speed [m/s].
+    The reason is the kinematic viscosity `diffusivity` [m²/s] if it explains the rate, otherwise waves in a body that moves
+    at `speed` [m/s]. cause: word for messages if it is waves.
     """
     spread = spread_in_cells(cell, diffusivity)
     if spread.step * rate < 1.0 + EXPLAINS:

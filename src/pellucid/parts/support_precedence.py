@@ -57,7 +57,7 @@ def find_owners(
 
 
 def in_order(supports: "Sequence[NodalSupport]", rows: Collection[int], axis: int) -> list[int]:
-    """Sort supports of faces so that the one with the highest precedence along an axis comes last."""
+    """Return the numbers of those supports among `rows` sorted by precedence along an axis: the highest comes last."""
     return sorted(rows, key=lambda row: _rank(supports[row], axis))
 
 
@@ -67,7 +67,7 @@ def is_across(support: "NodalSupport", axis: int) -> bool:
 
 
 def _rank(support: "NodalSupport", axis: int) -> tuple[bool, float, float, tuple[int, int], float]:
-    """Return a sort key; a larger one means a higher precedence of a support of a face along an axis."""
+    """Return a sort key of a support of a face, which is larger for a higher precedence along an axis."""
     velocity, face = support.velocity[axis], support.face or (0, 0)
     return is_across(support, axis), -support.until, -abs(velocity), face, velocity
 

@@ -42,8 +42,11 @@ class Rows(NamedTuple):
 
 
 def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
-    """Return the first row of slabs of each process, and the end, shape (processes + 1,). Each process has at least one
-    row, if there are enough, and about the same total cost; cost: of each row, shape (rows,)."""
+    """Return the first row of slabs of each process, and the end, shape (processes + 1,).
+
+    Each process has at least one row, if there are enough, and about the same total cost; cost: computing time of each row
+    in any unit, shape (rows,).
+    """
     until, cuts, n = np.concatenate([[0.0], np.cumsum(cost)]), [0], len(cost)
     busy = min(processes, n)
     for process in range(1, busy):
@@ -53,7 +56,8 @@ def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
 
 
 class Domain:
-    """The rows of slabs that this process owns; all rows until `cut` distributes them."""
+    """Rows of slabs that this process owns (computes), and exchange of sums with other processes. It owns all rows until `cut`
+    distributes them."""
 
     def __init__(self) -> None:
         self.group = processes
@@ -68,8 +72,8 @@ class Domain:
         """Number of bytes sent to neighbours so far."""
 
     def cut(self, rows: Rows, cost: np.ndarray) -> None:
-        """Distribute the rows so that all processes have about the same cost; cost: of each row, shape (rows,). If there
-        are more processes than rows, the last processes get none."""
+        """Distribute the rows of slabs so that all processes have about the same total cost; cost: estimate for each row in any
+        unit, shape (rows,). If there are more processes than rows, the last processes get none."""
         self._rows = rows
         self._take_rows(cuts_of(cost, self.group.size))
         self.is_cut = self.group.size > 1
@@ -81,18 +85,18 @@ class Domain:
         self.first, self.end = int(cuts[self.group.rank]), int(cuts[self.group.rank + 1])
 
     def would_pay(self, cost: np.ndarray) -> bool:
-        """Return True if another distribution would reduce the largest cost of a process by a tenth; cost: of the rows,
-        shape (rows,)."""
+        """Return True if another distribution of rows would reduce the largest cost of a process by a tenth; cost: computing
+        time of each row, shape (rows,)."""
         until = np.concatenate([[0.0], np.cumsum(cost)])
         before, after = (np.diff(until[cuts]).max() for cuts in (self._cuts, cuts_of(cost, self.group.size)))
         return bool(after < 0.9 * before)
 
     def cut_again(self, cost: np.ndarray) -> None:
-        """Distribute the rows again according to their costs, shape (rows,)."""
+        """Distribute the rows of slabs again according to their costs (computing times), shape (rows,)."""
         self._take_rows(cuts_of(cost, self.group.size))
 
     def leave(self) -> None:
-        """End the distribution of rows at the end of the simulation: every process owns all rows again."""
+        """End the distribution of rows of slabs at the end of the simulation: every process owns all rows again."""
         self.is_cut, joint_region.by_parity = False, None
         self.cuts_made += 1
 
@@ -110,8 +114,8 @@ class Domain:
     # loops by colour
 
     def by_parity(self, run: Callable[[], None], given: Sequence[Given]) -> None:
-        """Execute loops over slabs (`run`) that add to the nodal arrays `given`, first for even and then for odd rows of
-        slabs, and exchange the sums between processes."""
+        """Execute loops over slabs, started by the function `run`, that add to the nodal arrays `given`: first for even and
+        then for odd rows of slabs, with an exchange of sums between processes after each."""
         if not self.is_cut:
             run()
             return
@@ -121,8 +125,11 @@ class Domain:
             self._hand_on(parity, given)
 
     def _hand_on(self, parity: int, given: Sequence[Given]) -> None:
-        """Send the nodal sums of outer rows of this parity (0 even, 1 odd) to the neighbouring processes across the
-        cuts, and receive theirs."""
+        """Exchange nodal sums at the cuts between processes: processes whose row at the cut has this parity (0 even, 1 odd)
+        send the sums of the nodes that both sides reach, the others receive them.
+
+        given: nodal arrays.
+        """
         messages, taken = [], []
         for row, neighbour, own in ((self.first, -1, self.first), (self.end, 1, self.end - 1)):
             process = self.group.rank + neighbour
@@ -144,8 +151,8 @@ class Domain:
                 at += part.nbytes
 
     def _part_about(self, row: int, given: Given) -> np.ndarray:
-        """Return the part of nodal values that points on both sides of the beginning of a row may reach
-        (`pellucid.grid.sorting.slabs_of`)."""
+        """Return a view of nodal values for the nodes that points on both sides of the beginning of a row of slabs may reach
+        (`pellucid.grid.sorting.slabs_of`); given: the values."""
         begin, stencil, layer = int(self._rows.edges[row]), self._rows.stencil, self._rows.layer
         ends = np.array([begin - 1, begin + stencil + (stencil == 3)]) * layer
         if isinstance(given, OfListed):
@@ -154,7 +161,8 @@ class Domain:
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
     def spread(self, of_nodes: np.ndarray) -> None:
-        """Distribute nodal values, shape (nodes, ...), to every process, for nodes that its points do not reach."""
+        """Complete nodal values, shape (nodes, ...), in place on every process: nodes that its points do not reach get the
+        values of other processes."""
         if self.is_cut:
             of_nodes[...] = self.of_nodes(of_nodes)
 
@@ -162,16 +170,18 @@ class Domain:
 
     @property
     def slabs(self) -> slice:
-        """The slabs of this process, as a slice."""
+        """The numbers of the slabs of this process, as a slice."""
         return slice(self.first * self._rows.across, self.end * self._rows.across)
 
     def has_layer(self, layer: np.ndarray) -> np.ndarray:
-        """Return a mask of the points in the rows of this process, by the layers of their first nodes, shape (n,)."""
+        """Return a mask of the points whose first nodes lie in the rows of slabs of this process; layer: grid layers of the
+        first nodes, shape (n,)."""
         first, end = self._rows.edges[[self.first, self.end]]
         return (layer >= first) & (layer < end)
 
     def complete(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Fill an array with one entry per slab, shape (slabs, ...), with the entries of other processes, and return it."""
+        """Fill an array with one entry per slab, shape (slabs, ...), in place with the entries that other processes computed,
+        and return it."""
         if self.is_cut:
             of_slabs[...] = self.group.joined(of_slabs[self.slabs], np.diff(self._cuts) * self._rows.across)
         return of_slabs
@@ -181,17 +191,17 @@ class Domain:
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
-        """Return begin and end of the data of this process's rows and the neighbouring rows, which its points can reach;
-        of_row: begin of the data of each row, and the end, shape (rows + 1,)."""
+        """Return begin and end of the data for the rows of slabs of this process and the two neighbouring rows, whose nodes its
+        points can reach; of_row: begin of the data of each row, and the end, shape (rows + 1,)."""
         n = len(of_row) - 1
         rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
         return int(of_row[rows[0]]), int(of_row[rows[1]])
 
     def of_chunks(self, sums: np.ndarray, of_row: np.ndarray, near: int | None = None) -> np.ndarray:
-        """Gather the sums of chunks of nodes, shape (chunks, ...), of all processes.
+        """Gather the sums of chunks of nodes, shape (chunks, ...), from all processes, in the order of the chunks.
 
-        of_row: the first chunk of each row, and the end; near: the chunk at which sums of all nodes of a grid begin, which
-        all processes share; None for lists.
+        of_row: the first chunk of each row of slabs, and the end; near: number of the chunk in the first row of `sums`, if
+        chunks divide all nodes of the grid; None if they divide a list of nodes of this process.
         """
         if not self.is_cut:
             return sums
@@ -199,23 +209,27 @@ class Domain:
         return self.group.joined(own, None if near is None else np.diff(of_row[self._cuts]))
 
     def of_nodes(self, values: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
-        """Gather nodal values of all processes, or values at sorted lists of nodes, shape (n, ...): each node's value comes
-        from the process that owns its row."""
+        """Gather nodal values, shape (n, ...), from all processes: the value of each node comes from the process that owns its
+        row of slabs.
+
+        node: sorted indices of the nodes; None for all nodes.
+        """
         if not self.is_cut:
             return values
         ends = np.append(self._rows.layer * self._rows.edges[:-1], self._rows.nodes)[[self.first, self.end]]
         return self.group.joined(values[slice(*(ends if node is None else np.searchsorted(node, ends)))])
 
     def whole(self, own: np.ndarray) -> np.ndarray:
-        """Gather point data of all processes in the order of a serial run; `joins` sets which processes receive it."""
+        """Gather values of points, shape (n, ...), from all processes in the order of a run with one process; `joins` sets
+        which processes receive them."""
         if not self.is_cut or self.joins == NOWHERE:
             return own
         return self.group.joined(own, to_first=self.joins == IN_FIRST)
 
     @contextmanager
     def joining(self, where: str) -> Iterator[None]:
-        """Context manager that sets whether point data is gathered in the first process (IN_FIRST) or not at all (NOWHERE),
-        for output."""
+        """Context manager within which values of points are gathered in the first process only (where = IN_FIRST) or not at all
+        (NOWHERE), for output."""
         self.joins = where
         try:
             yield
@@ -239,7 +253,8 @@ class Domain:
 
     @contextmanager
     def told_by(self, slab: int) -> Iterator[bool]:
-        """Yield True in the process that owns the slab; an error raised there is raised in all processes."""
+        """Context manager that yields True in the process that owns the slab with this number; an error raised there is raised
+        in all processes."""
         process = int(np.searchsorted(self._cuts * self._rows.across, slab, side="right")) - 1 if self.is_cut else 0
         has_it, error = not self.is_cut or process == self.group.rank, None
         try:
@@ -252,11 +267,11 @@ class Domain:
             raise error
 
     def migrate(self, arrays: Mapping[str, np.ndarray], first: np.ndarray) -> int:
-        """Send points, sorted by slabs, to the processes that own these slabs; return the new number of points of this
-        process.
+        """Send points, sorted by slabs, to the processes that own these slabs; return the new number of points of this process.
 
-        first: index of the first point of each slab, and the end. The arrays have room for all points. Received points are
-        ordered by the sending process; sorting them again gives the order of a single process.
+        arrays: arrays of the points, by name, changed in place, with room for all points; first: index of the first point of
+        each slab, and the end. Received points are ordered by the sending process; sorting them again gives the order of a
+        single process.
         """
         send = np.diff(first[self._cuts * self._rows.across])
         receive = self.group.numbers_from_each(send)

@@ -83,27 +83,27 @@ class Group:
             return float(self._comm.allreduce(value, op=self._mpi.MAX))
 
     def told(self, value: Value, by: int = 0) -> Value:
-        """Broadcast a value from one process."""
+        """Broadcast a value from the process with the number `by` to all processes; return it."""
         if self.size == 1:
             return value
         with self._waiting():
             return self._comm.bcast(value, root=by)
 
     def each(self, value: Value) -> list[Value]:
-        """Gather a value from every process."""
+        """Gather a value from every process; return the values in the order of the processes, on each process."""
         if self.size == 1:
             return [value]
         with self._waiting():
             return self._comm.allgather(value)
 
     def total(self, own: np.ndarray) -> np.ndarray:
-        """Return the sum of an array, shape (n,), over all processes."""
+        """Return the elementwise sum of the arrays of all processes, shape (n,); own: array of this process."""
         with self._waiting():
             return np.sum(self._comm.allgather(own), axis=0)
 
     def joined(self, own: np.ndarray, lengths: np.ndarray | None = None, to_first: bool = False) -> np.ndarray:
-        """Gather the rows of an array from all processes, in the order of the processes; with `to_first`, other processes
-        than the first get no rows.
+        """Gather the rows of the arrays of all processes, in the order of the processes; own: array of this process. With
+        `to_first`, other processes than the first get no rows.
 
         lengths: number of rows of each process; None if unknown.
         """
@@ -124,7 +124,7 @@ class Group:
     def exchanged(self, rows: np.ndarray, send: np.ndarray, receive: np.ndarray) -> np.ndarray:
         """Send rows to the other processes and return the rows received from them, both in the order of the processes.
 
-        send, receive: number of rows to and from each process.
+        send, receive: number of rows sent to and received from each process, shape (processes,).
         """
         rows = np.ascontiguousarray(rows)
         found = np.empty((int(receive.sum()), *rows.shape[1:]), rows.dtype)
@@ -134,12 +134,13 @@ class Group:
         return found
 
     def numbers_from_each(self, for_each: np.ndarray) -> np.ndarray:
-        """Send a number to each process and return the numbers received, shape (processes,)."""
+        """Send an integer to each process, `for_each`, shape (processes,), and return the integers received from each, same
+        shape."""
         with self._waiting():
             return np.array(self._comm.alltoall(for_each.tolist()))
 
     def agrees(self, seconds: float) -> bool:
-        """Return True if all processes reach this call within this time [s]."""
+        """Return True if all processes reach this call within this time [s], False as soon as it has passed."""
         if self.size == 1:
             return True
         end, request = time.monotonic() + seconds, self._comm.Ibarrier()
@@ -154,8 +155,8 @@ class Group:
         self.agrees(inf)
 
     def agree_on(self, error: BaseException) -> None:
-        """Check that all processes raise this error, before any of them reports it; if only one process raises it, abort
-        them all."""
+        """Check that all processes raise this error, before any of them reports it; if some process does not within PATIENCE
+        [s], abort them all."""
         if self.size == 1 or error in self._agreed:
             return
         if not self.agrees(PATIENCE):
@@ -170,7 +171,7 @@ class Group:
         self.know(error)
 
     def know(self, error: BaseException) -> None:
-        """Record an error that all processes raise by agreement."""
+        """Record an error that all processes raise, so that `end` waits for them instead of aborting."""
         self._agreed.append(error)
 
     def end(self, error: BaseException) -> None:
@@ -184,7 +185,8 @@ class Group:
             self.agree_on(error)
 
     def pass_on(self, messages: list[tuple[int, np.ndarray, bool]]) -> None:
-        """Send bytes to neighbours, or receive bytes from them; messages: process, buffer, True to send."""
+        """Send bytes to other processes, or receive bytes from them; messages: process, buffer, and True to send or False to
+        receive."""
         begin = {True: self._comm.Isend, False: self._comm.Irecv}
         with self._waiting():
             self._mpi.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])

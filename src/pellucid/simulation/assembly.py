@@ -27,7 +27,7 @@ Built = dict[str, tuple[Body, VelocityField | None]]
 
 
 def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
-    """Group the bodies of a case by velocity field."""
+    """Return the models of the bodies of a case, grouped by the name of their velocity field."""
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
@@ -35,8 +35,11 @@ def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
-    """Build and return the velocity fields and bodies of a case; transfer: velocity transfer between points and grid;
-    n_loads: number of channels of external forces."""
+    """Build the velocity fields (sets of grid nodes that bodies share) and bodies of a case, and return them.
+
+    transfer: velocity transfer between points and grid; n_loads: number of channels of external forces, i.e. entries for
+    their work in the energy balance.
+    """
     members = models_by_field(case)
     fields, built = list[VelocityField](), Built()
     if case.grid_or_none is None:
@@ -56,13 +59,14 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
 
 
 def has_several_fields(case: "Case") -> bool:
-    """Return True if a case has several velocity fields, whose bodies may be in contact."""
+    """Return True if a case has several velocity fields (sets of grid nodes that move independently), whose bodies may be in
+    contact."""
     return case.grid_or_none is not None and len({body.field for body in case.body}) > 1
 
 
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
-    """Return the layout of the arrays of works in a run, i.e. which column belongs to which kind of work; touching: True if
-    surfaces may be in contact."""
+    """Return the layout of the arrays of works in a run, i.e. which column belongs to which entry of the energy balance;
+    touching: True if surfaces may be in contact."""
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
@@ -70,8 +74,8 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
 
 
 def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
-    """Return the objects that compute mean pressures of full cells, for each velocity field; fluids with the same nodal
-    forces and shape functions share one."""
+    """Return the objects that compute mean pressures of full cells (cells that a fluid fills), for each velocity field with its
+    bodies; fluids with the same nodal forces and shape functions share one."""
     groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
     for field, bodies in fields.items():
         for fluid in (body.filling for body in bodies):
@@ -87,5 +91,5 @@ def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> 
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:
-    """Return a number of threads for which bodies of this size have enough work on most machines."""
+    """Return a number of threads for which these bodies have enough points to gain from more threads on most machines."""
     return max(1, sum(body.n_stress_points for body in bodies) // POINTS_PER_THREAD)

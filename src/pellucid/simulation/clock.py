@@ -19,12 +19,12 @@ COLLAPSED = 1e-6  # fraction of the largest step so far, below which a step stop
 
 
 class Clock:
-    """Counter of steps and simulated time.
+    """Counter of steps and simulated time, which chooses the length of each step.
 
-    The stable step of a body is h/(c + |v|) for the cell size h, the wave speed c, which artificial viscosity increases,
-    and the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. longest: a further limit of the
-    stable step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their
-    own substeps [s].
+    The stable step of a body is h/(c + |v|) for the cell size h, the wave speed c, which artificial viscosity increases, and
+    the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. longest: a further limit of the stable
+    step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their own
+    substeps [s].
     """
 
     def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:
@@ -87,8 +87,8 @@ class Clock:
         return found, body.name
 
     def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
-        """Raise RunStopped if the coming step dt [s], limited by the body `name`, is negligible compared with the largest
-        step so far."""
+        """Raise RunStopped if the coming step dt [s], limited by the body with this name, is negligible compared with the
+        largest step so far."""
         self.largest = max(self.largest, dt)
         if dt < COLLAPSED * self.largest:
             words, place = fastest_point(body for body in bodies if body.name == name)
@@ -102,12 +102,13 @@ class Clock:
             )
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return the time [s] from which, and the interval [s] over which, the loads act in the coming step."""
+        """Return the time [s] from which, and the interval [s] over which, the loads act in the coming step; dt: length of the
+        step [s]."""
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Set the damping and the rate of change of the loads for the coming step. This clock sets nothing: bodies move by
-        their own inertia."""
+        """Set the damping and the load rate (increment of the time of the loads over the length of the step) of the bodies for
+        the coming step dt [s]. This clock sets nothing: bodies move by their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step of the length dt [s]."""
@@ -144,7 +145,7 @@ class Clock:
         return self.time
 
     def facts(self) -> dict[str, Any]:
-        """Return facts about the time stepping for the summary, by name."""
+        """Return entries about the time stepping for the summary of the run, by name."""
         return {}
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -157,7 +158,8 @@ class Clock:
         return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the state of the clock from a checkpoint."""
+        """Restore the state of the clock from a checkpoint; numbers, arrays: as returned by `state_numbers` and
+        `state_arrays`."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]
         steps, time = numbers["fixed_from"]

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 
 def may_touch_by_surfaces(case: "Case") -> bool:
-    """Return True if surfaces of bodies in a case may touch each other or walls."""
+    """Return True if surfaces of bodies in a case may touch each other or walls (contact by surfaces instead of on grid
+    nodes)."""
     if case.grid_or_none is None:
         return False
     touches_itself = any(contact.is_of_one_body for contact in case.contact)
@@ -42,7 +43,11 @@ def may_touch_by_surfaces(case: "Case") -> bool:
 def contacts_of(
     case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout
 ) -> tuple[ContactPairs, SurfacePairs]:
-    """Return all contacts: of velocity fields on the nodes, and of surfaces of bodies and walls."""
+    """Return all contacts of a case: pairs of velocity fields in contact on the grid nodes, and pairs of surfaces of bodies and
+    walls.
+
+    built: the bodies, by name, with their velocity fields; layout: order of the works.
+    """
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
     ends = seams(case.grid) if surfaces else []
@@ -63,7 +68,8 @@ def contacts_of(
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:
-    """Return both ends of the single cell along the thin axis of a slice, as planes of symmetry."""
+    """Return the planes at both ends of the single cell along the thin axis of a slice, which are planes of symmetry; empty if
+    the case is not a slice."""
     axes = [axis for axis, thin in enumerate(case.thin) if thin]
     if len(axes) != 1:
         return []
@@ -80,8 +86,11 @@ def _fields_may(case: "Case") -> bool:
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
-    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of the works in
-    which the work of forces between surfaces is stored."""
+    """Build the contact surfaces, by body name, of bodies that may touch walls or bodies of other velocity fields.
+
+    built: the bodies, by name, with their velocity fields; column: place of the work of forces between surfaces in arrays of
+    works.
+    """
     able = {name: body for name, (body, _) in built.items() if has_surface(body)}
     fields = [
         {model.name for model in members if model.name in able}
@@ -109,12 +118,13 @@ def _pairs_of(
     planes: Sequence[Plane],
     ends: Sequence[Seam],
 ) -> tuple[list[ContactPair], list[Touch]]:
-    """Return the contacts of each pair of velocity fields, on the nodes and by surfaces; without friction if the case does
-    not list the pair.
+    """Return the contacts of each pair of velocity fields, on the nodes and by surfaces; without friction if the case does not
+    list the pair.
 
-    gravity: largest gravity [m/s²]; planes: planes of symmetry; ends: seams of a periodic grid. Two fields are in contact
-    by surfaces if all their bodies have suitable surfaces, and otherwise on the nodes of the grid, as fluids are. Membranes
-    are in contact with each other by their triangles, which store the side of each contact.
+    built: the bodies, by name, with their velocity fields; surfaces: their contact surfaces; gravity: largest gravity
+    [m/s²]; planes: planes of symmetry; ends: seams of a periodic grid. Two fields are in contact by surfaces if all their
+    bodies have suitable surfaces, and otherwise on the nodes of the grid, as fluids are. Membranes are in contact with each
+    other by their triangles, which store the side of each contact.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in case.contact}
@@ -142,13 +152,13 @@ def _pairs_of(
 
 
 def has_surface(body: Body) -> TypeGuard[HasContactSurface]:
-    """Return True if other bodies can touch a body by its surface."""
+    """Return True if other bodies can have contact with a body by its surface (it can make a contact surface)."""
     return isinstance(body, HasContactSurface) and body.has_surface
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:
-    """Return True if the bodies of a velocity field are in contact by surfaces only: each has one, or lies within a body
-    that has one."""
+    """Return True if the bodies of a velocity field have contact by surfaces only, not on grid nodes: each has a contact
+    surface, or lies within a body that has one."""
     having = [body for body in bodies if has_surface(body)]
     return all(has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
 
@@ -167,7 +177,10 @@ def _triangle_pairs(
 
 
 def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], ends: Sequence[Seam]) -> list[TrianglePair]:
-    """Return the contacts of bodies with themselves. A body whose motion is prescribed has none."""
+    """Return the contacts of bodies with themselves. A body whose motion is prescribed has none.
+
+    surfaces: contact surfaces by body name; planes: planes of symmetry; ends: seams of a periodic grid.
+    """
     pairs = []
     for number, contact in enumerate(case.contact):
         surface = surfaces.get(contact.between[0])
@@ -181,7 +194,10 @@ def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], en
 
 
 def _refuse_without_side(pair: TrianglePair, name: str, path: str) -> None:
-    """Raise CaseError if layers of a body coincide at the start, since contact could not know their sides."""
+    """Raise CaseError if layers of a body coincide at the start, since the side on which each lies is then unknown.
+
+    pair: contact of the body with itself; name: name of the body; path: location of the contact in the case.
+    """
     place = pair.place_without_side()
     if place is not None:
         x, y, z = place.tolist()
@@ -216,8 +232,8 @@ def _surface_pairs(
 
 
 def _refuse_out_of_sight(pair: SurfacePair) -> None:
-    """Raise CaseError if the contact offsets of two surfaces exceed the distance up to which contact between these
-    surfaces is detected."""
+    """Raise CaseError if the distance at which contact between two surfaces begins (the sum of their contact offsets) exceeds
+    the distance up to which contact between them is detected."""
     if pair.distance <= pair.sight:
         return
     thick = max(pair.surfaces, key=lambda surface: float(np.max(surface.half_width)))

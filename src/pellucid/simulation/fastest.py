@@ -9,8 +9,8 @@ from pellucid.parts.body import Body, in_metres
 
 
 def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
-    """Return a description of the fastest point of the bodies, and its data for `RunStopped`; both empty if nothing moves.
-    A point whose velocity is not finite counts as fastest."""
+    """Return a description of the fastest point of the bodies, and its data for `RunStopped` (body, number of the point,
+    position [m]); both empty if nothing moves. A point whose velocity is not finite counts as fastest."""
     found: tuple[float, Body, int] | None = None
     for body in bodies:
         speed = np.linalg.norm(body.stored_field("velocity"), axis=1)

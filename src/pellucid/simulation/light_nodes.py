@@ -35,21 +35,21 @@ def small_masses(
 
 
 def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
-    """Return the nodal mass [kg], for all velocity fields, below which the internal forces of a node do not strain
-    points; bodies: the arrays of all bodies of a case."""
+    """Return the nodal mass [kg], for all velocity fields, below which the internal forces of a node do not strain points;
+    bodies: the arrays of all bodies of a case, by name."""
     return SMALL_MASS * min(_lightest(arrays["mass"]) for arrays in bodies)
 
 
 def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
     """Return the nodal mass [kg], for a velocity field with APIC and linear functions, below which the internal forces of a
-    node do not strain points; bodies: the arrays of its bodies.
+    node do not strain points; bodies: the arrays of its bodies, by name; courant: Courant number of the steps.
 
     The affine fields of the points that contribute to such a node return its velocity increments to it, so that it
     oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the
     outermost points reach beyond the last node by the fraction ξ of a cell. The node beyond has the mass n² ξ m and the
     stiffness (2n/3)² m c²/h², with the wave speed c and the cell size h. Steps C h/c with the Courant number C are stable
     for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3) m c²/h², and the limit of ξ is C²/6. The limit used is
-    twice as large.
+    twice as large. grid: the grid of this field.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]
@@ -63,5 +63,6 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
 
 
 def _lightest(mass: np.ndarray) -> float:
-    """Return the smallest mass of the points [kg], without points that left in an earlier run and have no mass."""
+    """Return the smallest of the masses of points, shape (n,) [kg], without points that left in an earlier run and have no
+    mass."""
     return float(np.min(mass, where=mass > 0.0, initial=np.inf))

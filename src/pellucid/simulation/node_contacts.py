@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
-    """Return a message for each pair of velocity fields with solids or membranes that are in contact on the nodes of the
-    grid.
+    """Return a message for each pair of velocity fields with solids or membranes that are in contact on the nodes of the grid.
 
-    Contact of fluids is not reported, since fluids are always in contact on the nodes.
+    Contact of fluids is not reported, since fluids are always in contact on the nodes. built: all bodies, by name; pairs:
+    the contacts on nodes.
     """
     lines = []
     for fields in pairs.fields():
@@ -34,7 +34,11 @@ def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
 
 
 def _explain(members: Sequence[Sequence[BodyModel]], built: Built) -> tuple[str, str]:
-    """Return the reason why the bodies of two velocity fields are not in contact by surfaces, and a remedy."""
+    """Return the reason why the bodies of two velocity fields are in contact on the grid nodes and not by surfaces, and a
+    remedy.
+
+    members: models of the bodies of each field; built: all bodies, by name.
+    """
     for models in members:
         for model in models:
             if not model.is_fluid and not has_surface(built[model.name][0]):

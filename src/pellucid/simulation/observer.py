@@ -12,19 +12,19 @@ class Observer(Protocol):
         """Record the initial state. Called before the first step."""
 
     def after_step(self, simulation: Any) -> None:
-        """Called after each step."""
+        """Read the simulation after a step. Called after each step."""
 
     def while_settling(self, simulation: Any) -> None:
-        """Called after each step of settling, before `begin`."""
+        """Read the simulation after a step of settling (the search for rest before time 0), before `begin`."""
 
     def checkpoint(self, simulation: Any) -> None:
         """Write a checkpoint, from which the run can continue."""
 
     def end(self, simulation: Any) -> None:
-        """Called after the last step."""
+        """Complete the record. Called after the last step."""
 
     def keep_last(self, simulation: Any) -> None:
-        """Store the present state as a last history row and frame, for a run that ends before its goal."""
+        """Store the present state as a last row of the history and a last frame, for a run that ends before its goal."""
 
     def failed(self, simulation: Any, error: RunStopped) -> None:
-        """Called when the run was stopped by an error."""
+        """Record the state in which the run was stopped by an error."""

@@ -31,7 +31,8 @@ row."""
 
 
 def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
-    """Return a warning if some of the processes would have nothing to compute; None otherwise."""
+    """Return a warning if some of the given number of processes would have nothing to compute, or None; fields: the velocity
+    fields of the case."""
     if processes == 1:
         return None
     if not fields:
@@ -44,15 +45,16 @@ def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
 
 
 def interrupted(signals: Sequence[int]) -> Interrupted:
-    """Return the exception that all processes raise after any of them caught a signal and a checkpoint is written."""
+    """Return the exception that all processes raise after any of them received signals such as SIGTERM and a checkpoint was
+    written."""
     error = Interrupted(by_keyboard=signals[0] == signal.SIGINT)
     domain.group.know(error)
     return error
 
 
 def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
-    """Distribute rows of slabs among processes before bodies are built, by estimated numbers of points. The estimate
-    assumes that the points of a body fill its bounding box evenly."""
+    """Distribute rows of slabs (ranges of grid layers) among processes before bodies are built, by estimated numbers of points.
+    The estimate assumes that the points of a body fill its bounding box evenly."""
     if domain.group.size == 1:
         return
     if case.is_periodic()[grid.lattice.slab_axis]:
@@ -84,10 +86,10 @@ class SharedSlabs:
         return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
     def balance(self) -> None:
-        """Redistribute the rows at intervals if some processes compute longer than others. Called before a step.
+        """Redistribute the rows of slabs at intervals if some processes compute longer than others. Called before a step.
 
-        The cost of a row is the computing time of its process, distributed by points. The distribution does not change
-        results, bit for bit.
+        The cost of a row is its part of the computing time of its process, in proportion to its points. The distribution
+        does not change results, bit for bit.
         """
         self._left -= 1
         if self._left > 0:
@@ -97,7 +99,7 @@ class SharedSlabs:
         self._cut_again(domain.group.total(count * (worked / max(count.sum(), 1.0))))
 
     def _cut_again(self, cost: np.ndarray) -> None:
-        """Redistribute the rows by their computing times [s], shape (rows,), if that saves time."""
+        """Redistribute the rows of slabs by their computing times `cost` [s], shape (rows,), if that saves time."""
         hand_over = [points.hand_over() for points in self._points] if domain.would_pay(cost) else []
         if hand_over:
             domain.cut_again(cost)

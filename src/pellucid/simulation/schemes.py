@@ -32,17 +32,18 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
 
 
 def musl(stages: Stages, dt: float) -> None:
-    """Advance one step by modified update stress last (MUSL), in the order of operations of Gan et al. 2011."""
+    """Advance one step dt [s] by modified update stress last (MUSL), in the order of operations of Gan et al. 2011; stages: the
+    operations of a step."""
     _stress_last(stages, dt, remap=True)
 
 
 def usl(stages: Stages, dt: float) -> None:
-    """Advance one step by update stress last (USL)."""
+    """Advance one step dt [s] by update stress last (USL); stages: the operations of a step."""
     _stress_last(stages, dt, remap=False)
 
 
 def usf(stages: Stages, dt: float) -> None:
-    """Advance one step by update stress first (USF)."""
+    """Advance one step dt [s] by update stress first (USF); stages: the operations of a step."""
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
     stages.predict_own_nodes(dt)

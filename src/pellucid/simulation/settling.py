@@ -33,8 +33,8 @@ SETTLING = "settling"  # key of these attributes among the numbers of the clock
 
 
 class SettlingClock(Clock):
-    """Clock of the settling: it counts steps while the time of the loads is constant. `run` is the clock of the run
-    afterwards."""
+    """Clock of the settling: it counts steps while the time of the loads is constant. settle: the table [settle]; run: clock of
+    the run afterwards; models: models of all bodies."""
 
     def __init__(self, settle: "SettleCase", run: Clock, models: Sequence[BodyModel]) -> None:
         super().__init__(run.case, run.longest)
@@ -53,7 +53,8 @@ class SettlingClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return a time and an increment of 0 [s]: the time of the loads stays at 0 while bodies settle."""
+        """Return 0 for the time of the loads and for its increment in the step [s]: the loads are constant while bodies
+        settle."""
         return 0.0, 0.0
 
     def advance(self, dt: float) -> None:
@@ -62,8 +63,8 @@ class SettlingClock(Clock):
         self._passed += dt
 
     def passes_peak(self, kinetic: float, moved: float, at_stake: float) -> bool:
-        """Return True if the kinetic energy [J] has passed a peak, i.e. is lower than after the previous step: the bodies
-        are then stopped.
+        """Return True if the kinetic energy of the bodies [J] has passed a peak, i.e. is lower than after the previous step:
+        the bodies are then stopped.
 
         The bodies are settled after the kinetic energy has stayed small for at least the longest oscillation so far and the
         time that waves need to cross the bodies. Small means below the fraction `share` of `moved`, the largest energy that
@@ -83,17 +84,17 @@ class SettlingClock(Clock):
 
     @property
     def _wanted(self) -> float:
-        """Return the time for which the kinetic energy must stay small [s]."""
+        """Time for which the kinetic energy must stay small until the bodies count as at rest [s]."""
         return max(self._longest_swing, self._least)
 
     @property
     def is_settled(self) -> bool:
-        """True if the bodies are at rest."""
+        """True if the bodies are at rest: their kinetic energy has been small for long enough, see `passes_peak`."""
         return self._quiet > self._wanted
 
     def no_rest(self, kinetic: float, moved: float) -> RunStopped | None:
-        """Return an error if settling has taken too many steps, else None; kinetic: kinetic energy [J]; moved: energy with
-        which it is compared [J]."""
+        """Return an error if settling has taken too many steps, else None; kinetic: kinetic energy [J]; moved: largest energy
+        that the bodies have exchanged so far [J]."""
         if self.n_steps < self.settle.most_steps:
             return None
         share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
@@ -118,11 +119,11 @@ class SettlingClock(Clock):
 def settle(
     simulation: "Simulation", caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> dict[str, Any]:
-    """Bring the bodies of a simulation to rest under the actions at time 0, or continue to do so; return the entries for
-    the summary.
+    """Bring the bodies of a simulation to rest under the actions at time 0, or continue to do so; return the entries for the
+    summary.
 
     caught: signals received so far. A signal ends the settling after the observer `keeper` has written a checkpoint, from
-    which it can be continued. Raises RunStopped, Interrupted.
+    which it can be continued. Raises RunStopped if the bodies do not come to rest, Interrupted after a signal.
     """
     if simulation.case.settle is None:
         return {}
@@ -145,14 +146,15 @@ def settle(
 
 
 def _while_settling(text: str) -> str:
-    """Add the remedy for a body that moves away during settling to the reason of a stop."""
+    """Return the reason of a stop with the remedy for a body that moves away during settling."""
     text = text if text.startswith(NAMED) else f"{NAMED}: {text}"
     remedy = "\n    Constrain bodies that can fall, slide or flow without end."
     return f"{text}{remedy}" if FAULTS[LOST].meaning in text else text
 
 
 def _stop_what_moves(simulation: "Simulation", share: float) -> None:
-    """Warn if the bodies start with kinetic energy, and set their velocities to zero.
+    """Set the velocities of the bodies to zero before settling, and warn, if their kinetic energy is larger than a fraction
+    (`share`) of the energy that they could release.
 
     Velocities in a case with [settle] are errors, but bodies may have velocities from an earlier run. They settle at their
     positions of that run, and their initial kinetic energy must not affect the criterion for rest.
@@ -189,6 +191,6 @@ def _come_to_rest(
 
 
 def _crossing(model: BodyModel) -> float:
-    """Return the time that pressure waves need to cross a body from end to end [s]."""
+    """Return the time that pressure waves need to cross the body of a model from end to end [s]."""
     lower, upper = model.bounds()
     return float((upper - lower).max()) / model.waves_at_start()[0]

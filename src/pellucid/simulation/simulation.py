@@ -81,8 +81,9 @@ class Simulation:
         timed: bool = False,
         start: Mapping[str, Mapping[str, np.ndarray]] | None = None,
     ) -> None:
-        """case: the case; threads: number of threads, None to choose it during the run; timed: True to measure the times of
-        the stages; start: arrays of bodies that start in the state of an earlier run, by name and sorted by point number."""
+        """case: the case; threads: number of threads, None to choose it during the run; timed: True to measure the wall-clock
+        times of the stages of a step; start: arrays of bodies that start in the state of an earlier run, by body and sorted
+        by point number."""
         domain.leave()  # that of another simulation
         self.case = case = with_room_behind_walls(required(case))
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
@@ -146,7 +147,8 @@ class Simulation:
             time_stages(self, self.timers)
 
     def _set_actions(self, transfer: VelocityTransfer) -> None:
-        """Pass supports, gravity and external actions to the velocity fields, after all conditions are built."""
+        """Pass supports, gravity and external actions to the velocity fields, after all conditions are built; transfer:
+        velocity transfer of the case."""
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.conditions.actions:
@@ -165,7 +167,7 @@ class Simulation:
         return Clock(case.time, longest, most)
 
     def record(self, dt: float) -> None:
-        """Add a completed step dt [s] to the balance of energy and momentum."""
+        """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
         heats = (body.work() for body in self.stages.grid_bodies)
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.stages.nodal_bodies)]
         last = self.case.time.scheme != "usf"
@@ -199,7 +201,7 @@ class Simulation:
         self._balanced_step = self.n_steps
 
     def step(self) -> None:
-        """Advance one step. Raises RunStopped, naming the point, if the state becomes invalid."""
+        """Advance one time step. Raises RunStopped, naming the point, if the state becomes invalid."""
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
@@ -229,7 +231,7 @@ class Simulation:
             yield self
 
     def advance_bodies(self) -> None:
-        """Advance one step without checking the energy balance."""
+        """Advance one time step without checking the energy balance."""
         dt = self.clock.next_step(self.bodies)
         if domain.group.size > 1 and self.velocity_fields:
             self._shared = self._shared or SharedSlabs(self.bodies)  # from the first step on, in balance
@@ -263,11 +265,13 @@ class Simulation:
             body.come_to_rest()
 
     def settle(self, caught: Sequence[int] = (), progress: Progress | None = None, keeper: Observer | None = None) -> None:
-        """Bring the bodies to rest before the first step if the case has [settle]; see `pellucid.simulation.settling`."""
+        """Bring the bodies to rest before the first step if the case has [settle]; arguments as in
+        `pellucid.simulation.settling.settle`."""
         self._settled = settle(self, caught, progress, keeper)
 
     def settling_clock(self, settle: "SettleCase") -> SettlingClock:
-        """Return a clock for settling, which counts steps while the time of the loads stays at 0."""
+        """Return a clock for settling, which counts steps while the time of the loads stays at 0; settle: the table
+        [settle]."""
         return SettlingClock(settle, self.clock, self.case.body)
 
     def _begin(self, dt: float) -> None:
@@ -283,15 +287,16 @@ class Simulation:
             self._share_gravity(self.case.gravity_amplitude.at(time))
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
-        """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
+        """Step until the end of the case or `until` [s]; recorder: object that stores the results. SIGTERM and Ctrl-C write a
+        checkpoint and raise Interrupted."""
         for _ in self.recorded(recorder, until, progress):
             pass
 
     def recorded(
         self, recorder: Observer, until: float | None = None, progress: Progress | None = None
     ) -> Iterator["Simulation"]:
-        """Advance like `run`, and yield the simulation itself after each step. If the loop is left early, the record ends
-        there."""
+        """Advance like `run`, with the same arguments, and yield the simulation itself after each step. If the loop is left
+        early, the record ends there."""
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -327,8 +332,11 @@ class Simulation:
                 raise
 
     def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
-        """Settle and start recording with the bodies at rest. If settling fails, the reached state is recorded; errors of
-        this recording do not hide the reason."""
+        """Let the bodies settle if the case has [settle], and start recording. If settling fails, the reached state is
+        recorded; errors of this recording do not hide the reason.
+
+        recorder: object that stores the results; caught: signals received so far.
+        """
         try:
             self.settle(caught, progress, recorder)
         except RunStopped as error:
@@ -387,12 +395,13 @@ class Simulation:
         return self.clock.dt
 
     def energies(self) -> dict[str, float]:
-        """Return the energy balance [J], by entry."""
+        """Return the entries of the energy balance [J], by name, such as kinetic energy and works."""
         return Named("the energy balance has no entry", self.budget.energies())
 
     @property
     def is_balanced(self) -> bool:
-        """True if the balance includes all works of the last step. It does not if a body stopped the run in this step."""
+        """True if the energy balance includes all works of the last step. It does not if a body stopped the run in this
+        step."""
         return self._balanced_step == self.n_steps
 
     def momentum(self) -> np.ndarray:
@@ -440,7 +449,7 @@ class Simulation:
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
-        """Return the entries of the summary about the time stepping and the analysis."""
+        """Return the entries of the run's summary about the time stepping and the kind of analysis, by name."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}
@@ -457,7 +466,7 @@ class Simulation:
         return sum(body.totals.kinetic for body in self.bodies)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return every array that affects the next step, by name."""
+        """Return every array that affects the next step, by name, for a checkpoint."""
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
         owners[CONTACT_SURFACES] = self.surface_pairs.state_arrays()
         owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
@@ -483,8 +492,8 @@ class Simulation:
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
-        """Restore a checkpoint bit for bit. Raises UsageError for a checkpoint of an earlier version, which stored other
-        data."""
+        """Restore a checkpoint bit for bit. Raises UsageError for a checkpoint of an earlier version, which stored other data;
+        arrays, numbers: as returned by `state_arrays` and `state_numbers`."""
         with domain.joining(NOWHERE):
             lacking = sorted(self.state_arrays().keys() - arrays.keys())
         if lacking or numbers.keys() != self.state_numbers().keys():

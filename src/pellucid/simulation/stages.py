@@ -16,8 +16,8 @@ from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
 class Stages:
     """Operations of a time step for bodies and velocity fields, with conditions and contact on the nodes.
 
-    on_grid: bodies on the grid, by velocity field; remaps: True if the momentum of points is mapped to the nodes a second
-    time in each step, with FLIP (MUSL).
+    on_grid: bodies on the grid, by velocity field; conditions, contact_pairs: all conditions, and contacts on the nodes;
+    remaps: True if the momentum of points is mapped to the nodes a second time in each step, with FLIP (MUSL).
     """
 
     def __init__(
@@ -42,20 +42,20 @@ class Stages:
         contact."""
 
     def sort(self) -> None:
-        """Sort the points of bodies whose points must be sorted by grid nodes."""
+        """Sort the points of the bodies on the grid by their nodes, if a point left its slab or sorting saves time."""
         for body in self.grid_bodies:
             body.sort_if_needed()
 
     def clear_nodes(self) -> None:
-        """Reset mass, momentum and forces of the nodes, and sums over cells, to zero."""
+        """Reset mass, momentum and forces of the nodes, and the sums over points in each cell, to zero."""
         for field in self._fields:
             field.clear()
         for pressure in self.cell_pressures:
             pressure.clear()
 
     def find_cell_pressures(self) -> None:
-        """Compute the mean pressure of the points in each full cell of fluid, and add the forces of these pressures to the
-        nodes."""
+        """Compute the mean pressure of the points in each full cell (a cell that a fluid fills), and add the forces of these
+        pressures to the nodes."""
         for pressure in self.cell_pressures:
             pressure.find_pressures()
 
@@ -64,8 +64,8 @@ class Stages:
         self._jointly(lambda body: body.particle_to_grid(inertia, force))
 
     def predict_own_nodes(self, dt: float) -> None:
-        """Solve the equations of motion of the bodies with their own nodes, without contact, and map their mass and
-        momentum to the nodes."""
+        """Solve the equations of motion of the bodies with their own nodes over a step dt [s], without contact, and map their
+        mass and momentum to the grid nodes."""
         for body in self.nodal_bodies:
             body.predict(dt)
 
@@ -74,12 +74,12 @@ class Stages:
         self.contact_pairs.detect()
 
     def solve_viscosity(self, dt: float) -> None:
-        """Compute the stresses of implicit viscosity, and add their forces to the nodes."""
+        """Compute the stresses of implicit viscosity at the end of a step dt [s], and add their forces to the nodes."""
         for viscosity in self.viscosities:
             viscosity.solve(dt)
 
     def advance_momentum(self, dt: float) -> None:
-        """Advance the momentum of the nodes, and apply the impulses of conditions."""
+        """Advance the momentum of the grid nodes by a step dt [s], and apply the impulses of conditions."""
         for field in self._fields:
             field.advance(dt, counted=not self._conditions.give_impulses)
         self._conditions.act_on_nodes(dt)
@@ -89,8 +89,8 @@ class Stages:
         self.contact_pairs.apply_impulses()
 
     def sum_works(self, dt: float) -> None:
-        """Sum the works of the step on the nodes after the momentum update, and compute the volume growth of full cells
-        of fluid."""
+        """Compute the works of nodal forces in a step dt [s] after the momentum update, and the volume growth of full cells
+        (cells that a fluid fills)."""
         works = [field.works(dt) for field in self._fields]
         self.works = [work for work in works if work is not None]
         for pressure in self.cell_pressures:
@@ -98,7 +98,8 @@ class Stages:
         self.contact_pairs.sum_work()
 
     def grid_to_particle(self, dt: float, remap: bool) -> None:
-        """Compute the new velocities of the bodies on the grid; if `remap`, map their momentum to the nodes again."""
+        """Compute the velocities of the points on the grid after a step dt [s]; if `remap`, map their momentum to the nodes
+        again."""
         self._jointly(lambda body: body.begin_grid_to_particle(dt, remap))
         for body in self.grid_bodies:
             body.end_grid_to_particle(remap)
@@ -110,11 +111,11 @@ class Stages:
             body.correct(remap=len(self.contact_pairs) > 0)
 
     def find_strain_velocities(self, dt: float | None = None) -> None:
-        """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts they
-        are corrected so that bodies in contact do not approach each other.
+        """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts they are
+        corrected so that bodies in contact do not approach each other.
 
-        dt: the step [s] if momentum was mapped again at its end; the bodies then receive the impulses of this correction.
-        None at the start of a step.
+        dt: the step [s] if the momentum of the points was mapped to the nodes again at its end; the bodies then receive the
+        impulses of this correction. None at the start of a step.
         """
         for field in self._fields:
             field.project(dt, counted=dt is not None and field in self._without_heat)
@@ -123,24 +124,25 @@ class Stages:
             self.contact_pairs.apply_second_impulses(dt)
 
     def find_volume_corrections(self, dt: float) -> None:
-        """Compute the difference between the volume growth of each full cell of fluid and that of its points, and the work
-        of this difference."""
+        """Compute the difference between the volume growth of each full cell (a cell that a fluid fills) and that of its
+        points, and the work of this difference over a step dt [s]."""
         for pressure in self.cell_pressures:
             pressure.find_shifts(dt)
 
     def update_stress(self, dt: float, move: bool) -> None:
-        """Compute velocity gradients, volumes and stresses of the bodies on the grid, and new positions if `move`."""
+        """Compute velocity gradients, volumes and stresses of the bodies on the grid over a step dt [s], and new positions if
+        `move`."""
         self._jointly(lambda body: body.begin_stress(dt, move))
         for body in self.grid_bodies:
             body.end_stress(dt, move)
 
     def update_positions(self, dt: float) -> None:
-        """Compute the new positions of the bodies on the grid."""
+        """Compute the positions of the points on the grid after a step dt [s]."""
         for body in self.grid_bodies:
             body.update_positions(dt)
 
     def update_own_nodes(self, dt: float) -> None:
-        """Compute the new positions and stresses of the bodies with their own nodes."""
+        """Compute the positions and stresses of the bodies with their own nodes after a step dt [s]."""
         for body in self.nodal_bodies:
             body.update(dt)
 

@@ -35,7 +35,10 @@ class Standings(Mapping[str, Standing]):
 
 
 def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-    """Load the arrays of an earlier run into bodies, before conditions act on them. Raises `CaseError` if they do not fit."""
+    """Load the arrays of an earlier run into bodies, before conditions act on them. Raises `CaseError` if they do not fit.
+
+    built: all bodies, by name; start: arrays of the bodies that continue, by body and array.
+    """
     for name, state in start.items():
         body, field = built[name]
         if len(state["id"]) != body.n_points:

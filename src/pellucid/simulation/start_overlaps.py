@@ -14,7 +14,7 @@ REPORTED = 1e-3  # cells: depth from which an overlap is reported
 
 
 class OverlappingStart(NamedTuple):
-    """Two bodies, a body and a wall, or parts of one body that overlap at the start of a run."""
+    """Two bodies, a body and a wall, or parts of one body that overlap at the start of a run, and by how much."""
 
     between: tuple[str, ...]
     """Names of both, each with its kind ("body", "wall"); a single name for parts of one body."""
@@ -49,16 +49,17 @@ class OverlappingStart(NamedTuple):
         )
 
     def facts(self) -> dict[str, Any]:
-        """Return the data for the summary."""
+        """Return the data of the overlap for the summary of the run, by name."""
         return {"between": list(self.between), "depth": self.depth, "distance": self.distance}
 
 
 def find_start_overlaps(
     pairs: SurfacePairs, case: "Case", going_on: Mapping[str, Mapping[str, np.ndarray]]
 ) -> list[OverlappingStart]:
-    """Return the overlaps between surfaces at the start of a run that are larger than rounding errors.
+    """Return the overlaps between contact surfaces at the start of a run that are larger than rounding errors.
 
-    going_on: arrays of the bodies that start in the state of an earlier run, see `SurfacePairs.go_on`.
+    pairs: contacts of surfaces; going_on: arrays of the bodies that start in the state of an earlier run, by body, see
+    `SurfacePairs.go_on`.
     """
     pairs.go_on(going_on)
     if not len(pairs):

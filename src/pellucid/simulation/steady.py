@@ -44,8 +44,8 @@ QUIET = 100  # steps for which the estimated error must stay below the tolerance
 class SteadyClock(Clock):
     """Clock of the relaxation: it counts steps; its time is the time of the loads at the last equilibrium.
 
-    bodies, models: all bodies of the case and their models. Bodies that do not relax are rigid, with positions prescribed
-    by motions.
+    steady, time: tables of the case; bodies, models: all bodies of the case and their models; contact: contacts of surfaces.
+    Bodies that do not relax are rigid, with positions prescribed by motions.
     """
 
     def __init__(
@@ -101,12 +101,13 @@ class SteadyClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return the time of the loads [s] and its increment in this step."""
+        """Return the time of the loads at the start of the coming step [s] and its increment in the step [s]."""
         start, end = self._loads_at(self._step), self._loads_at(self._step + 1)
         return start, end - start
 
     def pace(self, dt: float) -> None:
-        """Set the damping for the coming step, and the rate of change of the loads."""
+        """Set the damping and the load rate (increment of the time of the loads over the length of the step) of the bodies for
+        the coming step dt [s]."""
         kappa, (start, grown) = self._kappa, self.span(dt)
         for body in self._relaxed:
             body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
@@ -114,7 +115,7 @@ class SteadyClock(Clock):
             tool.load_rate = grown / dt
 
     def advance(self, dt: float) -> None:
-        """Count a step and check whether a steady state is reached."""
+        """Count a step of the length dt [s] and check whether a steady state is reached."""
         self.n_steps += 1
         self._step += 1
         self.dt, self.weight = dt, 0.0
@@ -140,8 +141,8 @@ class SteadyClock(Clock):
 
     @property
     def is_adjusting(self) -> bool:  # type: ignore[override]
-        """True from the first correction of overlaps until the equilibrium, since each correction changes the contact
-        forces at once."""
+        """True from the first correction of overlaps in contact until the equilibrium, since each correction changes the
+        contact forces at once."""
         return self._corrections > 0
 
     @property
@@ -149,7 +150,8 @@ class SteadyClock(Clock):
         return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 
     def _loads_at(self, step: int) -> float:
-        """Return the time of the loads [s] after a number of steps of this load step."""
+        """Return the time of the loads [s] after `step` steps of the present load step (the increase of the loads to the next
+        equilibrium)."""
         each = self.case.end / self.steady.load_steps
         before, level = self._levels[self._equilibria : self._equilibria + 2]
         if step >= self.loading:
@@ -157,9 +159,12 @@ class SteadyClock(Clock):
         return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Estimate the relative error of the displacements: the remaining change if the largest change per step decays
-        by the damping factor κ, or more slowly if a slower decay is observed. A mode whose frequency is far below the
-        one for which κ is optimal is hidden by the changes of the other modes."""
+        """Estimate the error of the displacements relative to the largest one, after a step dt [s].
+
+        It is the remaining change if the largest change per step decays by the damping factor κ, or more slowly if a slower
+        decay is observed. A mode whose frequency is far below the one for which κ is optimal is hidden by the changes of the
+        other modes.
+        """
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
@@ -174,7 +179,7 @@ class SteadyClock(Clock):
         self._quiet = self._quiet + 1 if steady and done else 0
 
     def _correct_overlaps(self) -> None:
-        """Near an equilibrium, remove the overlaps caused by the compliance of the contact springs; see
+        """Near an equilibrium, remove the overlaps of bodies in contact that the compliance of the contact springs causes; see
         `pellucid.contact.steady_contact`."""
         if self._contact is None:
             return
@@ -215,7 +220,7 @@ class SteadyClock(Clock):
         self._estimate = estimate
 
     def _reach(self) -> None:
-        """End the load step at an equilibrium, and start the next one."""
+        """End the load step (the increase of the loads to an equilibrium), and start the next one."""
         self.steps_taken.append(self._step)
         self._equilibria += 1
         before, self.time = self.time, self._levels[self._equilibria] / self.steady.load_steps * self.case.end
@@ -233,11 +238,12 @@ class SteadyClock(Clock):
     against_energy_error = f"The loads increase too fast: {SLOWER_LOADS}"
 
     def facts(self) -> dict[str, Any]:
-        """Return the number of steps of each load step, the estimated error, and the residual force relative to all forces."""
+        """Return, for the summary, the number of steps of each load step, the estimated relative error of the displacements,
+        and the residual force relative to all forces."""
         return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
 
     def _unbalanced(self) -> float:
-        """Return the norm of the residual nodal forces relative to the norm of all nodal forces."""
+        """Return the norm of the residual forces on the nodes relative to the norm of all nodal forces."""
         left, every = np.sqrt(np.square([body.unbalanced() for body in self._relaxed]).sum(axis=0))
         return float(left / every) if every > 0.0 else 0.0
 
@@ -266,7 +272,8 @@ def _places(body: Body) -> np.ndarray:
 
 
 def _cells_passed(body: Body, end: float) -> float:
-    """Return the largest number of cells that the motions of a body cross until the end of the loads [s]."""
+    """Return the largest number of cells that the prescribed motions of a body can cross until the end of the loads,
+    `end` [s]."""
     grid, speed = getattr(body, "grid", None), getattr(body.constraint, "top_speed", 0.0)
     return 0.0 if grid is None else speed * end * float(grid.lattice.inverse_cell)
 

@@ -24,8 +24,8 @@ def numbers_up_to(most: int) -> list[int]:
 class ThreadChoice:
     """Choice of the number of threads by timed trials during a run.
 
-    numbers: numbers to choose from, ascending; first: upper limit of the initial number; use: function that sets the
-    number; clock: function that returns the wall-clock time [s].
+    numbers: numbers to choose from, ascending; first: upper limit of the initial number; use: function that makes the run
+    use a number of threads; clock: function that returns the wall-clock time [s].
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class ThreadChoice:
         self._began = 0.0
 
     def before_step(self) -> None:
-        """Record the start time of a step. Called before each step."""
+        """Record the wall-clock time at which a step starts. Called before each step."""
         self._began = self._clock()
 
     def after_step(self) -> None:
@@ -72,8 +72,8 @@ class ThreadChoice:
 
 
 class Trial:
-    """Trial that times the steps with several numbers of threads, in turns, each over blocks of `steps` steps; began: start
-    time [s]."""
+    """Trial that compares several numbers of threads by the wall-clock time of steps, in rounds; each number is used for blocks
+    of `steps` steps; began: wall-clock time at the start [s]."""
 
     def __init__(self, numbers: list[int], steps: int, began: float) -> None:
         self._numbers, self._steps, self.began = numbers, steps, began
@@ -91,7 +91,7 @@ class Trial:
         return self._done == ROUNDS * self._steps * len(self._numbers)
 
     def count(self, taken: float) -> None:
-        """Record the duration of a step with the present number of threads [s]."""
+        """Add the wall-clock time [s] of a step with the present number of threads."""
         number, self._sum = self.number, self._sum + taken
         self._done += 1
         if self._done % self._steps == 0:

@@ -26,8 +26,8 @@ OF_A_STEP = {
 
 
 def time_stages(simulation: Any, timers: dict[str, float]) -> None:
-    """Measure the stages of the steps of a simulation. The time of each stage [s] is added to an entry of `timers`, such as
-    "grid" or "contact"."""
+    """Make a simulation measure the wall-clock time of the stages of its steps. The time of each stage [s] is added to an entry
+    of `timers`, such as "grid" or "contact"."""
     parts = [(simulation, {"record": "reductions"}), (simulation.stages, OF_A_STEP)]
     for owner, stages in parts:
         for stage, part in stages.items():

@@ -59,8 +59,8 @@ class Watch:
     """Issues warnings about possible errors, and stops a run with a large error of the energy balance."""
 
     def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool, transfer: str) -> None:
-        """limits: limits of the energy error; own_steps: True if all bodies take their own substeps; has_grid: True if the
-        case has a grid; transfer: transfer of the case."""
+        """limits: limits of the energy error; own_steps: True if all bodies take their own substeps; has_grid: True if the case
+        has a grid; transfer: name of the velocity transfer of the case, such as "flip"."""
         self._limits, self._own_steps, self._transfer = limits, own_steps, transfer
         finer = (
             "a lower `accuracy` or more nodes"
@@ -75,11 +75,11 @@ class Watch:
         """Keys of the warnings issued so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
-        """Check the energy balance at the end of a step, and warn if its error is large.
+        """Check the energy balance `budget` at the end of a step, and warn if its error is large.
 
         The balance is not checked in the first steps of a run (unless bodies take substeps) or while a steady analysis
-        corrects overlaps, but always in the last step. Raises RunStopped above the limit, and in any step if the balance is
-        not finite.
+        corrects overlaps, but always in the last step. Raises RunStopped if the error is above the limit, and in any step if
+        the balance is not finite.
         """
         error = abs(budget.energy_error())
         if not isfinite(error):
@@ -101,8 +101,10 @@ class Watch:
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
     def angular_momentum(self, turning: AngularBalance, bodies: Sequence[Body], clock: Clock) -> None:
-        """Check the angular momentum of bodies without external actions, at intervals and at the end, and warn if it
-        drifts."""
+        """Warn if the angular momentum of bodies without external actions drifts; checked at intervals and at the end.
+
+        turning: balance of the angular momentum.
+        """
         last = clock.finished(None)
         if (clock.n_steps % INTERVAL and not last) or (error := turning.observe(bodies)) < self._limits.warn:
             return
@@ -113,7 +115,7 @@ class Watch:
             self._warn("angular momentum", text)
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
-        """Check nodes in contact at intervals, and issue the contact warnings of their bodies."""
+        """Issue the warnings of bodies about their nodes in contact, checked at intervals; pairs: contacts on grid nodes."""
         if clock.n_steps % INTERVAL or "contact" in self.warned:
             return
         for body, nodes in pairs.touching():
@@ -122,7 +124,8 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def surfaces(self, pairs: SurfacePairs, clock: Clock) -> None:
-        """Check surfaces in contact with other surfaces or close to sheets, at intervals, and issue their warnings."""
+        """Issue warnings about surfaces in contact with other surfaces or close to sheets (surfaces with two sides), checked at
+        intervals; pairs: contacts of surfaces."""
         if clock.n_steps % INTERVAL:
             return
         for sheet, other, step in pairs.against_sheets():
@@ -141,7 +144,8 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def approaches(self, bodies: Sequence[Body], clock: Clock) -> None:
-        """Check for parts of one body that approach each other, at intervals and at the end; each body warns once."""
+        """Warn about parts of the surface of one body that approach each other: they would stick, as material points of one
+        velocity field share the nodes of the grid. Checked at intervals and at the end, once for each body."""
         if clock.n_steps % LOOKS and not clock.finished(None):
             return
         for body in bodies:
@@ -169,8 +173,9 @@ class Watch:
                 self._warn(f"condition {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
-        """Check the energy added or removed by surfaces in contact, and warn if its unexplained part is too large. It is
-        not checked in the first steps of a run, but always in the last."""
+        """Check the energy that contact between surfaces added to or removed from bodies beyond its springs, dampers and
+        friction, and warn if it is large compared with the energy scale of the balance `budget`. It is not checked in the
+        first steps of a run, but always in the last."""
         scale, amount = budget.energy_scale, contact.unexplained
         early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
         if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:
@@ -184,7 +189,8 @@ class Watch:
         self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def volumes(self, fields: Mapping[VelocityField, Sequence[GridBody]], clock: Clock) -> None:
-        """Check at intervals if the volume of the fluids of a velocity field exceeds the volume of the grid, and warn."""
+        """Warn, at intervals, if the volume of the fluid points of a velocity field exceeds the volume of the grid; fields:
+        velocity fields with their bodies on the grid."""
         if clock.n_steps % INTERVAL or "volume" in self.warned:
             return
         for field, bodies in fields.items():
@@ -218,7 +224,8 @@ def _lie_near(bodies: Iterable[Body], places: np.ndarray, distance: float) -> np
 
 
 def free_axes(case: "Case") -> Sequence[int]:
-    """Return the axes about which the angular momentum of a case is constant unless supports or gravity act on a body."""
+    """Return the axes (0, 1, 2) about which the angular momentum of a case is constant unless supports or gravity act on a
+    body."""
     acting = [base for base, several in case.conditions().items() if several and not issubclass(base, BETWEEN_BODIES)]
     if acting or case.steady is not None or any(body.has_own_step or not body.moves for body in case.body):
         return []

@@ -25,7 +25,8 @@ NODES = 64  # nodes per chunk
 
 
 class Fits(NamedTuple):
-    """Shape functions at the quadrature points, with the data of their affine fits, listed by cell and by node."""
+    """Shape functions at the quadrature points, with the data of the affine fits of the module docstring, listed by cell and by
+    node."""
 
     position: np.ndarray  # (n, 3) node positions [m]
     cells: Lists  # the nodes of each cell
@@ -41,8 +42,11 @@ class Fits(NamedTuple):
 
 
 def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
-    """Compute the affine fits at quadrature points with the shape functions `rows` and the quadrature weights [m³], shape
-    (m,); cells: the nodes of each cell. Each cell has the same number of points."""
+    """Compute the data of the affine fits (see the module) at m quadrature points. Each cell has the same number of points.
+
+    position: nodes, shape (n, 3) [m]; cells: the active nodes of each cell; rows: the shape functions at the points;
+    weights: quadrature weights, shape (m,) [m³].
+    """
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])
     cell = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(cells.first))
@@ -98,7 +102,8 @@ def _find_sums(chunk, fits, sums, sizes):
 
 
 def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each node a, Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
+    """Return, for each node a, Σ_q w_q ∇p_a(q) and Σ_q w_q |∇p_a(q)| with absolute values by component, shape (n, 3) each [m²];
+    p_a: shape function, w_q: weight of quadrature point q; fits: bundle of `Fits`."""
     sums, sizes = np.zeros_like(fits.position), np.zeros_like(fits.position)
     _find_sums(-(-len(sums) // NODES), fits, sums, sizes)
     return sums, sizes
@@ -121,8 +126,8 @@ def _count(chunk, fits, count):
 def _add_cell(a, entry, fits, longest, s, row):
     """Add the contribution of one cell of node a to row a of the matrix A (see the module).
 
-    entry: index of node a of this cell in `fits.cells.items`. s: scratch memory of three columns, followed by four numbers
-    for each point.
+    entry: index of node a of this cell in `fits.cells.items`. longest: largest number of nodes of a cell. s: scratch memory
+    of three columns of this length, followed by four numbers for each point. row: row a of A, shape (n,) [m³].
     """
     cell, nq, position, centre, inverse = fits.cell[entry], fits.n_points, fits.position, fits.centre, fits.inverse
     shares, weights, over = fits.shares, fits.weights, fits.over
@@ -185,8 +190,8 @@ def _fill(chunk, fits, longest, first, columns, entries):
 
 
 def system(fits: Bundle) -> sparse.csr_array:
-    """Return the matrix A of the residuals (see the module) [m³], shape (n, n): symmetric, semidefinite, with affine
-    functions in its null space."""
+    """Return the matrix A of the residuals of affine fits (see the module), shape (n, n) [m³]. It is symmetric and
+    semidefinite; affine functions are in its null space."""
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
     count = np.zeros(n, np.int64)
     _count(chunks, fits, count)
@@ -227,5 +232,9 @@ def _correct(chunk, fits, eta):
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:
-    """Add the correction c_a (η_a - fit of η) to the gradients of the shape functions, for η of shape (n, 3)."""
+    """Add c_a (η_a - affine fit of η) to the gradient of the shape function of each node a at each quadrature point, in place.
+
+    eta: nodal values η for the three components of the gradient, shape (n, 3) [1/m]; c_a: weight of the fit, see the module.
+    fits: bundle of `Fits`.
+    """
     _correct(-(-(len(fits.cells.first) - 1) // CELLS), fits, eta)

@@ -19,7 +19,8 @@ from pellucid.model import parameter
 
 
 class CellLeastSquares(NamedTuple):
-    """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
+    """Parameters of the shape functions: nodes, and data for computing distances from the faces that bound the ring of cells
+    around each node."""
 
     smoothness: float  # exponent s of the weights
     position: np.ndarray  # (n, 3) node positions [m]
@@ -52,8 +53,11 @@ class CellLeastSquaresModel(FacedApproximant):
 
 @pointwise
 def _weight(fn, x, a, faces):
-    """Return the nodal weight D^s, where D is the smooth distance from the faces of the ring, and its gradient times the size
-    of the ring."""
+    """Return the weight D^s of node a at x [m], where D is the smooth distance from the faces of its ring of cells divided by
+    the ring size, and the gradient of the weight times the ring size.
+
+    faces: scratch memory for a block of faces. fn: `CellLeastSquares`.
+    """
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh
         return 1.0, 0.0, 0.0, 0.0

@@ -18,7 +18,8 @@ from pellucid.model import parameter
 
 
 class CellMaximumEntropy(NamedTuple):
-    """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
+    """Parameters of the priors: nodes, and data for computing distances from the faces that bound the ring of cells around each
+    node."""
 
     smoothness: float  # exponent s of the priors
     position: np.ndarray  # (n, 3) node positions [m]
@@ -57,8 +58,11 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
 
 @pointwise
 def _prior(fn, x, a, faces):
-    """Return the logarithm of the prior, ln w_a = s ln D_a, where D_a is the smooth distance from the faces of the ring, and
-    its gradient times the size of the ring."""
+    """Return ln w_a = s ln D_a, the logarithm of the prior of node a at x [m], and its gradient times the ring size.
+
+    D_a: smooth distance of x from the faces of the ring of the node, divided by the ring size; faces: scratch memory for a
+    block of faces. fn: `CellMaximumEntropy`.
+    """
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh
         return 0.0, 0.0, 0.0, 0.0

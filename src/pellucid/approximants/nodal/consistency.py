@@ -22,18 +22,20 @@ EXACT = 1e-14  # round-off error of the divergence theorem, relative to its sums
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
-    """Return ∮ p_a n dS over the boundary of a tetrahedral mesh for each node a [m²], shape (n, 3), with its shape function
-    p_a and the outward normal n."""
+    """Return ∮ p_a n dS over the boundary of a tetrahedral mesh for each node a, shape (n, 3) [m²].
+
+    p_a: shape function of the node, defined by `evaluator`; n: outward unit normal.
+    """
     faces, cells = outer_faces_of_cells(mesh.cells)
     shares = face_shares(evaluator, mesh.nodes, faces, cells)
     return shares.at_nodes(vector_areas(mesh.nodes, faces), len(mesh.nodes))
 
 
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: PointRows, weights: np.ndarray) -> None:
-    """Correct in place the gradients of the shape functions `rows` at the quadrature points, whose weights [m³] have shape
-    (m,).
+    """Correct in place the gradients of the shape functions `rows` at the quadrature points of a mesh (see the module).
 
-    The points of a cell are consecutive, with the same number in each cell. Raises Refusal if the system does not converge.
+    evaluator: defines the shape functions on the boundary; weights: quadrature weights, shape (m,) [m³]. The points of a
+    cell are consecutive, with the same number in each cell. Raises Refusal if the system does not converge.
     """
     fits = make_fits(mesh.nodes, evaluator.active, rows, weights)
     sums, sizes = quadrature_sums(fits)

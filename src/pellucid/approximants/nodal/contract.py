@@ -29,7 +29,7 @@ class NoFunctions(ValueError):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory of one thread for the shape functions of the n nodes of a cell at a point."""
+    """Scratch memory of one thread in which the shape functions of the n active nodes of a cell are computed at a point."""
 
     offset: np.ndarray  # (n, 3) vectors between the point and the nodes, divided by a length
     log_prior: np.ndarray  # (n,) logarithms of the nodal priors, or the weights of least squares
@@ -41,8 +41,8 @@ class Scratch(NamedTuple):
 
 
 class Evaluator(NamedTuple):
-    """An approximant for a mesh: the active nodes of each cell, in ascending order, and the parameters of its shape
-    functions, in a NamedTuple whose type selects the kernel."""
+    """Shape functions of an approximant on a mesh: the active nodes of each cell (nodes whose functions can be non-zero there),
+    in ascending order, and the parameters of the functions, in a NamedTuple whose type selects the kernel."""
 
     active: Lists
     functions: Any
@@ -63,14 +63,14 @@ class NodalApproximant(Model):
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Return the shape functions of the approximant for a mesh."""
+        """Build the shape functions of the approximant for a mesh: active nodes of each cell and parameters."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """Return an evaluator in which the shape functions of given nodes vanish on given boundary faces, where
+        """Return an evaluator in which the shape functions of given nodes vanish on given boundary faces of the mesh, where
         displacements are prescribed.
 
-        nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each. Returns the given evaluator if
-        the approximant does not support this.
+        evaluator: the shape functions so far; nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,)
+        each. Returns `evaluator` if the approximant does not support this.
         """
         return evaluator
 
@@ -86,8 +86,9 @@ AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
 
 @generic
 def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any, values: Any, gradients: Any) -> Any:
-    """Fill `values` (n,) and `gradients` (3, n) with the shape functions of the active nodes (n,) and their gradients [1/m]
-    at a position x [m] in a cell; return `OK` or a code of `FAILURES`.
+    """Fill `values` (n,) and `gradients` (3, n) with the shape functions of n nodes and their gradients [1/m] at a position x
+    [m] in a cell; return `OK` or a code of `FAILURES`.
 
-    Gradients are skipped if the array has no columns.
+    functions: parameters, see `Evaluator`; active: numbers of the nodes, shape (n,); scratch: memory, see `Scratch`.
+    Gradients are skipped if their array has no columns.
     """

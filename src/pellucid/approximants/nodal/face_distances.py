@@ -22,7 +22,7 @@ VANISHING = 1e-13  # distance in sizes of the support below which a point lies o
 
 
 class FaceDistances(NamedTuple):
-    """The faces that bound the support of each node, and their planes."""
+    """The faces that bound the support of each node (the region where its shape function is not zero), and their planes."""
 
     flat: bool  # True for a mesh of triangles in the plane z = 0
     shape: float  # smoothing factor α of the trimming function of triangles
@@ -33,10 +33,10 @@ class FaceDistances(NamedTuple):
 
 
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
-    """Return the distance data for nodes with the given faces.
+    """Return the data for computing smooth distances of points from the faces that bound the supports of n nodes.
 
     shape: parameter α of the trimming function, which controls the rounding at edges. size: sizes of the supports [m], shape
-    (n,). faces: faces that bound each support.
+    (n,). faces: numbers of the faces of the mesh that bound the support of each node.
     """
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
@@ -44,13 +44,13 @@ def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lis
 
 
 def no_faces(n: int) -> Lists:
-    """Return empty lists of faces for n nodes."""
+    """Return lists without faces for the supports of n nodes."""
     return Lists(np.zeros(n + 1, np.int64), np.zeros(0, np.int64))
 
 
 def _segments(corners: np.ndarray) -> np.ndarray:
-    """Return the entries of `FaceDistances.planes` for segments with given corners, shape (f, 2, 3): unit normal and offset
-    of the line; middle and length of the segment."""
+    """Return the entries of `FaceDistances.planes` for segments with given corners, shape (f, 2, 3) [m]: unit normal and offset
+    of the line of each segment; middle and length of the segment."""
     along = corners[:, 1] - corners[:, 0]
     length = np.linalg.norm(along, axis=1)
     planes = np.zeros((len(corners), 4, 4))
@@ -61,8 +61,8 @@ def _segments(corners: np.ndarray) -> np.ndarray:
 
 
 def _triangles(corners: np.ndarray) -> np.ndarray:
-    """Return the entries of `FaceDistances.planes` for triangles with given corners, shape (f, 3, 3): their planes, and the
-    planes through their edges, positive inside.
+    """Return the entries of `FaceDistances.planes` for triangles with given corners, shape (f, 3, 3) [m]: unit normal and
+    offset of the plane of each triangle, and of the three planes through its edges and normal to it, positive inside.
 
     The corners are in the order of the node numbers, as the functions depend on the order of the edges.
     """
@@ -85,8 +85,11 @@ def _along(plane, x):
 
 @pointwise
 def _weigh_block(alpha, s):
-    """Replace in s the distances f, p1, p2, p3 of a block of faces (see `triangle_trim`) by ρ⁻³ times the derivatives of ρ
-    with respect to them, and append ρ⁻², with the trimmed distance ρ."""
+    """Replace in s the distances f, p1, p2, p3 of a block of faces (see `triangle_trim`) by ρ⁻³ times the derivatives of ρ with
+    respect to them, and write ρ⁻² behind them; ρ: trimmed distance, alpha: smoothing factor of `triangle_trim`.
+
+    s: five numbers per face, each for all faces of the block in turn; the last fifth receives ρ⁻².
+    """
     for i in range(FACE_BLOCK):  # constant stride, no branch, no sum: the compiler vectorises over faces
         f = s[i]
         t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[FACE_BLOCK + i], s[2 * FACE_BLOCK + i], s[3 * FACE_BLOCK + i], alpha)
@@ -102,8 +105,11 @@ def _weigh_block(alpha, s):
 
 @pointwise
 def _triangle_sum(fn, x, a, s):
-    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ over the faces of node a with the distances ρ from x, in units of the support
-    size; s: memory for a block of faces."""
+    """Return the sum Σ ρ⁻² and the components of Σ ρ⁻³ ∇ρ over the faces of node a; ρ: trimmed distance of x [m] from a face,
+    in units of the support size of the node.
+
+    fn: `FaceDistances`; s: scratch memory for a block of faces.
+    """
     over = 1.0 / fn.size[a]
     total = gx = gy = gz = 0.0
     for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
@@ -124,7 +130,7 @@ def _triangle_sum(fn, x, a, s):
 
 @pointwise
 def _segment_sum(fn, x, a):
-    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ of `_triangle_sum` for faces that are segments in the plane."""
+    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ for faces that are segments; arguments and results as in `_triangle_sum`."""
     total = gx = gy = 0.0
     size = fn.size[a]
     for i in range(fn.first[a], fn.first[a + 1]):
@@ -143,15 +149,18 @@ def _segment_sum(fn, x, a):
 
 @pointwise
 def inverse_square(fn, x, a, scratch):
-    """Return D⁻² = Σ ρ⁻² for the distance D of x from the faces of node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in units of the support
-    size; scratch: memory for faces."""
+    """Return D⁻² = Σ ρ⁻² and the components of D⁻² ∇ln D = Σ ρ⁻³ ∇ρ, where D is the smooth distance of x [m] from the faces of
+    node a (see the module), in units of the support size.
+
+    fn: `FaceDistances`; scratch: memory for a block of faces.
+    """
     return _segment_sum(fn, x, a) if fn.flat else _triangle_sum(fn, x, a, scratch)
 
 
 @pointwise
 def share_before_faces(fn, x, a, scratch):
-    """Return the factor (1 + D⁻²)^(-s/2), s = SMOOTHNESS, by which faces reduce the weight of node a at x, and its gradient
-    times the support size; D: distance of x from the faces of node a, see `inverse_square`."""
+    """Return the factor (1 + D⁻²)^(-s/2), s = SMOOTHNESS, by which faces reduce the weight of node a at x, and the gradient of
+    the factor times the support size; D and arguments as in `inverse_square`."""
     total, gx, gy, gz = inverse_square(fn, x, a, scratch)
     if total * VANISHING * VANISHING >= 1.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -165,9 +174,10 @@ TINY = 1e-150  # avoids division by zero, also by products of two such divisors,
 
 @pointwise
 def trimmed_distance(f, t):
-    """Return the distance ρ from a trimmed face (see the module) and its derivatives with respect to f and t.
+    """Return the trimmed distance ρ of a point from a face (see the module) and its derivatives with respect to f and t.
 
-    Without branches, so that loops over faces can be vectorised.
+    f: distance of the point from the plane of the face; t: trimming function, positive where the point projects into the
+    face. The code has no branches, so that loops over faces can be vectorised.
     """
     V = sqrt(t * t + f * f * f * f) + TINY
     total = V + abs(t)
@@ -180,9 +190,11 @@ def trimmed_distance(f, t):
 
 @pointwise
 def triangle_trim(f, p1, p2, p3, alpha):
-    """Return the trimming function t of a triangle (see the module) and its derivatives with respect to f, p1, p2, p3.
+    """Return the trimming function t of a triangle (see the module) at a point and its derivatives with respect to f, p1, p2,
+    p3.
 
-    f: distance from its plane; p1, p2, p3: distances from the planes through its edges and normal to it, positive inside.
+    f: distance of the point from the plane of the triangle; p1, p2, p3: distances from the planes through its edges and
+    normal to it, positive inside; alpha: smoothing factor at the edges. All distances are in units of the support size.
     """
     G = sqrt(p1 * p1 + p2 * p2 + alpha * f * f)
     over_G = 1.0 / (G + TINY)

@@ -12,18 +12,20 @@ SMALLEST = 1e-16  # smaller values are dropped: functions of nodes off a face va
 
 
 def unit_normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return unit normals of the triangles `faces`, shape (f, 3), between nodes at given positions [m]; their sign is
-    arbitrary."""
+    """Return unit normals of triangles, shape (f, 3); their sign is arbitrary.
+
+    nodes: positions, shape (n, 3) [m]; faces: node numbers of the corners, shape (f, 3).
+    """
     areas = vector_areas(nodes, faces)
     return np.asarray(areas / np.linalg.norm(areas, axis=1)[:, None])
 
 
 def face_shares(evaluator: Evaluator, nodes: np.ndarray, faces: np.ndarray, cells: np.ndarray) -> FaceShares:
-    """Return the means ∫ p_a dA / A of the shape functions p_a over triangles of area A.
+    """Return the means ∫ p_a dA / A of the shape functions p_a over triangles of area A, with their nodes.
 
-    nodes: positions of the nodes [m]; faces: corners of the triangles, shape (f, 3); cells: cells of the faces, shape (f,).
-    The means reproduce constant and linear fields: on each face their sum is 1, and the sum of means times nodal positions
-    is the centroid of the face.
+    evaluator: defines the shape functions; nodes: positions, shape (n, 3) [m]; faces: corners of the triangles, shape (f,
+    3); cells: number of the cell that contains each face, shape (f,). The means reproduce constant and linear fields: on
+    each face their sum is 1, and the sum of means times nodal positions is the centroid of the face.
     """
     means, normals = np.zeros(0), unit_normals(nodes, faces)
     for place, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):

@@ -23,9 +23,10 @@ def _basis(terms, x, y, z, p):
 
 @pointwise
 def _factor(m, A, drops):
-    """Overwrite the lower part of the first m rows and columns of A by the Cholesky factor; return False if it does not exist.
+    """Overwrite the lower part of the first m rows and columns of a symmetric matrix A by its Cholesky factor; return False if
+    it does not exist, otherwise True.
 
-    drops: drop terms that depend on previous ones, e.g. if all nodes with a weight lie in a plane.
+    drops: True to drop terms of the basis that depend on previous ones, e.g. if all nodes with a weight lie in a plane.
     """
     least = SINGULAR * A[0, 0]
     for i in range(m):
@@ -46,7 +47,7 @@ def _factor(m, A, drops):
 
 @pointwise
 def _solve(m, A, b):
-    """Overwrite b with the solution A⁻¹ b, using the Cholesky factor of A."""
+    """Overwrite b (m,) with the solution A⁻¹ b; A: Cholesky factor computed by `_factor`."""
     for i in range(m):
         for k in range(i):
             b[i] -= A[i, k] * b[k]
@@ -59,7 +60,11 @@ def _solve(m, A, b):
 
 @pointwise
 def _fill_moments(m, flat, n, scratch):
-    """Compute the moment matrix M = Σ w p ⊗ p of the basis p with the nodal weights w, and its derivatives."""
+    """Fill `scratch.moments` with the moment matrix M = Σ w p ⊗ p and its derivatives along x, y, z.
+
+    m: number of terms of the basis p; flat: True in two dimensions; n: number of nodes. Weights w, their gradients and the
+    vectors x_a - x are read from `scratch`.
+    """
     moments, offset, basis = scratch.moments, scratch.offset, scratch.terms[0]
     moments[:, :m, :m] = 0.0
     for i in range(n):
@@ -84,11 +89,11 @@ def _fill_moments(m, flat, n, scratch):
 
 @pointwise
 def least_squares(m, flat, drops, length, scratch, values, gradients):
-    """Fill `values` (n,) with the shape functions and `gradients` (3, n) with their gradients [1/m] for a basis of m terms;
-    return `OK` or a code of `FAILURES`.
+    """Fill `values` (n,) with the shape functions of n nodes at a point x and `gradients` (3, n) with their gradients [1/m] for
+    a basis of m terms; return `OK` or a code of `FAILURES`.
 
-    flat: True in two dimensions; drops: see `_factor`; scratch, in units of a length [m]: x_a - x in `offset`, the weights
-    in `log_prior` and their gradients in `slope`.
+    flat: True in two dimensions; drops: see `_factor`; length: unit of length [m] of `scratch`, which contains the vectors
+    x_a - x in `offset`, the weights of the nodes x_a in `log_prior` and their gradients in `slope`.
     """
     n, moments, offset = len(values), scratch.moments, scratch.offset
     _fill_moments(m, flat, n, scratch)
@@ -125,8 +130,11 @@ def least_squares(m, flat, drops, length, scratch, values, gradients):
 
 @pointwise
 def _add_up_to_one(values, gradients):
-    """Divide the shape functions by their sum, which differs from one by the rounding of the moments; the difference would add
-    momentum to a body."""
+    """Divide the shape functions of the nodes at a point by their sum, and correct their gradients accordingly, in place.
+
+    The sum differs from one by the rounding of the moments; the difference would add momentum to a body. values: the
+    functions, shape (n,); gradients: shape (3, n).
+    """
     total = 0.0
     for i in range(len(values)):
         total += values[i]

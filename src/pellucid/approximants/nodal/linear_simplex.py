@@ -10,8 +10,8 @@ from pellucid.jit import point_function
 
 
 class LinearSimplex(NamedTuple):
-    """Gradients of the shape functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and the cell
-    centre."""
+    """Parameters of linear shape functions: their gradients for each cell's corners in ascending order [1/m], shape (c, d + 1,
+    3), and the cell centres."""
 
     gradient: np.ndarray
     middle: np.ndarray  # (c, 3) [m]

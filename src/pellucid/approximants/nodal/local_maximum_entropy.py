@@ -19,7 +19,8 @@ NEGLIGIBLE = 1e-8  # prior relative to its value at the node, at which the suppo
 
 
 class LocalMaximumEntropy(NamedTuple):
-    """Nodes, the widths of their priors, and distances from faces on which priors vanish (most nodes have no such faces)."""
+    """Parameters of the priors: nodes, widths of the Gaussian priors, and distances from faces on which priors vanish (most
+    nodes have no such faces)."""
 
     position: np.ndarray  # (n, 3) node positions [m]
     width: np.ndarray  # (n,) width of the Gaussian prior of each node, h/sqrt(γ) [m]

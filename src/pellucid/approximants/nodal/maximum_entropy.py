@@ -31,7 +31,11 @@ class MaximumEntropyModel(FacedApproximant):
 
 @pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
-    """Compute the shape functions p_a for a multiplier λ = (l0, l1, l2), and return ln Z (see the module)."""
+    """Fill p (n,) with the shape functions p_a of n nodes for the multiplier λ = (l0, l1, l2), and return ln Z (see the
+    module).
+
+    offset: vectors x - x_a in units of a length, shape (n, 3); log_prior: logarithms of the priors, shape (n,).
+    """
     highest = -inf
     for a in range(n):
         p[a] = log_prior[a] + l0 * offset[a, 0] + l1 * offset[a, 1] + l2 * offset[a, 2]
@@ -47,7 +51,11 @@ def _weigh(n, offset, log_prior, l0, l1, l2, p):
 
 @pointwise
 def _moments(n, offset, p, flat):
-    """Return r = Σ p_a (x - x_a) for the shape functions p_a, and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
+    """Return r = Σ p_a (x - x_a) for the shape functions p (n,), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r as
+    the entries (xx, yy, zz) and (yz, xz, xy).
+
+    offset: vectors x - x_a, shape (n, 3); flat: True if the nodes lie in a plane z = const.
+    """
     r0 = r1 = r2 = 0.0
     xx = yy = zz = yz = xz = xy = 0.0
     for a in range(n):
@@ -76,9 +84,10 @@ def _moments(n, offset, p, flat):
 
 @pointwise
 def entropy_weights(n, flat, offset, log_prior, p):
-    """Fill p (n,) with the shape functions of n nodes, from offsets x - x_a, shape (n, 3), in units of the node spacing.
+    """Fill p (n,) with the shape functions of n nodes at a point x; return `OK` or a code of `FAILURES`.
 
-    flat: True if the nodes lie in a plane z = const. Returns `OK` or a code of `FAILURES`.
+    flat: True if the nodes lie in a plane z = const; offset: vectors x - x_a, divided by a length, shape (n, 3); log_prior:
+    logarithms of the priors, shape (n,).
     """
     highest = -inf
     for a in range(n):
@@ -110,10 +119,10 @@ def entropy_weights(n, flat, offset, log_prior, p):
 
 @pointwise
 def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
-    """Fill `gradient` (3, n) with the gradients ∇p_a of the shape functions p_a in units of the offsets, from the gradients
-    g_a = ∇ln w_a of the logarithms of the priors, shape (n, 3).
+    """Fill `gradient` (3, n) with the gradients ∇p_a of the shape functions p_a (n,), per unit of the offsets.
 
-    With M = I + Σ p_a (x - x_a) ⊗ g_a, J of `_moments` and ∇λ = -J⁻¹ M, ∇p_a = p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)).
+    flat, offset: as in `entropy_weights`; prior_gradient: gradients g_a = ∇ln w_a of the logarithms of the priors, shape (n,
+    3). With M = I + Σ p_a (x - x_a) ⊗ g_a, J of `_moments` and ∇λ = -J⁻¹ M, ∇p_a = p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)).
     """
     _, (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
     for j in range(3):
@@ -136,8 +145,11 @@ def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
 
 @pointwise
 def offsets(position, x, active, offset):
-    """Fill `offset` (n, 3) with the vectors x - x_a from the active nodes to x, divided by the longest, and return its
-    length [m]."""
+    """Fill `offset` (n, 3) with the vectors x - x_a from the active nodes to x, divided by the longest of them, and return the
+    length of the longest [m].
+
+    position: positions of all nodes [m], shape (nodes, 3); active: numbers of the n active nodes.
+    """
     farthest = 0.0
     for i in range(len(active)):
         a = active[i]
@@ -155,7 +167,8 @@ def offsets(position, x, active, offset):
 
 @pointwise
 def to_lengths(gradients, length):
-    """Convert gradients with respect to scaled offsets to gradients with respect to x [1/m]."""
+    """Divide gradients (3, n) with respect to scaled offsets by the unit of the offsets, `length` [m], to obtain gradients with
+    respect to x [1/m], in place."""
     for j in range(3):
         for a in range(gradients.shape[1]):
             gradients[j, a] /= length
@@ -163,9 +176,10 @@ def to_lengths(gradients, length):
 
 @pointwise
 def keep_face(n, normal, offset, log_prior):
-    """For a point on a face with the given normal, set the priors of nodes off the face to zero, if all nodes with a prior
+    """For a point on a face with the given unit normal, set the priors of nodes off the face to zero, if all nodes with a prior
     lie on one side: their functions vanish on the face.
 
+    n: number of nodes; offset, log_prior: as in `entropy_weights`, changed in place.
     The functions are the limit for a multiplier λ that grows along the normal. Newton's method cannot reach this limit if
     nodes lie close to the plane of the face, as on a curved boundary.
     """
@@ -187,8 +201,12 @@ def keep_face(n, normal, offset, log_prior):
 
 @pointwise
 def entropy_functions(length, flat, scratch, values, gradients):
-    """Fill `values` (n,) with the shape functions and `gradients` (3, n) with their gradients [1/m]; return `OK` or a code
-    of `FAILURES`. scratch: offsets, logarithms of priors and their gradients in units of a length [m]."""
+    """Fill `values` (n,) with the shape functions of n nodes at a point and `gradients` (3, n) with their gradients [1/m];
+    return `OK` or a code of `FAILURES`.
+
+    length: unit of length [m] of the offsets, logarithms of priors and gradients of these in `scratch`; flat: True if the
+    nodes lie in a plane z = const.
+    """
     n = len(values)
     if scratch.normal[0] != 0.0 or scratch.normal[1] != 0.0 or scratch.normal[2] != 0.0:
         keep_face(n, scratch.normal, scratch.offset, scratch.log_prior)

@@ -17,8 +17,8 @@ from pellucid.model import parameter
 
 
 class MovingLeastSquares(NamedTuple):
-    """Nodes, the radii of their supports, and distances from faces on which shape functions vanish (most nodes have no such
-    faces)."""
+    """Parameters of the shape functions: nodes, radii of their supports, and distances from faces on which shape functions
+    vanish (most nodes have no such faces)."""
 
     terms: int  # number of terms of the basis: 4 linear, 10 quadratic
     position: np.ndarray  # (n, 3) node positions [m]
@@ -41,7 +41,7 @@ class LeastSquaresModel(FacedApproximant):
         return 88.0 * (self.dilatation / 1.6) ** 3  # measured at 1.6
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Build the shape functions for a mesh, with quartic weights."""
+        """Build the shape functions for a mesh, with weights that are quartic splines of the distance from the node."""
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is slow to import
 
         radius = self.dilatation * mesh.spacing
@@ -68,8 +68,11 @@ class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
 
 @pointwise
 def _weigh(fn, x, active, scratch, length):
-    """Compute the quartic weights of the active nodes at x, and their gradients times `length`. Return True if a weight is
-    zero because x lies on a face of prescribed displacement."""
+    """Store the quartic weights of the active nodes at x [m], and their gradients times `length` [m], in `scratch`. Return True
+    if a weight is zero because x lies on a face of prescribed displacement.
+
+    fn: `MovingLeastSquares`; active: numbers of the n active nodes.
+    """
     offset, distances, taken = scratch.offset, fn.distances, False
     for i in range(len(active)):
         a = active[i]

@@ -16,9 +16,10 @@ BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit me
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
-    """Return a sparse matrix, shape (nodes, c), that is nonzero if a cell belongs to the k-th ring of a node.
+    """Return a sparse matrix, shape (len(nodes), number of cells), with a nonzero entry where a cell belongs to the k-th ring
+    of a node.
 
-    nodes: slice of the node numbers.
+    nodes: slice of the node numbers, whose nodes are the rows.
     """
     cells = mesh.incidence[nodes]
     for _ in range(k - 1):
@@ -28,7 +29,11 @@ def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
 
 
 def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.ndarray:
-    """Return the largest distance from each node to a vertex of its ring [m], shape (nodes,)."""
+    """Return the largest distance from each node of a slice of the node numbers to a vertex of its ring [m], shape
+    (len(nodes),).
+
+    cells: matrix of `ring` for these nodes.
+    """
     vertices = sparse.csr_array(cells @ mesh.incidence.T)
     row = np.repeat(np.arange(vertices.shape[0]), np.diff(vertices.indptr))
     distance = np.linalg.norm(mesh.nodes[nodes][row] - mesh.nodes[vertices.indices], axis=1)
@@ -38,7 +43,7 @@ def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.nd
 
 
 def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
-    """Return for each cell, in ascending order, its active nodes: those whose k-th ring contains the cell."""
+    """Return for each cell, in ascending order, its active nodes: those whose k-th ring (see the module) contains the cell."""
     nodes = sparse.csr_array(mesh.incidence.T)
     for _ in range(k - 1):
         nodes = sparse.csr_array(nodes @ mesh.neighbours)
@@ -47,8 +52,8 @@ def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
 
 
 def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
-    """Return for each node the faces that bound its k-th ring, except faces on the boundary of the mesh, and the size of
-    the ring [m], shape (n,)."""
+    """Return for each node the faces that bound its k-th ring (see the module), except faces on the boundary of the mesh, and
+    the largest distance from the node to a vertex of the ring [m], shape (n,)."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
     ones = np.ones(2 * len(inner), np.int32), (owners[inner].T.ravel(), np.tile(inner, 2))
@@ -70,7 +75,8 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
 def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
     """Return an evaluator with an additional face for each given node, on which its shape function vanishes.
 
-    nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each.
+    evaluator: evaluator whose parameters include `distances`; nodes, faces: numbers of the nodes and of the corresponding
+    faces of the mesh, shape (k,) each.
     """
     distances = evaluator.functions.distances
     n, f = len(mesh.nodes), len(mesh.faces[0])

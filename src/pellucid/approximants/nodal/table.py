@@ -21,7 +21,7 @@ CHUNK = 256  # points per chunk of a parallel loop
 
 
 class Points(NamedTuple):
-    """Points at which shape functions are evaluated, and the arrays for the results, in the form used by kernels."""
+    """Points in cells at which shape functions are evaluated, and the arrays for the results, in the form used by kernels."""
 
     functions: object  # `Evaluator.functions`
     first: np.ndarray  # start of the active nodes of each cell
@@ -80,11 +80,12 @@ def _evaluate(chunk, points):
 def evaluate(
     evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True, normals: np.ndarray = NO_NORMALS
 ) -> PointRows:
-    """Compute shape functions at points [m], shape (m, 3), in cells, shape (m,), and their gradients, which must not be
-    requested on faces.
+    """Compute the shape functions of an approximant at points, shape (m, 3) [m], in given cells, shape (m,), and their
+    gradients [1/m] if `gradients` is set.
 
-    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do. Raises NoFunctions with
-    the position if an approximant has no functions there.
+    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do; gradients must not be
+    requested there. Raises NoFunctions with the position if the approximant has no functions at a point. evaluator: defines
+    the shape functions.
     """
     row, nodes = evaluator.active.of(cells)
     size = int(row[-1])

@@ -25,10 +25,11 @@ PASSES, MOST_ITERATIONS = 6, 2000
 
 
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the solution x of matrix @ x = wanted, up to affine parts, shape (n, k).
+    """Return the solution x of matrix @ x = wanted, shape (n, k), up to affine functions of the nodes, which are in the null
+    space.
 
-    nodes: positions of the nodes [m], shape (n, 3). Raises Refusal if the residual stays above 1e-10 of the right-hand
-    side.
+    wanted: k right-hand sides, shape (n, k). nodes: positions of the nodes [m], shape (n, 3). Raises Refusal if the residual
+    stays above 1e-10 of the right-hand side.
     """
     affine = _affine_functions(nodes)
 
@@ -52,9 +53,9 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
 
 
 def _affine_functions(nodes: np.ndarray) -> np.ndarray:
-    """Return an orthonormal basis of the affine functions at the nodes, as values, shape (n, 4).
+    """Return an orthonormal basis of the affine functions 1, x, y, z by its values at the nodes, shape (n, 4).
 
-    Sums are computed without libraries whose results depend on the number of threads.
+    nodes: positions, shape (n, 3) [m]. Sums are computed without libraries whose results depend on the number of threads.
     """
     centred = nodes - nodes.mean(axis=0)
     root = np.linalg.cholesky(np.einsum("ni,nj->ij", centred, centred))
@@ -66,8 +67,12 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def _iterate(matrix: sparse.csr_array, wanted: np.ndarray, precondition: Operator, close: np.ndarray) -> np.ndarray:
-    """Return the approximate solution of matrix @ x = wanted by conjugate gradients that start from zero, with separate
-    step lengths for each column; close: norm of the residual of each column at which to stop."""
+    """Return the approximate solution of matrix @ x = wanted by conjugate gradients that start from zero, with separate step
+    lengths for each column of `wanted`, shape (n, k).
+
+    precondition: function that applies the preconditioner to residuals, shape (n, k); close: norm of the residual of each
+    column at which to stop, shape (k,).
+    """
     x, residual = np.zeros_like(wanted), wanted.copy()
     z = precondition(residual)
     direction, product = z, np.sum(residual * z, axis=0)
@@ -97,7 +102,8 @@ def _preconditioner(matrix: sparse.csr_array, nodes: np.ndarray) -> Operator:
 
 
 def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
-    """Return the values at the nodes of the quadratic B-splines of a coarse lattice, shape (n, functions)."""
+    """Return the values, at nodes with the positions `nodes`, shape (n, 3) [m], of the quadratic B-splines on a coarse lattice,
+    as a sparse matrix of shape (n, functions)."""
     low, extent = nodes.min(axis=0), np.ptp(nodes, axis=0)
     spacing = COARSE * float(np.cbrt(np.prod(extent) / len(nodes)))
     while True:
@@ -108,8 +114,8 @@ def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
 
 
 def _functions_of(place: np.ndarray) -> sparse.csr_array:
-    """Return the values of the quadratic B-splines of a lattice at positions in units of its spacing, shape (n, 3), without
-    functions that are small everywhere."""
+    """Return the values of the quadratic B-splines of a lattice at n positions, shape (n, 3), in units of its spacing from its
+    lower corner, as a matrix of shape (n, functions). Functions that are small at all positions are left out."""
     n, whole = len(place), np.floor(place).astype(np.int64)
     part = place - whole
     axes = np.stack([0.5 * (1.0 - part) ** 2, 0.5 + part * (1.0 - part), 0.5 * part**2], axis=-1)

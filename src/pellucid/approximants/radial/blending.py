@@ -22,18 +22,19 @@ class BlendedRows(NamedTuple):
     second: np.ndarray  # (t, q, p, r) second derivatives: 11; or 11, 12, 22; (t, q, 0, r) if not requested
 
     def at_points(self, of_nodes: np.ndarray) -> np.ndarray:
-        """Return a field at the points, shape (t, q, k), from its nodal values, shape (n, k)."""
+        """Return the values of a field at the points, shape (t, q, k), from its nodal values, shape (n, k)."""
         return self.value @ of_nodes[self.nodes]
 
     def slopes(self, of_nodes: np.ndarray) -> np.ndarray:
-        """Return the derivatives of a field at the points, shape (t, q, d, k), from its nodal values, shape (n, k)."""
+        """Return the derivatives of a field at the points by the barycentric coordinates of all corners except the first, shape
+        (t, q, d, k), from its nodal values, shape (n, k)."""
         return self.first @ of_nodes[self.nodes][:, None]
 
     def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
-        """Return the shape functions with one entry per node: entries of the same node are added.
+        """Return the same shape functions with one entry per node of a simplex: entries of the same node are added.
 
-        nodes: numbers of the m nodes of each simplex, shape (t, m). slots: for the nodes in the stencils of the corners,
-        the index in `nodes`, shape (t, d + 1, s).
+        nodes: numbers of the m nodes of each simplex, shape (t, m). slots: index in `nodes` of each node in the stencils of
+        the corners, shape (t, d + 1, s), with s nodes per stencil.
         """
         here, parts = np.arange(len(slots))[:, None], []
         for functions in self[1:]:
@@ -46,7 +47,7 @@ class BlendedRows(NamedTuple):
 
 
 class Simplices(NamedTuple):
-    """Segments of a curve or triangles of a surface, with corners at given points."""
+    """Segments of a curve or triangles of a surface: positions of the points, and the numbers of the points at the corners."""
 
     points: np.ndarray  # (n, k) positions [m]
     corners: np.ndarray  # (t, d + 1) numbers of the points
@@ -63,7 +64,7 @@ class Places(NamedTuple):
 
 
 def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> BlendedRows:
-    """Return shape functions at points of each simplex.
+    """Return the shape functions at q points of each of t simplices, blended from those of the stencils of their corners.
 
     near, found: the stencils of all points in their order, and their interpolants; shares: barycentric coordinates, shape
     (q, d + 1) or (t, q, d + 1); derivatives: 1 or 2, order of the highest derivatives.
@@ -94,11 +95,11 @@ def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: n
 
 
 def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:
-    """Return points on simplices with barycentric coordinates `shares`, after edges are curved to match the normals;
-    slopes: derivatives of the barycentric coordinates.
+    """Return points on simplices, whose edges are first curved to match the normals, and derivatives of the positions.
 
-    The middle of an edge is shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of
-    order h².
+    shares: barycentric coordinates, shape (t, q, d + 1); slopes: their derivatives by the coordinates of all corners except
+    the first, shape (d + 1, d); pairs: indices of the two coordinates of each second derivative. The middle of an edge is
+    shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of order h².
     """
     corner = simplices.points[simplices.corners]
     place = np.einsum("tqa,tak->tqk", shares, corner)

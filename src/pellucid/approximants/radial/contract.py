@@ -13,7 +13,7 @@ NO_SHAPE = 0.0
 
 
 class Profile(NamedTuple):
-    """A radial function φ and its derivatives with respect to s = r², all of the same shape."""
+    """A radial function φ and its first and second derivatives with respect to s = r², all of the same shape."""
 
     value: np.ndarray
     first: np.ndarray
@@ -37,8 +37,11 @@ class RadialModel(Model):
 
     @abstractmethod
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """Return φ and its derivatives; square: s, squared distances divided by the squared stencil radius; shape: shape
-        parameters, which broadcast to s."""
+        """Return φ and its first two derivatives with respect to s = r² (`square`), at distances r in units of the stencil
+        radius.
+
+        shape: shape parameters times the stencil radius, which broadcast to s.
+        """
 
     @property
     @abstractmethod
@@ -48,11 +51,12 @@ class RadialModel(Model):
     @property
     @abstractmethod
     def derivatives(self) -> int:
-        """Number of derivatives that are finite at the nodes; at most 2 are used."""
+        """Number of derivatives of the interpolant that are finite at the nodes; at most 2 are used."""
 
     @property
     def initial_shape(self) -> float:
-        """Shape parameter times the radius of a stencil, before it is increased for ill-conditioned systems."""
+        """Shape parameter times the radius of a stencil, before it is increased for ill-conditioned systems; 0 without a
+        parameter."""
         return NO_SHAPE
 
     @check
@@ -62,11 +66,11 @@ class RadialModel(Model):
             raise ValueError(f"`degree` = {self.degree} is too low: {few}; set `degree` to {self.least_degree} or more")
 
     def n_polynomials(self, dimension: int) -> int:
-        """Return the number of polynomials up to the degree of the model in a given dimension."""
+        """Return the number of monomials up to the degree of the model in `dimension` variables."""
         return comb(self.degree + dimension, dimension)
 
     def stencil_size(self, dimension: int) -> int:
-        """Return the number of nodes of a stencil in a given dimension."""
+        """Return the number of nodes of a stencil in `dimension` dimensions."""
         return self.neighbours or max(ceil(NODES_PER_POLYNOMIAL * self.n_polynomials(dimension)), 2)
 
 
@@ -91,5 +95,5 @@ class ShapedModel(RadialModel):
 
     @property
     def derivatives(self) -> int:
-        """Number of derivatives that are implemented: 2."""
+        """Number of derivatives that are finite at the nodes and implemented: 2."""
         return 2

@@ -20,10 +20,11 @@ class Stencils(NamedTuple):
 
 
 def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
-    """Return stencils of `size` neighbours along a curve through ordered points, shape (n, k) [m].
+    """Return stencils of `size` neighbours along a curve through ordered points, shape (n, k) [m]; closed: True if the last
+    point is a neighbour of the first.
 
-    Stencils are centred, except at the ends of an open curve. Raises StencilError if there are too few points, or if a stencil
-    bends back.
+    Stencils are centred, except at the ends of an open curve. Raises StencilError if there are too few points, or if a
+    stencil bends back.
     """
     n = len(points)
     if n < size:
@@ -46,7 +47,7 @@ def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
 
 
 def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
-    """Return stencils of the `size` nearest points on a surface with unit normals, shape (n, 3) each [m].
+    """Return stencils of the `size` nearest points on a surface through points [m] with unit normals, shape (n, 3) each.
 
     Points whose normals differ by more than a right angle lie on another part of the surface, and are not neighbours. Raises
     StencilError if too few are left.
@@ -70,7 +71,8 @@ def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
 
 
 def tangents_across(normals: np.ndarray) -> np.ndarray:
-    """Return two unit vectors that form a right-handed frame with each normal, shape (n, 2, 3)."""
+    """Return two unit vectors, perpendicular to each unit normal, that form a right-handed frame with it, shape (n, 2, 3);
+    normals: shape (n, 3)."""
     least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     one = np.cross(normals, least)
     one /= np.linalg.norm(one, axis=1)[:, None]

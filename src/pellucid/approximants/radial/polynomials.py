@@ -6,7 +6,7 @@ import numpy as np
 
 
 def exponents(degree: int, dimension: int) -> np.ndarray:
-    """Return the exponents of all monomials up to a degree, ordered by degree, shape (p, dimension)."""
+    """Return the exponents of all p monomials up to a degree in d variables (`dimension`), ordered by degree, shape (p, d)."""
     every = [powers for powers in product(range(degree + 1), repeat=dimension) if sum(powers) <= degree]
     return np.array(sorted(every, key=lambda powers: (sum(powers), powers[::-1])), dtype=np.int64).reshape(-1, dimension)
 

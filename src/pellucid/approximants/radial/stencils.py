@@ -24,7 +24,8 @@ UNISOLVENT = 1e-9  # smallest singular value of the polynomials at the nodes ove
 
 
 class StencilError(ValueError):
-    """Raised if a stencil has no interpolant."""
+    """Error for a stencil (a set of neighbouring nodes) without an interpolant, with the number of the stencil and the
+    reason."""
 
     def __init__(self, number: int, text: str) -> None:
         self.number = number
@@ -42,7 +43,7 @@ class Functions(NamedTuple):
 
 
 class Interpolants(NamedTuple):
-    """Coefficients of the shape functions of s stencils with m nodes in d dimensions."""
+    """Interpolants of s stencils with m nodes in d dimensions: node positions, shape parameters and coefficients."""
 
     radial: RadialModel
     centre: np.ndarray  # (s, d) mean node position [m]
@@ -56,9 +57,10 @@ class Interpolants(NamedTuple):
 
 
 def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:
-    """Compute the interpolants of stencils with nodes (s, m, d) [m].
+    """Compute the interpolants of s stencils with the node positions `nodes`, shape (s, m, d) [m].
 
-    Raises StencilError if the nodes of a stencil do not determine the polynomials, or if two of them coincide.
+    radial: radial function and degree of the polynomials. Raises StencilError if the nodes of a stencil do not determine the
+    polynomials, or if two of them coincide.
     """
     centre = nodes.mean(axis=1)
     offset = nodes - centre[:, None]
@@ -102,8 +104,12 @@ def _check_apart(square: np.ndarray) -> None:
 
 
 def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shape parameters of the stencils, shape (s,), increased where the system is ill-conditioned, and the
-    radial functions between their nodes, shape (s, m, m)."""
+    """Return the shape parameters of the stencils times their radii, shape (s,), increased where the system is ill-conditioned,
+    and the radial functions between their nodes, shape (s, m, m).
+
+    square: squared distances between the nodes in units of the radius, shape (s, m, m); across: matrices Z of the module
+    docstring, shape (s, m, m - p).
+    """
     shape = np.full(len(square), radial.initial_shape)
     kernel = radial.profile(square, shape[:, None, None]).value
     ill = np.arange(len(square) if radial.initial_shape > 0.0 and across.shape[2] else 0)
@@ -115,17 +121,20 @@ def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tup
 
 
 def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Estimate the condition numbers of the systems of stencils, shape (s,): a bound of the kernel matrix over the smallest
-    relevant eigenvalue."""
+    """Estimate the condition numbers of the systems Zᵀ A Z of stencils, shape (s,): a bound of the norm of A over the smallest
+    absolute eigenvalue.
+
+    kernel: matrices A, shape (s, m, m); across: matrices Z, shape (s, m, m - p); see the module.
+    """
     eigenvalues = np.linalg.eigvalsh(np.swapaxes(across, 1, 2) @ kernel @ across)
     return kernel.shape[1] * np.abs(kernel).max(axis=(1, 2)) / np.maximum(np.abs(eigenvalues).min(axis=1), 1e-300)
 
 
 def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None = None, derivatives: int = 2) -> Functions:
-    """Return the shape functions of stencils at positions [m], shape (s, q, d).
+    """Return the shape functions of stencils and their derivatives at q positions each (`places`), shape (s, q, d) [m].
 
-    of: numbers of the stencils, shape (s,); None for all stencils. derivatives: 1 omits second derivatives. Raises
-    ValueError if the radial function does not have this number of derivatives.
+    found: interpolants. of: numbers of the stencils, shape (s,); None for all stencils. derivatives: order of the highest
+    derivatives, 1 or 2. Raises ValueError if the radial function does not have this number of derivatives.
     """
     radial = found.radial
     if derivatives > radial.derivatives:
@@ -149,8 +158,11 @@ def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None 
 
 
 def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray, polynomial: np.ndarray) -> np.ndarray:
-    """Return the shape functions of stencils, shape (s, ..., m), from the values (or derivatives) of radial functions,
-    shape (s, ..., m), and of monomials, shape (s, ..., p)."""
+    """Return the shape functions of stencils, shape (s, ..., m), from the values (or derivatives) of radial functions, shape
+    (s, ..., m), and of monomials, shape (s, ..., p).
+
+    found: interpolants; which: numbers of the s stencils, or a slice of all.
+    """
     shape = radial.shape
     rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
     w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]

@@ -16,7 +16,7 @@ class ThinPlateModel(RadialModel):
     order: Literal[1, 2, 3] = parameter("", "exponent k in the radial function φ = r²ᵏ ln r of the distance r", 2)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """Evaluate φ = ½ sᵏ ln s, where s = r²."""
+        """Return φ = ½ sᵏ ln s with s = r² and its derivatives; arguments: see `RadialModel.profile`."""
         k = self.order
         logarithm = np.log(np.where(square > 0.0, square, 1.0))  # at a node it is multiplied by zeros
         first = 0.5 * square ** (k - 1) * (k * logarithm + 1.0)

@@ -23,18 +23,19 @@ GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # each part of a window lie
 
 
 class Windows(NamedTuple):
-    """Equations of n nodes on a line, as sparse matrices of shape (n, n)."""
+    """Integrals over the windows of n nodes on a line and outflow at their ends, as sparse matrices of shape (n, n), by which
+    nodal values are multiplied."""
 
     content: csr_array  # ∫ N_J dx over the window of node I [m]
     outflow: csr_array  # -dN_J/dx at the upper end of the window plus dN_J/dx at its lower end [1/m]; 0 at the ends of the line
 
 
 def windows_on_line(x: np.ndarray, radial: RadialModel, half_width: float = 0.5) -> Windows:
-    """Return the windows around nodes at ascending x, shape (n,) [m]; they end at the ends of the line, where the flux is
-    zero.
+    """Compute the matrices of the windows around nodes at ascending x, shape (n,) [m]. Windows end at the ends of the line,
+    where the flux is zero.
 
-    half_width: half-width in units of segments between nodes; stable below 1. Raises StencilError if there are too few
-    nodes.
+    radial: radial function of the shape functions; half_width: half-width of a window in units of segments between nodes;
+    stable below 1. Raises StencilError if there are too few nodes.
     """
     n = len(x)
     number = np.arange(n - 1)
@@ -65,10 +66,10 @@ class _Sum:
         self._entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
 
     def add(self, row: np.ndarray, columns: np.ndarray, values: np.ndarray) -> None:
-        """Add entries to the matrix; shapes: values (t, r), row numbers (t,), column numbers (t, r)."""
+        """Add t r entries to the matrix: values, shape (t, r), in rows, shape (t,), and columns, shape (t, r)."""
         self._entries.append((np.repeat(row, columns.shape[1]), columns.ravel(), values.ravel()))
 
     def matrix(self) -> csr_array:
-        """Return the assembled matrix."""
+        """Return the sum of all added entries as a matrix, shape (n, n)."""
         row, column, value = (np.concatenate(parts) for parts in zip(*self._entries, strict=True))
         return csr_array((value, (row, column)), shape=(self._n, self._n))

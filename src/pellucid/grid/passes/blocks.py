@@ -24,34 +24,41 @@ from pellucid.tensors import ZERO_VECTOR
 
 @generic
 def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
-    """Copy rows of `arrays` for n points, starting at number `start` of the slabs, as tuples like `like`, to columns
-    starting at `at`."""
+    """Copy values of n points of a block from their arrays to columns, i.e. scratch memory with one column per number of a
+    point, see `pellucid.jit.columns`.
+
+    index: order of the points in the arrays, `InOrder` or `ByIndex`; like: example of the values of one point, nested tuples
+    of numbers; arrays: the arrays, nested like `like`; start: number of the first point of the block in the order of the
+    slabs; c: columns; at: position in c for the first number of the first point.
+    """
 
 
 @generic
 def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
-    """Store rows for n points from columns to `arrays`; the inverse of `fetch`."""
+    """Copy values of n points of a block from columns back to their arrays: the inverse of `fetch`, with the same arguments."""
 
 
 @generic
 def expect(index: Any, like: Any, arrays: Any, q: int) -> None:
-    """Prefetch rows of LANES points one block after number q.
+    """Load the values of the LANES points that follow one block after number q into the processor cache; arguments as in
+    `fetch`.
 
-    Called for each vector of a block, so that the rows of the next block arrive while this one is processed. Prefetching
-    all at once would stall the processor as long as reading them.
+    Called for each vector of a block, so that the rows of the next block arrive while this one is processed. Prefetching all
+    at once would stall the processor as long as reading them.
     """
 
 
 @pointwise
 def prefetch_next(lines, q):
-    """Prefetch rows of LANES points one block after number q, as `expect` does; lines: see `cache_lines`."""
+    """Load the values of LANES points one block after number q into the processor cache, as `expect` does; lines: result of
+    `cache_lines`."""
     for k in range(len(lines)):
         prefetch(lines[k, 0] + (q + BLOCK) * lines[k, 1])
 
 
 def cache_lines(arrays: list[np.ndarray]) -> np.ndarray:
-    """Return for each cache line that the rows of LANES points occupy in these arrays its address for the first points, and
-    the size of a row, both in bytes; shape (lines, 2)."""
+    """Return the cache lines that the rows of LANES consecutive points occupy in these arrays, shape (lines, 2): address of the
+    line for the first points, and size of a row, both in bytes."""
     rows = [(array.ctypes.data, array.strides[0]) for array in arrays]
     lines = [(address + line, size) for address, size in rows for line in range(0, LANES * size, LINE)]
     return np.array(lines, np.int64).reshape(-1, 2)  # the last line may lie beyond the array: that is no fault
@@ -99,14 +106,16 @@ def _keep_by_index(index, like, arrays, start, n, c, at):
 
 @kernel(inner=True)
 def fetch_block(rows, start, n, c, at):
-    """Copy `rows` (`PointRows`) of n points, starting at number `start` of the slabs, to columns starting at `at`."""
+    """Copy values of n points of a block from the arrays of `rows` (`PointRows`) to columns; other arguments as in `fetch`."""
     fetch(rows.index, rows.like, rows.arrays, start, n, c, at)
 
 
 @pointwise
 def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
-    """Store rows from columns to `arrays` for the points whose value in the column `flags` is positive; all_set: True if
-    all n values are known to be positive."""
+    """Copy values from columns back to the arrays for those points of a block whose number in the column `flags` is positive.
+
+    all_set: True if all n numbers are known to be positive; other arguments as in `fetch`.
+    """
     if all_set:
         keep(index, like, arrays, start, n, c, at)
         return
@@ -117,13 +126,14 @@ def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
 
 @kernel(inner=True)
 def keep_block(rows, flags, all_set, start, n, c, at):
-    """Store columns to `rows` (`PointRows`) as `keep_where` does."""
+    """Copy values from columns back to the arrays of `rows` (`PointRows`), with the arguments of `keep_where`."""
     keep_where(flags, all_set, rows.index, rows.like, rows.arrays, start, n, c, at)
 
 
 @pointwise
 def functions_like(functions):
-    """Return examples of the columns of shape functions of a point, along each axis."""
+    """Return an example of the numbers that define the shape functions of a point along x, y, z, see `axis_numbers`; it sets
+    the layout of their columns."""
     _, x = axis_numbers(functions[0], 0.0, 1)
     _, y = axis_numbers(functions[1], 0.0, 1)
     _, z = axis_numbers(functions[2], 0.0, 1)
@@ -132,8 +142,11 @@ def functions_like(functions):
 
 @pointwise
 def find_functions(functions, lattice, n, c, at, found, first_node):
-    """Compute the shape functions of n points, with positions in columns from `at` on, into columns of `found`, and their
-    first nodes into `first_node`."""
+    """Compute the numbers that define the shape functions of n points (`axis_numbers`), into the columns `found`, and the
+    storage indices of their first nodes, into `first_node`.
+
+    functions: shape functions along x, y, z; c: columns with the positions of the points [m], from `at` on.
+    """
     for q in range(n):
         first_node[q], numbers = functions_at(functions, lattice, take(ZERO_VECTOR, c, at + q))
         put(found, q, numbers)
@@ -141,19 +154,21 @@ def find_functions(functions, lattice, n, c, at, found, first_node):
 
 @pointwise
 def about_point(functions, found, first_node, q):
-    """Return the stencil of point q of a block."""
+    """Return the stencil of point q of a block; other arguments as in `find_functions`."""
     return stencil_of(functions, first_node[q], take(functions_like(functions), found, q))
 
 
 @pointwise
 def about_lanes(functions, found, first_node, q):
-    """Return the stencil, with vectors, of the points from q on that share their nodes with point q."""
+    """Return the common stencil, with vectors of LANES shape functions, of the points from q on that share their nodes with
+    point q; other arguments as in `find_functions`."""
     return stencil_of(functions, first_node[q], take_lanes(functions_like(functions), found, q))
 
 
 @pointwise
 def run_end(first_node, q, n):
-    """Return the end of the run that begins at point q of n points."""
+    """Return the end of the run (consecutive points with the same first node) that begins at point q of the n points of a
+    block; first_node: first nodes of these points."""
     node, end = first_node[q], q + 1
     while end < n and first_node[end] == node:
         end += 1
@@ -162,8 +177,8 @@ def run_end(first_node, q, n):
 
 @pointwise
 def add_columns(c, column, n, sums, number, count):
-    """Add the n numbers of each of `count` columns, from `column` on, lane by lane to `count` vectors of sums, from
-    `number` on."""
+    """Add the n numbers of each of `count` columns of c, from number `column` on, lane by lane to `count` vectors of `sums`,
+    from vector `number` on."""
     for k in range(column, column + count):
         for q in range(n, (n + LANES - 1) // LANES * LANES):
             c[uintp(q + k * WIDTH)] = 0.0
@@ -188,7 +203,8 @@ def add_columns(c, column, n, sums, number, count):
 
 @pointwise
 def largest_of_column(c, column, n, sums, number):
-    """Update each lane of a vector of sums by the maximum of the n numbers of a column."""
+    """Replace each lane of vector `number` of `sums` by the maximum of itself and the corresponding ones of the n numbers of a
+    column of c."""
     at = column * WIDTH
     for q in range(n, (n + LANES - 1) // LANES * LANES):
         c[uintp(at + q)] = 0.0

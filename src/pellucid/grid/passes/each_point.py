@@ -46,8 +46,12 @@ NO_PLACE = 1e3
 
 @kernel(inner=True)
 def _gather(points, start, n, KNOWN, found, first_node, c):
-    """Compute the shape functions of the n points of a block, and look up and gather their values into columns from the
-    column KNOWN on, first the looked-up values; return the number of vectors of points. points: bundled `Gathering`."""
+    """Compute the shape functions of the n points of a block, and their looked-up and gathered values, into columns of c from
+    the column KNOWN on; return the number of vectors of points that were processed.
+
+    points: bundled `Gathering`; start: number of the first point in the order of the slabs; found, first_node: shape
+    functions, see `find_functions`.
+    """
     rule, functions, lattice, nodes = points.rule, points.functions, points.lattice, points.nodes
     like, known_like, gathered_like, lines = points.read_like, points.known_like, points.gathered_like, points.lines
     find_functions(functions, lattice, n, c, 0, found, first_node)
@@ -72,8 +76,8 @@ def _gather(points, start, n, KNOWN, found, first_node, c):
 
 @kernel(inner=True)
 def _evaluate(points, dt, n, c):
-    """Evaluate the pass at the n points of a block and overwrite the columns of looked-up and gathered values, which stay
-    in the cache. points: bundled `Evaluation`."""
+    """Evaluate the pass at the n points of a block over a step dt [s]. The results overwrite the columns of looked-up and
+    gathered values in c, which stay in the cache. points: bundled `Evaluation`."""
     task, lattice, found_like = points.task, points.lattice, points.found_like
     like, known_like, gathered_like = points.read_like, points.known_like, points.gathered_like
     KNOWN = size(like)
@@ -86,8 +90,9 @@ def _evaluate(points, dt, n, c):
 
 @pointwise
 def _check_places(lattice, bounds, n, c, at, fault):
-    """Check the new positions in columns from `at` on. Writes the fault of each point that has no other fault, and to the
-    next column 1.0 if the point is outside the bounds of its slab."""
+    """Check the new positions of the n points of a block, in columns of c from `at` on. Writes the fault of each point that has
+    no other fault to the column that begins at `fault`, and 1.0 to the next column if the point is outside the bounds of its
+    slab."""
     for q in range(n):
         X, Y, Z = in_cells(lattice, take(ZERO_VECTOR, c, q + at))
         bad = c[uintp(q + fault)]
@@ -97,14 +102,15 @@ def _check_places(lattice, bounds, n, c, at, fault):
 
 @pointwise
 def _code(c, q, at, fault):
-    """Return the fault of point q of a block."""
+    """Return the fault code of point q of a block; other arguments as in `_check_places`."""
     code = c[uintp(q + fault)]
     return fault_of_place(take(ZERO_VECTOR, c, q + at)) if code == NO_PLACE else int(code)
 
 
 @generic
 def add_to_cells(to_cells: Any, points: Any, n: int, c: Any) -> None:
-    """Add the contributions of the n points of a block to their cells. points: bundled `Evaluation`."""
+    """Add the numbers of the n points of a block to the sums of their grid cells, if `to_cells` is `ToCells`. points: bundled
+    `Evaluation`; c: columns."""
 
 
 @point_function(add_to_cells, NotToCells)
@@ -125,9 +131,10 @@ def _add_numbers(to_cells, points, n, c):
 def _account(points, places, largest, columns, KEPT, SUMS, bounds, start, n, c, sums, of_lost, first_fault):
     """Check the results of the n points of a block and add them to the sums of the slab; return True if no point has a fault.
 
-    points: bundled `Accounting`; places: see `Declaration`; largest: True if there is a maximum; columns: number of sums of
-    the pass, in columns from SUMS on. sums: vectors of the sums of the pass, the maximum, the faults, and the number of
-    points outside the slab; of_lost: sums of the points that left the grid; first_fault: fault to report, and its point.
+    points: bundled `Accounting`; places: see `Declaration`; largest: True if there is a maximum; KEPT: first column of c
+    with output; columns: number of sums of the pass, in columns from SUMS on; bounds: see `bounds_of`; start: number of the
+    first point. sums: vectors of the sums of the pass, the maximum, the faults, and the number of points outside the slab;
+    of_lost: sums of the points that left the grid; first_fault: fault to report, and its point.
     """
     LARGEST = SUMS + columns
     FAULT, BEYOND = LARGEST + 1, LARGEST + 2
@@ -154,7 +161,11 @@ def _account(points, places, largest, columns, KEPT, SUMS, bounds, start, n, c, 
 
 @kernel(inner=True)
 def _report(s, slabs, places, of_pass, columns, largest, sums, of_lost, first_fault, vectors):
-    """Write the sums and the fault of slab s. of_pass: columns of `Slabs.sums`; the others are those of `_account`."""
+    """Write the sums and the fault of slab s to `slabs` (`Slabs`).
+
+    of_pass, largest: columns of `Slabs.sums` for the sums and the maximum (negative: none); vectors: number of vectors
+    processed; other arguments as in `_account`.
+    """
     slabs.sums[s, VECTORS] = vectors
     for k in range(columns):
         slabs.sums[s, of_pass[k]] = total(load(sums, k * LANES))
@@ -174,8 +185,8 @@ def _report(s, slabs, places, of_pass, columns, largest, sums, of_lost, first_fa
 
 @kernel(inner=True)
 def _slab(s, points, dt, which):
-    """Execute the pass on the points of slab s. Each part is a kernel, called for each block and shared with other passes:
-    with the same law, or with the same shape functions."""
+    """Execute the pass `points` (`PassPoints`) on the points of slab s over a step dt [s]; which: see `each_point`. Each part
+    is a kernel, called for each block and shared with other passes: with the same law, or with the same shape functions."""
     slabs, evaluation, accounting = points.accounting.slabs, points.evaluation, points.accounting
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -214,10 +225,10 @@ def _each_point_by_colour(n, points, dt, which):
 
 
 def each_point(points: Bundle, dt: float, which: int = 0) -> None:
-    """Execute a pass (`pass_points`) on the points of a body, over a step dt [s].
+    """Execute a pass, built by `pass_points`, on the points of a body, over a step dt [s].
 
-    which: its contributions to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the declared sums,
-    VECTORS and faults, and, for a pass that moves points, `left_slab` and `of_lost`.
+    which: contributions to the nodes that are added: `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the declared
+    columns of `Slabs.sums`, VECTORS and the faults, and, for a pass that moves points, `left_slab` and `of_lost`.
     """
     n = len(points.mapped.slabs.layers)
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body

@@ -39,7 +39,7 @@ class Nothing(NamedTuple):
 
 
 class ByValue(NamedTuple):
-    """Contribution to each node of a row of values times the node's shape function N."""
+    """Contribution of points to each of their nodes: a row of four values times the node's shape function N."""
 
     rule: Any
     read: Any  # point arrays that `given` reads
@@ -48,7 +48,7 @@ class ByValue(NamedTuple):
 
 
 class BySlope(NamedTuple):
-    """Contribution to each node of Σ_d row_d ∂N/∂x_d, with one row of values for each axis d."""
+    """Contribution of points to each of their nodes: Σ_d row_d ∂N/∂x_d, with one row of four values for each axis d."""
 
     rule: Any
     read: Any
@@ -57,8 +57,8 @@ class BySlope(NamedTuple):
 
 
 class BySquare(NamedTuple):
-    """Contribution of volumes times squares of the derivatives of N: Σ_e k (∂N/∂x_e)² for each axis d, with k = `along` if
-    e = d, else `across`."""
+    """Contribution of the volumes V of points times squares of the derivatives of N: V Σ_e k (∂N/∂x_e)² for each axis d, with k
+    = `along` if e = d, else `across`."""
 
     volume: np.ndarray  # (n,) [m³]
     across: float
@@ -74,14 +74,15 @@ class Both(NamedTuple):
 
 
 class GivingPoints(NamedTuple):
-    """Points of a body and the rule for their contribution to the nodes."""
+    """Points of a body and their contribution to the nodes (`ByValue`, `BySlope`, `BySquare` or `Both`)."""
 
     mapped: Bundle  # of `MappedPoints`
     gives: Any
 
 
 def example_of(arrays: Any) -> Any:
-    """Return an example of the values of one point in these arrays: a number, or (nested) tuples of numbers."""
+    """Return a value of one point in (nested tuples of) arrays, filled with zeros, from which kernels take the types: a number,
+    or (nested) tuples of numbers."""
     if isinstance(arrays, tuple):
         parts = [example_of(array) for array in arrays]
         return type(arrays)(*parts) if hasattr(arrays, "_fields") else tuple(parts)
@@ -89,59 +90,72 @@ def example_of(arrays: Any) -> Any:
 
 
 def by_value(rule: Any, read: Any, into: np.ndarray) -> ByValue:
-    """Build a contribution by value from the point arrays `read`, a NamedTuple, to nodal rows `into`, shape (4 nodes,)."""
+    """Return the contribution `rule`, computed by `given` from the point arrays `read` (a NamedTuple), to nodal rows `into`,
+    shape (4 nodes,), weighted by N."""
     return ByValue(rule, read, example_of(read), into)
 
 
 def by_slope(rule: Any, read: Any, into: np.ndarray) -> BySlope:
-    """Build a contribution by gradients of N from the point arrays `read`, a NamedTuple, to nodal rows `into`, shape (4
-    nodes,)."""
+    """Return the contribution `rule`, computed by `given` from the point arrays `read` (a NamedTuple), to nodal rows `into`,
+    shape (4 nodes,), weighted by the gradients of N."""
     return BySlope(rule, read, example_of(read), into)
 
 
 def giving(mapped: MappedPoints, gives: Any) -> Bundle:
-    """Bundle the points of a body with a contribution, or with `Both`."""
+    """Bundle the points of a body with their contribution `gives` to the nodes (`ByValue`, `BySlope`, `BySquare` or `Both`),
+    for `scatter`."""
     return Bundle(GivingPoints(Bundle(mapped), gives))
 
 
 @generic
 def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
-    """Return the contribution of point p; points: the input arrays.
+    """Return the values of point p that are multiplied by N or its gradients at the nodes; points: the input arrays.
 
     By value: one row of four numbers, or four rows: the value at the point and its derivatives along x, y, z [per m]. By
-    gradient: three rows.
+    gradient: three rows, one for each axis. rule: kind of contribution, whose type selects the implementation.
     """
 
 
 @generic
 def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
-    """Return a row for each node of the point's stencil, or one for all, from values of `given`."""
+    """Return what is multiplied by N at the nodes of a point: one row of four numbers for each node of its stencil `about`, or
+    one for all.
+
+    rows: result of `given`; cell: edge of a cell [m]. rule: see `given`.
+    """
 
 
 @generic
 def rows_of_line(rule: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
-    """Return values of `given` for a line of nodes along z at the distances dx, dy [m], multiplied by the weight w."""
+    """Return the values of a point for a line of nodes along z at the distances dx, dy [m] from the point, multiplied by the
+    weight w of the line; rows: result of `given`; rule: see `given`."""
 
 
 @generic
 def row_of_node(rule: Any, line: Any, dz: float) -> Any:
-    """Return the row of a node at the distance dz [m] on its line."""
+    """Return the row of four numbers of the node at the distance dz [m] along z on a line; line: result of `rows_of_line`;
+    rule: see `given`."""
 
 
 @generic
 def scatter_block(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
-    """Add the contributions of the n points of a block to the nodes; w: scratch of WEIGHTS columns; which: FIRST, SECOND or
-    their sum."""
+    """Add the contributions `gives` of the n points of a block to the nodes.
+
+    mapped: the points (`MappedPoints`); start: number of the first point in the order of the slabs; found, first_node: shape
+    functions, see `find_functions`; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their sum.
+    """
 
 
 @generic
 def add_values(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
-    """Add a contribution by value."""
+    """Add a contribution weighted by N (`ByValue`) of the n points of a block to the nodes; functions: shape functions along x,
+    y, z; other arguments as in `scatter_block`."""
 
 
 @generic
 def add_slopes(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
-    """Add a contribution by gradients."""
+    """Add a contribution weighted by the gradients of N (`BySlope`) of the n points of a block to the nodes; functions: shape
+    functions along x, y, z; other arguments as in `scatter_block`."""
 
 
 @point_function(scatter_block, Nothing)
@@ -201,7 +215,8 @@ def _as_line(rule, line, dz):
 
 @pointwise
 def _ends_run(first_node, q, n):
-    """Return True if point q of n points is the last of a run with the same nodes."""
+    """Return True if point q is the last of the n points of a block, or the next one has another first node; first_node: first
+    nodes of these points."""
     return q + 1 == n or first_node[q + 1] != first_node[q]
 
 
@@ -289,7 +304,8 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
 
 
 def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
-    """Return the nodal arrays to which the selected contributions are added."""
+    """Return the nodal arrays to which the contributions `gives` are added; which: FIRST, SECOND of two contributions, or their
+    sum."""
     if isinstance(gives, Both):
         return arrays_given(gives.first, which & FIRST) + arrays_given(gives.second, which >> 1)
     return [gives.into] if which & FIRST and hasattr(gives, "into") else []
@@ -322,7 +338,7 @@ def _scatter(n, points, which):
 
 
 def scatter(points: Bundle, which: int = FIRST) -> None:
-    """Add the contributions of the points of a body (`giving`) to their nodes; which: FIRST, SECOND of two contributions,
-    or their sum."""
+    """Add the contributions of the points of a body, bundled by `giving`, to the nodes; which: FIRST, SECOND of two
+    contributions, or their sum."""
     n = len(points.mapped.slabs.layers)
     joint_region.give(lambda: _scatter(n, points, which), lambda: arrays_given(points.gives, which))

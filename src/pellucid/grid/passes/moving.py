@@ -12,7 +12,7 @@ from pellucid.jit.parallel import joint_for, parallel_for
 
 
 class MovingPoints(NamedTuple):
-    """Points of a body and the rule for their displacement."""
+    """Points of a body and the rule by which `displacement` computes their displacement."""
 
     mapped: MappedPoints
     rule: Any
@@ -24,7 +24,8 @@ class Stay(NamedTuple):
 
 @generic
 def displacement(rule: Any, mapped: Any, p: Any, dt: float) -> Any:
-    """Return the displacement of point p over a step dt [s] [m]."""
+    """Return the displacement [m] of point p of `mapped` (`MappedPoints`) over a step dt [s], as three numbers; rule: kind of
+    motion, whose type selects the implementation."""
 
 
 @point_function(displacement, Stay)
@@ -58,15 +59,17 @@ def _move_jointly(n, points, dt):
 
 
 def move_points(points: Bundle, dt: float) -> None:
-    """Move the points of a body (`moving`) over a step dt [s]."""
+    """Move the points of a body over a step dt [s], and record faults and points outside their slab in `Slabs`; points: result
+    of `moving`."""
     _move(len(points.mapped.slabs.layers), points, dt)
 
 
 def move_points_jointly(points: Bundle, dt: float) -> None:
-    """Move the points of a body in a joint region, slab by slab after the other loops of the body."""
+    """Move the points of a body as `move_points` does, within a joint region (several loops over slabs that run as one parallel
+    loop), slab by slab after the other loops of the body."""
     _move_jointly(len(points.mapped.slabs.layers), points, dt)
 
 
 def moving(mapped: MappedPoints, rule: Any) -> Bundle:
-    """Bundle the points of a body with a rule for their displacement."""
+    """Bundle the points of a body with a rule for their displacement (see `displacement`), for `move_points`."""
     return Bundle(MovingPoints(mapped, rule))

@@ -9,14 +9,14 @@ from pellucid.jit import pointwise
 
 @pointwise
 def bounds_of(slabs, s):
-    """Return the bounds for the points of slab s [cells]: lower and upper along the slowest axis, lower and upper along the
-    axis of the cuts."""
+    """Return the bounds for the points of slab s [cells from the lower walls]: lower and upper along the slowest axis in
+    memory, lower and upper along the axis of the cuts."""
     return slabs.bounds[s, 0], slabs.bounds[s, 1], slabs.bounds[s, 2], slabs.bounds[s, 3]
 
 
 @pointwise
 def in_cells(lattice, place):
-    """Return a position [m] in cells from the lower walls, folded into the box along periodic axes."""
+    """Return a position [m] as three numbers in cells from the lower walls, folded into the box along periodic axes."""
     h, low, folding = lattice.inverse_cell, lattice.lower, lattice.folding
     X, Y = in_period(folding, 0, (place[0] - low[0]) * h), in_period(folding, 1, (place[1] - low[1]) * h)
     return X, Y, in_period(folding, 2, (place[2] - low[2]) * h)
@@ -24,7 +24,8 @@ def in_cells(lattice, place):
 
 @pointwise
 def strays(lattice, X, Y, Z, bounds):
-    """Return 1.0 if a point at X, Y, Z, in cells from the walls, is outside its slab, else 0.0."""
+    """Return 1.0 if a point at X, Y, Z, in cells from the lower walls, is outside the bounds of its slab (see `bounds_of`),
+    else 0.0."""
     main, second = lattice.slab_axis, lattice.cut_axis
     along = X if main == 0 else (Y if main == 1 else Z)
     across = X if second == 0 else (Y if second == 1 else Z)
@@ -34,7 +35,7 @@ def strays(lattice, X, Y, Z, bounds):
 
 @pointwise
 def outside(lattice, X, Y, Z):
-    """Return 1.0 if a position is outside the grid or not finite, else 0.0."""
+    """Return 1.0 if a position X, Y, Z, in cells from the lower walls, is outside the grid or not finite, else 0.0."""
     n = lattice.counts
     bad = 0.0 if X >= 0.0 else 1.0
     bad = bad if Y >= 0.0 else 1.0
@@ -46,21 +47,21 @@ def outside(lattice, X, Y, Z):
 
 @pointwise
 def fault_of_place(place):
-    """Return the fault of a position outside the grid: LOST, or NOT_FINITE."""
+    """Return the fault code of a position [m] outside the grid: LOST, or NOT_FINITE if it is not a finite number."""
     return LOST if abs(place[0] + place[1] + place[2]) < inf else NOT_FINITE
 
 
 @pointwise
 def comes_first(fault, first):
-    """Return True if a slab reports this fault instead of its first one. A point that left the grid may be allowed to, so
-    any other fault has priority."""
+    """Return True if a slab reports the fault code `fault` instead of the one that it found first. A point that left the grid
+    may be allowed to, so any other fault has priority."""
     return fault != OK and (first == OK or (first == LOST and fault != LOST))
 
 
 @pointwise
 def placed(lattice, x, p, dx, dy, dz, bounds):
-    """Move point p by (dx, dy, dz) [m]; return the fault of its new position, and 1 if it is outside the bounds of its
-    slab, else 0."""
+    """Move point p of the positions x [m] by (dx, dy, dz) [m]; return the fault code of its new position, and 1 if it is
+    outside the bounds of its slab (see `bounds_of`), else 0."""
     x[p, 0] += dx
     x[p, 1] += dy
     x[p, 2] += dz

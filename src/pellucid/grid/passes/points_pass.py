@@ -15,7 +15,7 @@ NO_MAXIMUM = -1
 
 
 class Found(NamedTuple):
-    """Result of a pass at a point."""
+    """Result of a pass at a point: output, contributions to sums, value for a maximum, and fault code."""
 
     kept: Any  # output of the point, a value for each array of `kept`
     sums: Any  # contributions to the sums, in the order of `Declaration.sums`
@@ -27,27 +27,32 @@ class Found(NamedTuple):
 def looked_up(rule: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
     """Return values of a point needed before gathering, e.g. from a table; branches are allowed.
 
-    rule: `Declaration.rule`; about: the stencil of the point; p: its input.
+    rule: `Declaration.rule`; functions: shape functions along x, y, z; about: the stencil of the point; p: its input values.
     """
 
 
 @generic
 def gathered(rule: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
-    """Return values gathered from the nodes of a point; known: looked-up values.
+    """Return values gathered from the nodes of a point.
 
-    Evaluated for numbers, or for vectors of several points with the same nodes. Use only + - * / and the sums of
-    `pellucid.grid.stencil`, no branches.
+    rule: `Declaration.rule`; about: the stencil of the point; nodes: nodal arrays; p: input values of the point; known:
+    result of `looked_up`. Evaluated for numbers, or for vectors of several points with the same nodes. Use only + - * / and
+    the sums of `pellucid.grid.stencil`, no branches.
     """
 
 
 @generic
 def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> Any:
-    """Return the `Found` of a point after a step dt [s], from numbers; g: gathered values."""
+    """Return the results of a pass at a point (`Found`) after a step dt [s].
+
+    task: operation of the pass; p: input values of the point; known: result of `looked_up`; g: result of `gathered`.
+    """
 
 
 @generic
 def in_cell(task: Any, p: Any, g: Any) -> Any:
-    """Return the contribution of the point to its cell, if cells are summed."""
+    """Return the number that a point adds to the sums of its grid cell, if the pass sums over cells; arguments as in
+    `at_point`."""
 
 
 @default_function(looked_up)
@@ -61,7 +66,7 @@ def _nothing_gathered(rule, about, lattice, nodes, p, known):
 
 
 class Declaration(NamedTuple):
-    """Options of the loop for a pass, in addition to input and output.
+    """Options of a pass for the loop that executes it, in addition to input and output.
 
     Values of points are numbers and tuples of numbers; examples define their types.
     """
@@ -76,7 +81,7 @@ class Declaration(NamedTuple):
 
 
 class PointRows(NamedTuple):
-    """Arrays from which the input of a pass is read, or to which its output is written."""
+    """Arrays from which the input of a pass is read, or to which its output is written, and the order of the points in them."""
 
     index: Any  # `InOrder` or `ByIndex`
     like: Any  # example of the values of one point
@@ -84,7 +89,7 @@ class PointRows(NamedTuple):
 
 
 class Gathering(NamedTuple):
-    """Data of the part of a pass that gathers values from the nodes. It does not depend on the law of a pass."""
+    """Data of the part of a pass that gathers values from the nodes. They do not depend on the law of a pass."""
 
     rule: Any
     functions: Any
@@ -97,7 +102,7 @@ class Gathering(NamedTuple):
 
 
 class Evaluation(NamedTuple):
-    """Data of the part of a pass that evaluates `at_point`. It does not depend on the shape functions."""
+    """Data of the part of a pass that evaluates `at_point`. They do not depend on the shape functions."""
 
     task: Any
     lattice: Any
@@ -136,11 +141,13 @@ class PassPoints(NamedTuple):
 def pass_points(
     task: Any, declared: Declaration, mapped: MappedPoints, read: Any, kept: Any, gives: Any = None, to_cells: Any = None
 ) -> Bundle:
-    """Bind a pass to the points of a body, when a simulation is built.
+    """Bind a pass to the points of a body, when a simulation is built; the result is executed by `each_point`.
 
-    read, kept: tuples of float64 arrays, shape (points,) or (points, components). The first member of `read` is the
-    position of the points; so is the first member of `kept` if the pass moves the points. A member may be a NamedTuple of
-    arrays, such as the state of a law, or () if absent. Raises ValueError for arrays that do not fit.
+    task: operation at a point; declared: its options. read, kept: input and output, tuples of float64 arrays, shape
+    (points,) or (points, components). The first member of `read` is the position of the points; so is the first member of
+    `kept` if the pass moves the points. A member may be a NamedTuple of arrays, such as the state of a law, or () if absent.
+    gives: contribution to the nodes after the pass, see `gifts`; to_cells: `ToCells` if the pass sums over cells. Raises
+    ValueError for arrays that do not fit. mapped: the points.
     """
     if read[0] is not mapped.points.position:
         raise ValueError("the first that a pass reads is the position of the body's points")
@@ -187,7 +194,7 @@ class PassAlone(NamedTuple):
 
 
 def traffic_of(points: Bundle) -> list[np.ndarray]:
-    """Return the point arrays that a pass reads and writes."""
+    """Return the point arrays that a pass, built by `pass_points`, reads and writes."""
     return arrays_in(points.read.arrays) + arrays_in(points.kept.arrays)
 
 
@@ -201,7 +208,7 @@ class NotToCells(NamedTuple):
 
 
 class ToCells(NamedTuple):
-    """Points add a number (`in_cell`) to a column of the sums of their cells."""
+    """Points add a number (`in_cell`) to a column of the sums of the grid cells that contain them."""
 
     into: np.ndarray  # (cells, columns)
     column: int
