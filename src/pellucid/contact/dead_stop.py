@@ -87,7 +87,7 @@ class DeadStop:
         self._swings: dict[int, float] = {}
 
     def begin(self) -> None:
-        """Reset the forces of flat sides and the oscillation rates at the start of a step."""
+        """Reset the forces on flat faces in contact and the oscillation rates of contacts [1/s], at the start of a step."""
         self._pushes, self._swings = {}, {}
 
     def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:

@@ -77,7 +77,7 @@ def rows(combine: Combine, cleared: Cleared, unit: str, meaning: str) -> NodalFi
 
 
 class View(NamedTuple):
-    """Declaration of a view of some components of a field stored in rows."""
+    """Declaration of a view of some components of another nodal field, whose rows hold four numbers per node."""
 
     of: str  # name of the field
     part: int | slice  # its components

@@ -88,7 +88,8 @@ class NoWork(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Option for points whose internal energy receives the work of the stress and the heat of the transfer."""
+    """Option for points whose internal energy receives the work of the stress and, as heat, the kinetic energy that the
+    transfer between points and grid loses."""
 
 
 class Rates(NamedTuple):

@@ -20,7 +20,7 @@ from pellucid.materials.wrinkling import natural_width, unwrinkled
 
 
 def by_gradient(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the functions of a law whose in-plane shape is the deformation gradient F. The width of a
+    """Class decorator: register the point functions of a law whose stress is computed from the in-plane deformation gradient F. The width of a
     wrinkled strip follows from `natural_width`, if the law defines it."""
     point_function(initial_shape, law)(_undeformed)
     point_function(stretched, law)(_stretched)
