@@ -20,8 +20,8 @@ from pellucid.materials.wrinkling import natural_width, unwrinkled
 
 
 def by_gradient(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the point functions of a law whose stress is computed from the in-plane deformation gradient F. The width of a
-    wrinkled strip follows from `natural_width`, if the law defines it."""
+    """Class decorator: register the point functions of a law whose stress is computed from the in-plane deformation gradient
+    F. The width of a wrinkled strip follows from `natural_width`, if the law defines it."""
     point_function(initial_shape, law)(_undeformed)
     point_function(stretched, law)(_stretched)
     point_function(stretched_midway, law)(_stretched_midway)

@@ -72,7 +72,7 @@ class OgdenMaterial(BulkMaterial):
 @pointwise
 def _strains(of: Spectrum) -> tuple[Triple, float]:
     """Return the isochoric logarithmic principal strains ln λ̄, from the spectrum of b = F Fᵀ with the eigenvalues x = λ²,
-    and as a fourth value the difference between the second and the third strain."""
+    and the difference between the second and the third strain."""
     above = 0.5 * log1p(of.distance / of.values[2])
     a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
     mean = THIRD * (a + c + c + above)

@@ -187,8 +187,8 @@ class Domain:
         return of_slabs
 
     def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Return the sums of values per slab, shape (slabs,), over the slabs of each row (a layer of the grid is cut into a row of
-        slabs), shape (rows,)."""
+        """Return the sums of values per slab, shape (slabs,), over the slabs of each row (slabs into which a layer of the grid is
+        cut), shape (rows,)."""
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:

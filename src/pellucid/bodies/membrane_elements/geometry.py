@@ -118,8 +118,8 @@ def within(frame, vectors):
 @pointwise
 def gradient(local, rate):
     """Return the in-plane derivatives ∂v_i/∂x_j of the velocity at the centre of a quadrilateral [1/s], i = 1, 2, 3 and j = 1,
-    2, row by row. local: the tangents χ, ψ and the hourglass vector η (see the
-    module) [m]; rate: their rates [m/s]; both in the frame of the element.
+    2, row by row. local: the tangents χ, ψ and the hourglass vector η (see the module) [m]; rate: their rates [m/s]; both in
+    the frame of the element.
     """
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
