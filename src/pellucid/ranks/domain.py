@@ -187,7 +187,7 @@ class Domain:
         return of_slabs
 
     def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Return the sums of values per slab, shape (slabs,), over the slabs of each row (slabs into which a layer of the grid is
+        """Return the sums of values per slab, shape (slabs,), over the slabs of each row (slabs into which a grid layer is
         cut), shape (rows,)."""
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
