@@ -6,8 +6,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
-from pellucid.conditions.rigid.kinematics import Push
+from pellucid.conditions.loads.rigid_load import NONE, Push, RigidLoad, rigid_of, thin_problems
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import Vector, check, parameter

@@ -1,7 +1,9 @@
 """Base of loads on rigid bodies as a whole."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from pellucid.conditions.led_turns import plane_turn_problems
 from pellucid.conditions.loads.contract import LoadModel
@@ -17,6 +19,28 @@ if TYPE_CHECKING:
 
 
 NONE = (0.0, 0.0, 0.0)
+
+
+class Push(NamedTuple):
+    """A force at the centre of mass [N] and a torque [N m] on a rigid body during a step, as `strength`, shape (6,), and the
+    columns for their work."""
+
+    strength: np.ndarray
+    column: int  # column for the work in the array of works
+    carried: np.ndarray | None = None  # velocity and angular velocity of the anchor of a damper, shape (6,)
+    heat: int = 0  # column for the heat of a damper in the array of works
+
+    def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
+        """Add the work of force and torque over a step dt [s] to an array of works by column [J], and return it; rates:
+        velocity [m/s] and angular velocity [rad/s] of the body, shape (6,)."""
+        work = dt * float(self.strength @ rates)
+        if self.carried is None:
+            works[self.column] += work
+        else:
+            given = dt * float(self.strength @ self.carried)
+            works[self.column] += given
+            works[self.heat] += given - work
+        return work
 
 
 class RigidLoad(LoadModel):

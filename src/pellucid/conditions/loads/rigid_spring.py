@@ -7,8 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.conditions.led_turns import Rotations, plane_turn_problems
-from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
-from pellucid.conditions.rigid.kinematics import Push
+from pellucid.conditions.loads.rigid_load import NONE, Push, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.conditions.driven_points import To
+from pellucid.conditions.loads.rigid_load import Push
 from pellucid.conditions.rigid.kinematics import (
-    Push,
     RigidState,
     centre_of,
     inertia_of,
