@@ -54,10 +54,11 @@ def place_problems(
 def _seam_problems(
     path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
 ) -> Iterator[Finding]:
-    """Yield findings (errors of the case) for a body at `path` that lies outside the grid along a periodic axis, or would
-    touch itself across the seam.
+    """Yield findings (errors of the case) for a body at `path` that lies outside the grid along a periodic axis, or would touch
+    itself across the seam.
 
-    ends: lower and upper end of the body along the axis [m]; fills, flows: as for `place_problems`.
+    ends: lower and upper end of the body along the axis [m]; fills: True if a body as long as the period continues across the
+    seam without a gap; flows: True if the body may touch itself, like a fluid.
     """
     (low, high), d = ends, "xyz".index(axis)
     lower, upper = grid.lower[d], grid.extent_upper()[d]

@@ -39,7 +39,9 @@ class PointFields(GridBody):
         return self._orders[domain.joins]
 
     def _complete(self, *names: str) -> None:
-        """Complete the arrays with these names with the rows that other processes computed."""
+        """Fill, in the arrays with these names, the rows of points that other processes computed; nothing to do in a run with
+        one process.
+        """
         for name in names if domain.is_cut else ():
             self.shared.fill(self._there(name))
 

@@ -167,7 +167,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self._velocity_passes[self.keeps_heat]
 
     def _follow_order(self) -> None:
-        """Update data of the contact surface that depend on the storage order of the points."""
+        """Update the data of the contact surface that depend on the order in which the points are stored, after they were
+        sorted.
+        """
         if self.contact_surface is not None:
             self.contact_surface.find_hosts()
 
@@ -279,8 +281,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
-        """Return the loops over the points in a step, by name, for benchmarks, which can run each loop without advancing
-        time.
+        """Return, for benchmarks, the loops over the points of a step by name (particle to grid, velocities), in a form in
+        which each can run without advancing time.
         """
         velocities, given = self._velocity_pass(), self._to_grid
         traffic = traffic_of(velocities)

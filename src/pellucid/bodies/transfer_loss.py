@@ -45,10 +45,11 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], as work of the transfers, and the
     correction of the work of internal forces.
 
-    bodies: the bodies of the field; strained_last: True with MUSL and USL, where `NodalMomentum.strain_lag_work` computes the
-    part of L of the bodies that keep no heat. With USL these are strained along v + Δv, so this part is zero and all of L is
-    heat. With USF v' is unknown before the next step, so their L counts as work of internal forces; the part of other impulses
-    is then in `time_integration_error`.
+    L is the kinetic energy lost by mass lumping; v and v' are the nodal velocities from the points before and after the step,
+    Δv the change by nodal forces f (see the module). bodies: the bodies of the field; strained_last: True with MUSL and USL,
+    where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these are strained
+    along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step, so their L counts as
+    work of internal forces; the part of other impulses is then in `time_integration_error`.
 
     A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v (`EnergyBudget`).
     That is also its work, in addition to the kinetic energy that it removes from the points.
@@ -70,8 +71,8 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """Return, as a record of work, the part of the transfer loss L (see the module) that is due to contact of these pairs of
-    bodies; it is subtracted from the contact work along v̄ and from the heat of the transfers.
+    """Return the correction of the works of a step for the kinetic energy that the transfers lose by mass lumping due to
+    contact of these pairs of bodies: it is subtracted from the contact work and from the heat of the transfers.
     """
     done = no_work(TRANSFER + 1, 0)
     done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
@@ -80,11 +81,11 @@ def contact_lag_work(pairs: ContactPairs) -> StepWork:
 
 def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
     """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step, and return the
-    corresponding records of work.
+    corresponding corrections of the works, one `StepWork` or none.
 
-    Such a gain is possible if a fluid shares its velocity field with other bodies: it keeps h_p of its points, a part of L
-    from the forces of all bodies, and the others get the part of L of all points that belongs to their forces. The sum may
-    exceed L.
+    Such a gain is possible if a fluid shares its velocity field with other bodies. The fluid keeps the losses of its own
+    points, which are due to the forces of all bodies; the others get the part of the losses of all points that belongs to their
+    forces. The sum may exceed the loss of all points.
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)

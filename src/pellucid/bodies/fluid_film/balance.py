@@ -180,7 +180,8 @@ class FilmBalance(FilmForces):
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
     def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
-        """Solve the balance of forces if the velocity along the normal is prescribed at some nodes.
+        """Solve the balance of forces if the velocity along the normal is prescribed at some nodes. Returns the nodal
+        velocities and the forces of the constraints.
 
         system: the balance without these velocities; borders: linear constraints of volume and area; led: the nodes and their
         velocities along the normal; normal: normals at the nodes, shape (n, d). If the film does not pass through its nodes,
@@ -207,9 +208,9 @@ class FilmBalance(FilmForces):
 
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:
-        """Return the rates of change of volume [m³/s] and area [m²/s] with which the film reaches the prescribed values at the
-        end of a step dt [s]. The list has no entry for a volume or area that is free. o: geometry of the film at the start of
-        the step.
+        """Return the rates of change of volume [m³/s] and area [m²/s] with which the film reaches their prescribed values (in
+        `driving`) at the end of a step dt [s]. The list has no entry for a volume or area that is free. o: geometry of the film
+        at the start of the step.
         """
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
@@ -217,8 +218,10 @@ class FilmBalance(FilmForces):
 
 
 def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the loads on the nodes [N], shape (n, d), by the name of the load. tractions: nodal forces of each of the
-    tractions in `driving`, shape (n, d) each.
+    """Return the total nodal forces of each load on the film [N], shape (n, d), by the name of the load.
+
+    driving: loads on the film (tractions and nodal forces); tractions: nodal forces of each of its tractions [N], shape (n, d)
+    each.
     """
     loads = {acting.label: force for acting, force in zip(driving.tractions, tractions, strict=True)}
     for column, force in driving.forces:
@@ -228,8 +231,11 @@ def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
-    """Return the derivatives of the enclosed volume [m²] and of the area [m] with respect to the positions of the nodes of
-    each element, shape (e, m, d); only for the ones that `driving` prescribes. o: geometry and strain operators of the film.
+    """Return the derivatives of the enclosed volume [m²] and of the area [m] of a film with respect to the positions of the m
+    nodes of each of its e elements, shape (e, m, d) each.
+
+    o: geometry and strain operators of the film; driving: constraints of the film. A quantity (volume or area) that it does not
+    prescribe is omitted from the list.
     """
     rows = []
     if driving.volume is not None:

@@ -143,8 +143,8 @@ class FluidFilmCase(BodyModel):
         return CurveSolver(geometry.nodes, geometry.held)
 
     def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "OwnSteps":
-        """Build the object that moves the film by substeps. goals: prescribed volume and area; arrays: state arrays of the
-        film.
+        """Build the object that moves the film by substeps. balance: computes its nodal velocities; goals: prescribed volume
+        and area; arrays: state arrays of the film.
         """
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
 
@@ -222,7 +222,9 @@ class FluidFilmCase(BodyModel):
         return True
 
     def owns_nodes(self, alone: bool) -> bool:
-        """True if no other body shares its velocity field; otherwise the film moves with the nodes of the grid."""
+        """True if the film moves its nodes itself, which is so if no other body shares its velocity field (`alone`); otherwise
+        the nodes of the grid move them.
+        """
         return alone
 
     def needs_grid(self, parts: Parts) -> bool:
@@ -276,8 +278,10 @@ class FluidFilmCase(BodyModel):
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason why no motion along the normal can be prescribed: a motion of all nodes (`whole`) would also
-        determine volume and area, and nodes of the grid move a film that shares their velocity field; None if neither applies.
+        """Return the reason why no motion along the normal of the film can be prescribed; None if it can.
+
+        There are two reasons: other bodies share the velocity field of the film, so that the grid moves its nodes; or the
+        motion applies to all nodes (`whole` is True) and thus contradicts a constraint of the volume or area.
         """
         if self._is_shared:
             return Reason(

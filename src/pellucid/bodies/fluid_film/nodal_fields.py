@@ -76,8 +76,8 @@ class NodalFields:
         return np.asarray(np.linalg.norm(places - centre, axis=1))
 
     def _shared(self, of_points: np.ndarray) -> np.ndarray:
-        """Distribute values at the quadrature points of each element, shape (e, q), equally among its corners, and return
-        their sums at the nodes, shape (n,).
+        """Distribute values at the quadrature points of the elements, `of_points`, shape (e, q), equally among the corners of
+        each element, and return the sums at the nodes, shape (n,).
         """
         corners = self._corners
         share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])

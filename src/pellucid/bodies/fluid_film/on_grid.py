@@ -247,19 +247,23 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self.slabs.left_slab[:] = 1
 
     def _show(self) -> None:
-        """Compute geometry and strain operators at the present positions, and update the nodal fields."""
+        """Compute geometry and strain operators of the film at its present positions, and update the fields of the results at
+        its nodes.
+        """
         self._o = self.geometry.operators(self._film["x"])
         self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
-        """Interpolate the velocities of the grid nodes to the nodes of the film [m/s], shape (n, 3)."""
+        """Interpolate the velocities with which the grid strains the bodies to the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         self.shared.fill(found)
         return found
 
     def _signals(self) -> Signals:
-        """Return the wave speed and the diffusivities of the film in its present state, which limit the time step."""
+        """Return the wave speed, the diffusivity of momentum and the bending coefficient of the film in its present state,
+        which limit the time step (see `Signals`).
+        """
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:

@@ -117,11 +117,12 @@ class FilledRegion:
         return cut
 
     def _shares(self, centres: np.ndarray, kept: np.ndarray, cut: np.ndarray, own: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fraction of each cell in the region, shape (k,), and the centroid of this part [m], shape (k, 3). Also
-        count the samples excluded by each region, and the samples excluded twice, in the cells `own`.
+        """Return the fraction of each lattice cell that lies in the region, shape (k,), and the centroid of this part of the
+        cell [m], shape (k, 3). Also count the samples in the cells `own` that each excluded region excludes, and the samples
+        excluded twice.
 
-        centres: centres of the cells [m], shape (k, 3); kept: mask of the centres in the region; cut: numbers of the cells
-        that are sampled, since they may lie partly outside; own: slice of the cells that are counted.
+        centres: centres of the cells [m], shape (k, 3); kept: mask of the centres in the region; cut: numbers of the cells that
+        are sampled, since they may lie partly outside; own: slice of the cells that are counted.
         """
         share, middle, offsets = kept.astype(float), centres.copy(), self._offsets
         for chunk in np.array_split(cut, 1 + len(cut) * len(offsets) // SAMPLES_AT_ONCE):
@@ -143,10 +144,12 @@ class FilledRegion:
     def _with_slivers(
         self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Add slivers (parts of cells whose own point is outside) to the points that receive them. Returns the volume
-        fractions of the cells, shape (k,), and these fractions times the centroids of the cells, shape (k, 3).
+        """Add slivers (parts of cells whose own point is outside) to the points that receive them. Returns the volume fractions
+        of the cells, shape (k,), and these fractions times the centroids of the cells, shape (k, 3).
 
-        centres, kept: as for `_shares`; share, middle: its results; beside: slice of the cells whose slivers are added.
+        centres: centres of the cells [m], shape (k, 3); kept: mask of the centres in the region; share, middle: fraction of
+        each cell in the region, shape (k,), and centroid of this part [m], shape (k, 3); beside: slice of the cells whose
+        slivers are added.
         """
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
         if len(slivers) and kept.any():

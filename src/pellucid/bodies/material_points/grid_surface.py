@@ -1,12 +1,12 @@
 """The contact surface of a solid of material points.
 
-Each surface point belongs to a material point (its host) at x and lies at x + o. It moves with the linear part of the
-velocity field around the host: v + L o, with the velocity v and its gradient L at x. A force f on it acts on the nodes with
-the same weights, N_I + o·∇N_I. Momentum and energy are therefore transferred consistently, and all nodes that receive
-forces have mass. v and L are computed from the velocity that strains the points, since forces on nodes do work on this
-velocity. The material points move with another velocity, which differs by the smoothing of the transfers; surfaces under
-pressure that moved with it would gain energy in each step. The vector area a changes by tr(L) a - Lᵀ a, like a material
-area.
+Each surface point belongs to a material point (its host) at x and lies at x + o, plus a constant depth along its normal. It
+moves with the linear part of the velocity field around the host: v + L o, with the velocity v and its gradient L at x. A
+force f on it acts on the nodes with the same weights, N_I + o·∇N_I. Momentum and energy are therefore transferred
+consistently, and all nodes that receive forces have mass. v and L are computed from the velocity that strains the points,
+since forces on nodes do work on this velocity. The material points move with another velocity, which differs by the
+smoothing of the transfers; surfaces under pressure that moved with it would gain energy in each step. The vector area a
+changes by tr(L) a - Lᵀ a, like a material area.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,21 +33,25 @@ WIDTHS = 2.5  # range of the weights of a surface point, in distances between th
 
 
 class MovedSurface(NamedTuple):
-    """Data of surface points for the kernels that move them, and the nodal velocities with which they move."""
+    """Data of m surface points for the kernels that move them, and the nodal velocities with which they move.
+
+    A surface point lies at the end of the offset (a vector from its host material point) plus a constant depth along its
+    normal.
+    """
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
     velocity: np.ndarray  # (nodes, 3) nodal velocities that strain the points [m/s]; internal forces do work on them
     host: np.ndarray  # (m, 3) positions of the host material points at the start of the step [m]
-    offset: np.ndarray  # (m, 3) vectors from the hosts to the surface points [m]
+    offset: np.ndarray  # (m, 3) vectors from the hosts to the surface points, less a constant depth along the normal [m]
     area: np.ndarray  # (m, 3) outward vector areas of the surface points [m²]
     motion: np.ndarray  # (m, 3) velocities of the surface points in the last step [m/s]
 
 
 @parallel_loop()
 def _follow(chunk, surface, step, dt):
-    """Update velocities and vector areas of a chunk of surface points over a step dt [s], and over `step` [s] the vectors from
-    their host material points to them; positions of the hosts are not changed. surface: a `MovedSurface`.
+    """Update, for a chunk of surface points, the velocities and vector areas over a step dt [s], and over `step` [s] their
+    offsets (vectors from their host material points); positions of the hosts are not changed. surface: a `MovedSurface`.
     """
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
@@ -67,11 +71,12 @@ def _follow(chunk, surface, step, dt):
 
 @kernel()
 def _put_on_hosts(surface, position, stored, stays, depth, place):
-    """Compute the positions `place` of the surface points [m], shape (m, 3), from the positions of their host material points.
+    """Compute the positions `place` of the surface points [m], shape (m, 3): position of the host material point, plus the
+    offset, plus a constant depth along the normal.
 
     surface: a `MovedSurface`; position: positions of all material points [m], shape (n, 3); stored: row of each host in it,
-    shape (m,); stays: True if the ends of the offsets do not move with the hosts; depth: distance from these ends to the
-    surface [m], shape (m, 1).
+    shape (m,); stays: True if the point at the end of the offset does not move with the host, so that the offset changes;
+    depth: the constant depths [m], shape (m, 1).
     """
     host, offset, area = surface.host, surface.offset, surface.area
     for p in range(len(place)):
@@ -87,10 +92,11 @@ def _put_on_hosts(surface, position, stored, stays, depth, place):
 
 @kernel()
 def _turn(surface, depth, centre, rotation, new_centre, dt):
-    """Turn the offsets and vector areas of the surface points by a rotation matrix (3, 3), and compute their velocities over
-    a step dt [s], in which the centre of the rotation moves to `new_centre` [m], (3,).
+    """Turn the offsets (vectors from the host material points) and vector areas of the surface points of a rigid body by a
+    rotation matrix (3, 3), and compute the velocities of the points over a step dt [s], in which the centre of the rotation
+    moves from `centre` to `new_centre` [m], (3,).
 
-    depth: distances from the ends of the offsets to the surface [m], shape (m, 1).
+    surface: a `MovedSurface`; depth: distances along the normals from the ends of the offsets to the surface [m], shape (m, 1).
     """
     host, offset, area, R = surface.host, surface.offset, surface.area, rotation
     for p in range(len(host)):
@@ -111,8 +117,8 @@ def _turn(surface, depth, centre, rotation, new_centre, dt):
 
 @kernel()
 def _add_forces(surface, listed, force, target):
-    """Add forces on the surface points [N], shape (n, 3), to the nodal forces `target`, shape (nodes, 3). surface: a
-    `MovedSurface`; listed: numbers of the n points.
+    """Add forces on n surface points [N], shape (n, 3), to the nodal forces `target` of the grid [N], shape (nodes, 3).
+    surface: a `MovedSurface`; listed: numbers of the n points.
     """
     for e in range(len(listed)):
         p = uintp(listed[e])
@@ -185,8 +191,8 @@ class GridSurface(ContactSurface):
         self._moved = Bundle(moved)
 
     def _above(self) -> np.ndarray:
-        """Return the vectors from the ends of the offsets (which start at the host material points) to the surface, along its
-        normals [m], shape (m, 3).
+        """Return the vectors along the normals from the ends of the offsets (vectors that start at the host material points) to
+        the surface points [m], shape (m, 3).
         """
         size = np.linalg.norm(self.area, axis=1, keepdims=True)
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
@@ -211,7 +217,7 @@ class GridSurface(ContactSurface):
             self.area[on & (np.abs(self.area[:, axis]) > 0.5 * self.sizes())] = 0.0
 
     def weights(self) -> np.ndarray:
-        """Return the areas of the surface points at the start [m²], shape (m,), with which they share contact forces."""
+        """Return the initial areas of the surface points [m²], shape (m,), which weight the contact forces."""
         return self._weights
 
     def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
@@ -253,7 +259,7 @@ class GridSurface(ContactSurface):
         self.edge_tangent[...] = self.edge_tangent @ rotation.T
 
     def list_pushed(self, force: np.ndarray) -> np.ndarray:
-        """Return the numbers of the points with non-zero forces [N], shape (m, 3)."""
+        """Return the numbers of the surface points on which the contact forces [N], shape (m, 3), are not zero."""
         return self._listed[: _list_pushed(force, self._listed)]
 
     def add_forces(self, force: np.ndarray) -> None:

@@ -23,7 +23,9 @@ class SeedLattice(NamedTuple):
 
     @classmethod
     def of(cls, shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> "SeedLattice":
-        """Build the lattice of a shape in a grid. per_cell: number of points per grid cell along x, y and z."""
+        """Build the lattice of points for seeding a shape in a grid: a box is divided into equal cells; for other shapes the
+        cells are parts of the grid cells. per_cell: number of points per grid cell along x, y and z.
+        """
         thin = np.array(grid.thin())
         lower, upper = shape.bounds()
         lower = np.where(thin, grid.lower, lower)
@@ -44,16 +46,20 @@ class SeedLattice(NamedTuple):
 
     @property
     def layer(self) -> int:
-        """Number of cells in a layer."""
+        """Number of lattice cells in a layer, which is normal to x."""
         return len(self.axes[1]) * len(self.axes[2])
 
     def places(self, first: int, end: int) -> np.ndarray:
-        """Return the centres of the cells in the layers `first` to `end` [m], shape (k, 3)."""
+        """Return the centres of the lattice cells [m], shape (k, 3), in the layers (normal to x) from `first` to `end`, without
+        the layer `end`.
+        """
         x, y, z = self.axes
         return np.stack(np.meshgrid(x[first:end], y, z, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def chunks(self) -> Iterator[tuple[int, int]]:
-        """Yield ranges of layers to be processed together: first layer and end."""
+        """Yield ranges of layers (of lattice cells, normal to x) that are processed together to limit the memory: first layer,
+        and the layer after the last.
+        """
         step, layers = max(CELLS_AT_ONCE // max(self.layer, 1), FEWEST_LAYERS), len(self.axes[0])
         for first in range(0, max(layers, 1), step):
             yield first, min(first + step, layers)

@@ -90,8 +90,8 @@ class SeededBody(DampedModel):
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """Return a copy of these settings that stores the regions of the bodies named in `outside`. Raises KeyError for an
-        unknown name.
+        """Return a copy of these settings that also stores the regions of the other bodies named in `outside`, which are
+        excluded from the shape. bodies: the bodies of the case. Raises KeyError for an unknown name.
         """
         if not self.outside:
             return self

@@ -41,7 +41,7 @@ order."""
 
 
 class Seeds(NamedTuple):
-    """A selection of m of the n points that fill a region."""
+    """Numbers, positions and volumes of m selected material points among the n points that fill a region."""
 
     number: np.ndarray  # (m,) numbers of the selected points among all, ascending
     position: np.ndarray  # (m, 3) [m]

@@ -16,10 +16,10 @@ ABOUT = 12  # number of points used to fit a deformation gradient
 
 
 class RigidState(Protocol):
-    """A rigid body at the start of a step.
+    """Centre of mass and mobility of a rigid body at the start of a step.
 
-    Attributes are the centre of mass [m], the change of velocity per unit impulse along the axes [1/kg], (3,), and the change
-    of angular velocity per unit angular impulse [1/(kg m²)], (3, 3).
+    Attributes: centre: centre of mass [m]; per_mass: change of velocity per unit impulse along each axis [1/kg], shape (3,);
+    per_inertia: change of angular velocity per unit angular impulse [1/(kg m²)], shape (3, 3).
     """
 
     @property
@@ -35,7 +35,7 @@ class RigidState(Protocol):
         """
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities due to the rotation of the body; arguments and unit as for `ContactSurface.turning`."""
+        """Return the velocities [m/s] due to the rotation of the body at positions `place` [m], shape (m, 3) both."""
 
 
 @runtime_checkable
@@ -62,7 +62,9 @@ class RigidSurface(GridSurface):
 
     @property
     def _state(self) -> RigidState:
-        """State at the start of the step; most contacts of this body with others do not need it."""
+        """Centre of mass and mobility of the rigid body at the start of the step; computed at the first use, since most
+        contacts with bodies do not need them.
+        """
         if self._found is None:
             self._found = self.takes.state()
         return self._found

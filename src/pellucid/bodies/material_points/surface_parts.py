@@ -57,10 +57,8 @@ class SurfaceParts:
     def find_closing_gap(self, position: np.ndarray, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> Gap | None:
         """Return the narrowest gap between parts of the surface that have approached each other; None if there is none.
 
-        Parameters ---------- position
-            Positions of all material points [m], shape (n, 3), by number.
-        is_filled
-            Function that returns a mask of the positions [m], shape (k, 3), that lie within a distance [m] of other bodies.
+        position: positions of all material points [m], shape (n, 3), by number; is_filled: function that returns a mask of the
+        positions [m], shape (k, 3), that lie within a distance [m] of other bodies.
         """
         self._searched = self._host.copy()
         if len(position) != len(self._begun):  # points that leave take their surface with them

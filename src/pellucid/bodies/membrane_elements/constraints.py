@@ -33,11 +33,13 @@ class Kept(NamedTuple):
         return self.stiffness * (value - self.initial) / abs(self.initial)
 
     def energy(self, value: float) -> float:
-        """Return the energy of the penalty, k (Q - Q₀)²/2|Q₀|, for the present value Q [J]."""
+        """Return the energy of the penalty spring on area or volume, k (Q - Q₀)²/2|Q₀| [J], for the present value Q, with
+        stiffness k and initial value Q₀.
+        """
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
-        """Return the squared eigenfrequency ω² [1/s²] of the penalty spring.
+        """Return the squared eigenfrequency ω² of the nodes on the penalty spring of area or volume Q [1/s²].
 
         slope: derivatives ∂Q/∂x with respect to the nodal positions, shape (n, 3) [m] for the area, [m²] for the volume; mass:
         nodal masses [kg], shape (n,).
@@ -54,11 +56,13 @@ class Swings(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Upper bound of half the largest eigenfrequency of both springs together [1/s]."""
+        """Upper bound of half the largest eigenfrequency of the nodes on both penalty springs (area and volume) [1/s]."""
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
-        """Return the largest stable time step for the faster of the two oscillations, and its cause."""
+        """Return the largest stable time step for the oscillations of the nodes on the penalty springs of area and volume, and
+        which of the two springs limits it.
+        """
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"

@@ -57,8 +57,8 @@ def area_slopes(chi, psi):
 
 @pointwise
 def spans(x, corners, e):
-    """Return the tangents χ, ψ and the hourglass vector η of quadrilateral e (see the module) for nodal positions, or any
-    nodal field, x, shape (n, 3). corners: node numbers, shape (m, 4).
+    """Return the tangents χ = -x₁+x₂+x₃-x₄ and ψ = -x₁-x₂+x₃+x₄ and the hourglass vector η = x₁-x₂+x₃-x₄ of quadrilateral e for
+    nodal positions, or any nodal field, x, shape (n, 3). corners: node numbers, shape (m, 4).
     """
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
     # the diagonals
@@ -74,8 +74,8 @@ def spans(x, corners, e):
 
 @pointwise
 def middle(now, rate, half):
-    """Return χ, ψ and η (or any three vectors) at the middle of a time step from `now`, their values at its end, and `rate`,
-    their rates of change; half: half the step [s].
+    """Return the tangents χ, ψ and the hourglass vector η of an element (or any three vectors) at the middle of a time step
+    from `now`, their values at its end, and `rate`, their rates of change; half: half the step [s].
     """
     return (
         (now[0][0] - half * rate[0][0], now[0][1] - half * rate[0][1], now[0][2] - half * rate[0][2]),
@@ -105,7 +105,9 @@ def frame_of(chi, psi):
 
 @pointwise
 def within(frame, vectors):
-    """Return the components of three vectors along an orthonormal frame (e₁, e₂, e₃)."""
+    """Return the components of three vectors, such as the tangents and the hourglass vector of an element, along an orthonormal
+    frame (e₁, e₂, e₃).
+    """
     a, b, c = vectors
     e, f, g = frame
     return (
@@ -118,8 +120,8 @@ def within(frame, vectors):
 @pointwise
 def gradient(local, rate):
     """Return the in-plane derivatives ∂v_i/∂x_j of the velocity at the centre of a quadrilateral [1/s], i = 1, 2, 3 and j = 1,
-    2, row by row. local: the tangents χ, ψ and the hourglass vector η (see the module) [m]; rate: their rates [m/s]; both in
-    the frame of the element.
+    2, row by row. local: tangents χ, ψ and hourglass vector η of the element (see `spans`) [m]; rate: their rates [m/s]; both
+    in the frame of the element.
     """
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
@@ -136,8 +138,9 @@ def gradient(local, rate):
 
 @pointwise
 def steepness(local):
-    """Return Σ_K ∇N_K ∇N_K over the nodes K of a quadrilateral, with the shape functions N_K; components 11, 22, 12 [1/m²].
-    local: (χ, ψ, η) in the frame of the element."""
+    """Return the tensor Σ_K ∇N_K ∇N_K over the nodes K of a quadrilateral at its centre, with the shape functions N_K;
+    components 11, 22, 12 [1/m²]. local: tangents χ, ψ and hourglass vector η (see `spans`) in the frame of the element [m].
+    """
     c, p = local[0], local[1]
     det = c[0] * p[1] - c[1] * p[0]
     scale = 4.0 / (det * det)
@@ -179,12 +182,12 @@ def advanced(z, cosine, sine):
 
 @pointwise
 def turned(turn, local, rate, spin, half):
-    """Return the rotation of the material relative to the bisector of the tangents χ and ψ, as (cosine, sine), at the middle
-    and at the end of a step.
+    """Return the rotation of the material relative to the bisector of the tangents χ and ψ of a quadrilateral, as (cosine,
+    sine), at the middle and at the end of a step.
 
-    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. turn:
-    the rotation (cosine, sine) at the start of the step; local, rate: (χ, ψ, η) and their rates at the middle of the step, in
-    the frame of the element; spin: spin of the material [1/s]; half: half the step [s].
+    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. turn: the
+    rotation (cosine, sine) at the start of the step; local, rate: tangents χ, ψ and hourglass vector η [m] and their rates
+    [m/s] at the middle of the step, in the frame of the element; spin: spin of the material [1/s]; half: half the step [s].
     """
     c, p, cr, pr = local[0], local[1], rate[0], rate[1]
     x0, y0 = bisector(c[0] - half * cr[0], c[1] - half * cr[1], p[0] - half * pr[0], p[1] - half * pr[1])

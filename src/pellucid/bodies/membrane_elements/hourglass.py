@@ -20,13 +20,17 @@ from pellucid.model import Model, parameter
 
 
 class StiffnessControl(NamedTuple):
-    """Hourglass control by springs with the coefficient κ (see the module)."""
+    """Hourglass control of quadrilaterals by springs: Q̇ = 2 κ m c² B² q̇, with the hourglass force Q, the hourglass rate q̇,
+    and the coefficient κ (other symbols as in the module).
+    """
 
     share: float  # κ
 
 
 class ViscousControl(NamedTuple):
-    """Hourglass control by dashpots with the coefficient κ (see the module)."""
+    """Hourglass control of quadrilaterals by dashpots: Q = κ m c B q̇, with the hourglass force Q, the hourglass rate q̇, and
+    the coefficient κ (other symbols as in the module).
+    """
 
     share: float  # κ
 
@@ -46,10 +50,11 @@ class HourglassCase(Model):
 
 @generic
 def resisted(control: Any, force: float, rate: float, dt: float, stiffness: float, impedance: float) -> float:
-    """Return the hourglass force Q after a step dt [s] [N].
+    """Return the hourglass force Q of a quadrilateral at the end of a step dt [s] [N].
 
-    control: kind and coefficient κ; force: Q before [N]; rate: hourglass rate q̇ [m/s]; stiffness, impedance: the coefficients
-    m c² B² [N/m] and m c B [kg/s] (see the module).
+    control: kind and coefficient κ of the hourglass control; force: Q at the start [N]; rate: hourglass rate q̇ [m/s];
+    stiffness, impedance: the coefficients m c² B² [N/m] and m c B [kg/s], with the mass m, the wave speed c and B² = Σ_K
+    |∇N_K|² at the centre.
     """
 
 

@@ -57,8 +57,9 @@ GIVEN = 14  # in the columns for forces: first column of volume and hourglass fo
 
 @pointwise
 def strain_quadrilaterals(surface, x, v, first, n, dt, c):
-    """Compute the new geometry, stresses and energies of n quadrilaterals, starting with element `first`, in the columns of
-    the work array `c`. The caller sums its columns from BAD (number of faults) on over the elements.
+    """Compute the new geometry, stresses and energies of n quadrilaterals, starting with element `first`, in the columns of the
+    work array `c`, one row per element. The caller sums the last SUMS columns, from BAD on (number of faults, energies), over
+    the elements.
 
     surface: data of `StrainedElements`; x, v: nodal positions [m] and velocities [m/s], shape (n, 3); dt: time step [s].
     """
@@ -82,8 +83,8 @@ def _fetch(surface, x, v, first, n, c):
 
 @pointwise
 def _find_rates(n, dt, c):
-    """Compute χ, ψ, η in the frame at the middle of the step dt [s], velocity gradients, rates of deformation, and rotations
-    of the n elements in the columns of the work array c.
+    """Compute the velocity gradients, rates of deformation and rotations of n quadrilaterals at the middle of the step dt [s],
+    and their tangents χ, ψ and hourglass vectors η in the frame there, in the columns of the work array c.
     """
     half = 0.5 * dt
     for q in range(n):
@@ -107,8 +108,9 @@ def _find_rates(n, dt, c):
 
 @pointwise
 def _turn_of(here, change, dt):
-    """Return the component of χ × ψ along the normal of the middle of the step, with χ and ψ advanced by `dt` [s]; it is
-    negative if the element turned over. here, change: (χ, ψ, η) and their rates in the frame of the element.
+    """Return the component of χ × ψ along the normal of a quadrilateral at the middle of the step [m²], with its tangents χ and
+    ψ advanced from there by `dt` [s]; it is negative if the element turned over. here, change: tangents χ, ψ and hourglass
+    vector η [m] and their rates [m/s] at the middle of the step, in the frame of the element.
     """
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])
@@ -209,8 +211,8 @@ def quadrilateral_forces(surface, x, forces, first, n, c):
 
 @pointwise
 def _span_forces(now, s, V, Q1, Q2):
-    """Return the forces conjugate to χ, ψ and η in space [N], i.e. the three vectors whose work is that of stress and
-    hourglass control.
+    """Return the forces [N], as vectors in space, that are conjugate to the tangents χ, ψ and the hourglass vector η of a
+    quadrilateral: their power with the rates of these vectors is the power of stress and hourglass control.
 
     now: χ, ψ, η [m]; s: stress 11, 22, 12 in the frame of the element [Pa]; V: volume [m³]; Q1, Q2: hourglass forces [N].
     """

@@ -23,7 +23,9 @@ STRAIN, HOURGLASS, FREQUENCY, ELEMENT_SUMS = range(4)  # columns of the sums of 
 
 
 class ElementArrays(NamedTuple):
-    """State arrays of m elements in the order of the mesh: q quadrilaterals, then triangles."""
+    """State arrays of m membrane elements in the order of the mesh (q quadrilaterals, then triangles): masses, in-plane
+    stresses and deformations, hourglass forces, energies.
+    """
 
     element_mass: np.ndarray  # (m,) masses of the elements [kg]
     plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; for triangles S in the axes at rest [Pa]
@@ -38,7 +40,9 @@ class ElementArrays(NamedTuple):
 
 
 class StrainedElements(NamedTuple):
-    """Data of m elements for kernels; the first n_quads are quadrilaterals, the others triangles."""
+    """Data of m membrane elements for kernels: nodes, material law, hourglass control and state arrays. The first n_quads
+    elements are quadrilaterals, the others triangles.
+    """
 
     corners: np.ndarray  # (m, 4) storage rows of the nodes; triangles repeat the last one
     n_quads: int  # number of quadrilaterals

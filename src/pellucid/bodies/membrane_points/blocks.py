@@ -116,8 +116,10 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
 
 @pointwise
 def keep_shapes(surface, start, n, c):
-    """Copy the new frames and in-plane deformations of n points from the columns of the work array c back to the arrays of the
-    points. Arguments as for `turn_and_stretch`.
+    """Copy the new frames and in-plane deformations of a block of n points from the columns of the work array c back to the
+    arrays of the points, except for failed points.
+
+    surface: a `StrainedMembrane`; start: first point of the block, in the order of slabs (layers of grid cells).
     """
     index, state, whole = surface.index, surface.state, all_bear(c, n)
     keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
@@ -126,8 +128,10 @@ def keep_shapes(surface, start, n, c):
 
 @pointwise
 def fetch_stresses(surface, start, n, c):
-    """Copy the input of the stress update of n points (masses, energies, volumes, stresses, speeds) to the columns of the work
-    array c. Arguments as for `turn_and_stretch`.
+    """Copy the input of the stress update of a block of n points (masses, energies, volumes, stresses, speeds) to the columns
+    of the work array c.
+
+    surface: a `StrainedMembrane`; start: first point of the block, in the order of slabs (layers of grid cells).
     """
     index, points, state = surface.index, surface.points, surface.state
     fetch(index, (0.0, 0.0), (points.mass, state.strain_energy), start, n, c, MASS * WIDTH)
@@ -140,10 +144,10 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Update the damage of n points from the strains that drive it. Arguments as for `turn_and_stretch`.
+    """Update the damage of a block of n points from the strains that drive it, which the work array c contains. Writes to the
+    columns of c the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for failed points.
 
-    Writes to the columns of c the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for
-    failed points.
+    surface: a `StrainedMembrane`; start: first point of the block, in the order of slabs (layers of grid cells).
     """
     index, damage, record = surface.index, surface.damage, surface.record
     for q in range(n):
@@ -212,8 +216,10 @@ def fault_in(c, q):
 
 @pointwise
 def keep_stresses(surface, dt, start, n, c):
-    """Copy the new volumes, stresses and energies of n points from the columns of the work array c back to the arrays of the
-    points, and add the dissipated energy. Arguments as for `turn_and_stretch`.
+    """Copy the new volumes, stresses and strain energies of a block of n points from the columns of the work array c back to
+    the arrays of the points, and add the energy dissipated in the step dt [s]; failed points are left out.
+
+    surface: a `StrainedMembrane`; start: first point of the block, in the order of slabs (layers of grid cells).
     """
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
     law = surface.law

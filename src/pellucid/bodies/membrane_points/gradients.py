@@ -14,13 +14,15 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
 
 class Read(NamedTuple):
-    """Data that the loop over points reads for one point, or its arrays for all points."""
+    """Data that the loop which gathers velocity gradients reads: the position of one point, or the array of all positions."""
 
     position: Any  # [m]
 
 
 class Kept(NamedTuple):
-    """Data that the loop over points writes for one point (velocity gradient, new position), or its arrays for all points."""
+    """Data that the loop which gathers velocity gradients writes: new position and velocity gradient of one point, or the
+    arrays for all points.
+    """
 
     position: Any
     gradient: Any  # [1/s]

@@ -149,8 +149,11 @@ def stretch(s, surface, number, torn, local, kinematics, dt):
 
 @parallel_loop()
 def respond(s, surface, number, mean, kinematics, dt):
-    """Update volumes and stresses of the points of slab s (a layer of grid cells) after `stretch`, with damage from the
-    nonlocal strains `mean`, shape (points,), by point number. Other arguments as for `stretch`.
+    """Update damage, volumes and stresses of the points of slab s (a layer of grid cells) over a step dt [s], after `stretch`
+    updated frames and deformations.
+
+    surface: a `StrainedMembrane`; number: numbers of the points in storage order; mean: nonlocal strains that drive damage,
+    shape (points,), by point number; kinematics: data of each point from `stretch`, shape (points, 5).
     """
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:

@@ -15,7 +15,9 @@ from pellucid.materials.damage import DamageRecord, upright
 
 
 class MembraneArrays(NamedTuple):
-    """State of membrane points, in addition to mass, volume and stress."""
+    """State arrays of n membrane points, in addition to mass, volume and stress in space: frame, in-plane deformation and
+    stress in the frame, strain energy.
+    """
 
     frame: np.ndarray  # (n, 9) tangents t₁, t₂ and normal of each point
     in_plane: np.ndarray  # (n, 4) in-plane deformation in the frame, in the form of the law
@@ -24,7 +26,9 @@ class MembraneArrays(NamedTuple):
 
 
 class StrainedMembrane(NamedTuple):
-    """Membrane points and the data for straining them, for kernels."""
+    """Data of n membrane points for the kernels that update their strains and stresses: points, triangles, velocity gradients,
+    material and damage laws, and state.
+    """
 
     lattice: Lattice
     points: PointArrays

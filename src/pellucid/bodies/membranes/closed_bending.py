@@ -34,8 +34,10 @@ OWN = 4  # columns of the values of a corner of a hinge: force and stiffness bou
 
 
 class Hinges(NamedTuple):
-    """Data of the bending kernels: h hinges (pairs of triangles with a common edge), t triangles and n nodes, in mesh order
-    unless stated otherwise; symbols as in the module."""
+    """Data of the bending kernels of a closed membrane with h hinges (pairs of triangles with a common edge), t triangles and n
+    nodes: mesh, properties of the membrane, and results of the kernels, in mesh order unless stated otherwise; symbols as in
+    the module.
+    """
 
     corners: np.ndarray  # (h, 4) nodes a and b of the edge, then the third node of the triangle on its left and on its right
     triangles: np.ndarray  # (t, 3) nodes
@@ -56,7 +58,9 @@ class Hinges(NamedTuple):
 
 
 class Bending:
-    """Bending energy and forces of a closed membrane of triangles (see the module)."""
+    """Bending energy and forces of a closed membrane of triangles, computed from the mean curvature at its nodes (see the
+    module).
+    """
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
         """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
@@ -74,7 +78,9 @@ class Bending:
         self.bind(np.arange(n))
 
     def bind(self, where: np.ndarray) -> None:
-        """Set the storage row of each node, in the order of the node numbers, shape (n,)."""
+        """Set the storage row of each node, `where`, shape (n,), in the order of the node numbers; positions and forces are
+        stored in these rows.
+        """
         h, t, n = len(self._corners), len(self._triangles), len(self._mass)
         self._bent = None
         self._sums = np.zeros((self._chunks[2], SUMS))
@@ -130,8 +136,10 @@ def _unfolded(x, places, e):
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
-    """Compute for each hinge of a chunk l φ, with the length l and the angle φ of the module, and ½ l times the sum of |∂φ/∂x|
-    over its four corners. of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
+    """Compute for each hinge (pair of triangles with a common edge) of a chunk the length l of the edge times the angle φ
+    between the normals of the triangles, and ½ l times the sum of |∂φ/∂x| over the four corners x of the hinge.
+
+    of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
     """
     places, bent = of.places, of.bent
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
@@ -147,7 +155,9 @@ def _bend_hinges(chunk, of, x):
 
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
-    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to M_i and A_i (see the module).
+    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to the integral of the curvature 2H
+    around the node (M_i in the module) and to the area around it (A_i).
+
     of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
     """
     bent, slope, triangles = of.bent, of.slope, of.triangle_places
@@ -217,10 +227,11 @@ def _push_triangles(chunk, of, x):
 
 @pointwise
 def gather_hinges(about, values, K, target, p):
-    """Add the forces of the hinges around node K to row p of `target`, the storage row of the node. Returns the upper bound of
-    the node's stiffness.
+    """Add the forces of the hinges (pairs of triangles with a common edge) around node K to row p of `target`, the storage row
+    of the node. Returns the upper bound of the node's stiffness [N/m].
 
-    about: list of the hinges around each node; values: forces and stiffness terms of the hinges at their corners.
+    about: list of the hinges around each node; values: forces [N] and stiffness bounds [N/m] of the hinges at their corners,
+    shape (h, 4, columns).
     """
     stiff = 0.0
     for k in range(about.start[K], about.start[K + 1]):

@@ -22,7 +22,9 @@ from pellucid.reductions import ordered_sum
 
 
 class Folds(NamedTuple):
-    """Data of the bending kernels: h hinges (edges between two triangles) and n nodes; symbols as in the module."""
+    """Data of the bending kernels of an open membrane with h hinges (edges between two triangles) and n nodes: mesh, stiffness
+    matrix S of the fold angles φ, and results of the kernels; symbols as in the module.
+    """
 
     corners: np.ndarray  # (h, 4) storage rows of the corners of the hinges
     mirror: np.ndarray  # (h,) axis across which the fourth corner is the mirror image of the third, else -1
@@ -43,7 +45,9 @@ class Folds(NamedTuple):
 
 
 class PlateBending:
-    """Bending energy and forces of an open membrane of triangles (see the module), with the interface of `Bending`."""
+    """Bending energy and forces of an open membrane of triangles that bends like an isotropic plate (see the module), with the
+    interface of `Bending`.
+    """
 
     def __init__(
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
@@ -66,8 +70,10 @@ class PlateBending:
         self.support(no_supports(len(triangles), len(vertices)))
 
     def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:
-        """Set the shape without bending moments. curvature: c₀ [1/m], with both principal curvatures ½c₀; shape:
-        alternatively, vertices of this shape [m], shape (n, 3).
+        """Set the shape in which the membrane has no bending moments: a surface with both principal curvatures ½c₀, or a given
+        shape.
+
+        curvature: c₀ [1/m]; shape: vertices of the given shape [m], shape (n, 3), used instead of the curvature; None for none.
         """
         self._relaxed = curvature, None if shape is None else shape.copy()
         operators = self._operators
@@ -89,7 +95,9 @@ class PlateBending:
         self.bind(self._where)
 
     def bind(self, where: np.ndarray) -> None:
-        """Set the storage row of each node, in the order of the node numbers, shape (n,)."""
+        """Set the storage row of each node, `where`, shape (n,), in the order of the node numbers; positions and forces are
+        stored in these rows.
+        """
         self._where, self._bent = where, None
         operators = self._operators
         corners, rows = operators.corners, operators.stiffness
@@ -189,8 +197,8 @@ def _fold(chunk, of, x):
 
 @parallel_loop()
 def _turn(chunk, of):
-    """Compute the moments S (φ - φ₀) of a chunk of folds, and their energy. of: data of `Folds`, to which the results are
-    written.
+    """Compute the bending moments S (φ - φ₀) at a chunk of hinges, with the stiffness matrix S and the fold angles φ, φ₀ now
+    and in the unbent state, and the energy of these hinges. of: data of `Folds`, to which the results are written.
     """
     start, columns, stiffness, fold, turn, total = of.start, of.columns, of.stiffness, of.fold, of.turn, 0.0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(turn))):

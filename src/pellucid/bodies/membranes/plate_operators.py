@@ -140,7 +140,7 @@ def build_plate_operators(
 
 
 class _Mesh:
-    """Triangles in axes of their planes, and their hinges: edges between two triangles, and edges in planes of symmetry."""
+    """Triangles with axes in their planes, and their hinges: edges between two triangles, and edges in planes of symmetry."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, supports: BendingSupports) -> None:
         t = len(triangles)
@@ -197,21 +197,21 @@ class _Mesh:
         self.is_shared = (self.mirror < 0) & ~one_led & ~other_led
 
     def exact_folds(self, frames: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-        """Return the fold angles that the surfaces z = ½x², ½y² and xy have at the k hinges numbered in `hinges`, shape (k,
-        3).
+        """Return the fold angles at k hinges of triangles whose corners lie on the surfaces z = ½x², z = ½y² and z = xy, shape
+        (k, 3). As these z have the unit m², the angles have the unit m.
 
-        frames: numbers of k hinges; x is along and y across each of them. As these z have the unit m², the angles have the
-        unit m.
+        frames: numbers of the hinges that define the axes, shape (k,): x is along and y across each of them; hinges: numbers of
+        the k hinges at which the angles are computed.
         """
         one, other = (self.shares(frames, *side[:, hinges]) for side in (self.left, self.right))
         return self.counts[0, hinges, None] * one + self.counts[1, hinges, None] * other
 
     def shares(self, frames: np.ndarray, number: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Return the angles α of the surfaces of `exact_folds` [m], shape (k, 3): from the slope of a triangle through its
-        corners to the slope of the surface at the midpoint of one of its edges.
+        """Return the angles between triangles whose corners lie on the surfaces z = ½x², z = ½y² and z = xy, and these surfaces
+        at the midpoint of an edge [m], shape (k, 3): from the slope of the triangle to the slope of the surface.
 
-        frames: hinges that define the axes x and y, shape (k,); number, edge: triangles and their edges (0 to 2), shape (k,).
-        Triangles are first rotated into the planes of the hinges.
+        frames: hinges that define the axes x (along) and y (across), shape (k,); number, edge: triangles and their edges (0 to
+        2), shape (k,). Triangles are first rotated into the planes of the hinges.
         """
         up, along = self._middle[frames], self._along[frames]
         normal = self.normal[number]
@@ -247,8 +247,11 @@ def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.
 
 
 def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Return pairs (shared hinge, other hinge), shape (2, k), and their coefficients c, shape (k,): the fold of the other
-    hinge shifts the angles at the shared hinge away from half its fold."""
+    """Return the corrections with which every quadratic surface has its exact curvature: at a hinge between two triangles, the
+    angle of each triangle to the smooth surface is half the fold angle ± Σ c φ over nearby hinges with fold angles φ.
+
+    Returns pairs (hinge, nearby hinge), shape (2, k), and their coefficients c, shape (k,).
+    """
     shared = np.flatnonzero(mesh.is_shared)
     both = np.stack([mesh.left[0, shared], mesh.right[0, shared]], axis=1)
     uneven = 0.5 * (mesh.shares(shared, *mesh.left[:, shared]) - mesh.shares(shared, *mesh.right[:, shared]))

@@ -11,7 +11,9 @@ LARGEST, THINNEST = 10.0, 0.05  # largest stretch and smallest relative thicknes
 
 
 class Prestretch(NamedTuple):
-    """State of a membrane that is stretched equally in all in-plane directions."""
+    """State of a membrane that is stretched equally in all in-plane directions: stretch, stress, thickness ratio and stored
+    energy.
+    """
 
     stretch: float  # in-plane stretch relative to the rest state
     stress: InPlane  # in-plane stress [Pa], equal along all directions unless the law has directions

@@ -146,8 +146,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.renew_totals()
 
     def correct(self, remap: bool) -> None:
-        """Update the nodal velocities (see the base class). If there is an inertia against changes of volume, the forces are
-        first converted to effective forces on the nodal masses.
+        """Update the nodal velocities with forces, constraints and contact; `remap`: also map the momentum to the grid again.
+        If there is an inertia against changes of volume, the forces are first converted to effective forces on the nodal
+        masses.
         """
         if self._volume_inertia is None:
             super().correct(remap)
@@ -348,8 +349,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return [*FIELDS, LOST] if self._forces.lost is not None else list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """Return a field of the results at the nodes. Position and velocity are values of the interpolated field, Σ p_b(x_a)
-        u_b, not nodal coefficients; stresses are averages over the cells around a node.
+        """Return a field of the results at the nodes, by name. Position and velocity are values of the interpolated field at
+        the nodes, not nodal coefficients; stresses are averages over the cells around a node.
         """
         if name == "kinetic_energy":
             return self.kinetic_energies()

@@ -73,8 +73,8 @@ def pull(pack, mesh, P, at, f):
 
 @kernel(inner=True, allocates=True)
 def displacements(start, m, mesh):
-    """Return the displacements of the m nodes of a block [m], padded to one SIMD vector for each node. start: index of its
-    first node in the node list of the blocks; mesh: data of `Solid`.
+    """Return the displacements [m] of the m nodes of a block (a group of packs of quadrature points), padded to one SIMD vector
+    for each node. start: index of the first of these nodes in the node list of the blocks; mesh: data of `Solid`.
     """
     u = np.zeros(LANES * m)
     for k in range(m):
@@ -85,8 +85,8 @@ def displacements(start, m, mesh):
 
 @kernel(inner=True)
 def deform_block(block, mesh):
-    """Compute the deformation gradients at the points of a block (see the module), and its contributions to the volumes around
-    the nodes; both are stored in `mesh` (data of `Solid`).
+    """Compute the deformation gradients at the quadrature points of a block (a group of packs of four points), and the
+    contributions of these points to the volumes around the nodes; both are stored in `mesh` (data of `Solid`).
     """
     start, end = mesh.blocks.first[block], mesh.blocks.first[block + 1]
     u, volume, corners = displacements(start, end - start, mesh), mesh.block_volume[start:end], mesh.corners

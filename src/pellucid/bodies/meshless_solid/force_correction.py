@@ -31,13 +31,12 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """Computes the impulses on constrained nodes that make the displacement field follow its prescribed values (see the
-    module).
+    """Computes the impulses on nodes that make the displacement field of a solid follow its prescribed values (see the module).
 
     prescribed: prescribed displacements; values: shape functions at all nodes, shape (n, n); evaluator: shape functions at any
     point; position: nodal positions of the body [m], shape (n, 3), read at each call; inertia: nodal masses [kg], shape (n,);
-    motions: first row of the prescribed values that belongs to a motion, and the row after the last; spread: True to
-    distribute forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
+    motions: first row of the prescribed values that belongs to a motion, and the row after the last; spread: True to distribute
+    forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
     """
 
     def __init__(
@@ -87,11 +86,12 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """Return the weights s_ja (see the module) of the n nodes in the prescribed nodes j, shape (m, n), by means over boundary
-    faces.
+    """Return the weights with which the impulse at each of m prescribed nodes is distributed to all n nodes, shape (m, n): the
+    means of the shape functions over the boundary faces around the prescribed node (EBCIEM, s_ja in the module).
 
-    evaluator: shape functions at any point; chosen: numbers of the faces; nodes: the m prescribed nodes; values: shape
-    functions at them, shape (m, n). A node without such a face has a point force at its position, with the weights `values`.
+    prescribed: prescribed displacements, with the mesh; evaluator: shape functions at any point; chosen: numbers of the
+    boundary faces; nodes: the prescribed nodes, shape (m,); values: shape functions at them, shape (m, n). A prescribed node
+    without such a face has a point force at its position, with the weights `values`.
     """
     mesh = prescribed.mesh
     faces, owners = mesh.faces
@@ -111,8 +111,11 @@ def spread_over_faces(
 
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
-    """Return a function that computes the impulses λ [N s] from velocity errors [m/s], shape (m,) both. shares: weights s_ja
-    (see the module), shape (m, n); inertia: nodal masses [kg], shape (n,).
+    """Return a function that computes the impulses at m prescribed nodes [N s] from the errors of the velocity field there
+    [m/s], shape (m,) both.
+
+    shares: weights with which each of these impulses is distributed to the n nodes, shape (m, n); inertia: nodal masses [kg],
+    shape (n,).
     """
     if shares.shape[0] == 0:
         return np.copy
@@ -134,7 +137,9 @@ def _dependent(condition: float) -> Refusal:
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
-    """Estimate the condition number of the symmetric matrix V (see the module) in the 1-norm from its LU factors."""
+    """Estimate the condition number, in the 1-norm, of the symmetric matrix V that maps impulses at prescribed nodes to
+    velocity changes there, from its LU factors.
+    """
 
     def solve(right: np.ndarray) -> np.ndarray:
         return np.asarray(factors.solve(right))

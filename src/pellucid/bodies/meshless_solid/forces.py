@@ -154,8 +154,9 @@ def _fill_batch(first, n, mesh, averaged, mean, u, s):
 
 @kernel(inner=True, allocates=True)
 def _mean_stresses(start, m, mesh):
-    """Return the mean volumetric stresses of the m nodes of a block [Pa]; zero unless the volume ratio is averaged. start:
-    index of its first node in the node list of the blocks; mesh: data of `Solid`.
+    """Return the mean volumetric stresses [Pa] of the m nodes of a block (a group of packs of quadrature points); zero unless
+    the volume ratio is averaged. start: index of the first of these nodes in the node list of the blocks; mesh: data of
+    `Solid`.
     """
     mean = np.zeros(m)
     if len(mesh.block_volume) > 0:
@@ -166,8 +167,12 @@ def _mean_stresses(start, m, mesh):
 
 @kernel(inner=True)
 def _pull_batch(first, n, mesh, s, f, found):
-    """Add the forces that the stresses of n packs in the columns of s exert on the nodes of a block to f. found: energies of
-    the points, LANES numbers, and the smallest volume ratio of the block so far."""
+    """Add to `f` the forces on the nodes of a block [N] that follow from the stresses of n packs (four quadrature points each)
+    in the columns of the work array s, starting with pack `first`.
+
+    mesh: data of `Solid`; found: receives the sum of the energies of the points, LANES numbers, and the smallest volume ratio
+    of the block so far.
+    """
     for k in range(n):
         pull(first + k, mesh, s, STRESS * COLUMN + k * LANES, f)
         store(found, 0, load(found, 0) + load(s, STORED * COLUMN + k * LANES))
@@ -180,7 +185,8 @@ def _force_block(block, solid, dt, keep):
     """Compute the forces that the points of a block (group of packs that one thread processes) exert on its nodes; also the
     deformation gradients, unless the volume ratio is averaged.
 
-    Results are stored in the mesh of `solid` (`SolidInKernels`); dt, keep: see `find_stresses`.
+    solid: a `SolidInKernels`, in whose mesh the results are stored; dt: length of the step that ended with the present
+    displacements [s]; keep: True to store the new states of the material.
     """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
@@ -213,7 +219,9 @@ def _add_blocks(chunk, mesh, force):
 
 
 class SolidInKernels(NamedTuple):
-    """A meshless solid as argument of `internal_forces`. Most kernels use only its mesh, and all laws share them."""
+    """A meshless solid as argument of `internal_forces`: its law and material points, separate from its mesh. Most kernels use
+    only the mesh and are therefore compiled once for all laws.
+    """
 
     law: Any  # hyperelastic law
     points: Any  # material points, see `find_stresses`
@@ -221,7 +229,7 @@ class SolidInKernels(NamedTuple):
 
 
 def in_kernels(solid: Solid) -> Bundle:
-    """Bundle a meshless solid for `internal_forces`."""
+    """Bundle the law, the material points and the mesh of a meshless solid as argument of `internal_forces`."""
     return Bundle(SolidInKernels(solid.law, solid.points, Bundle(solid._replace(law=(), points=()))))
 
 
@@ -247,10 +255,10 @@ def _sum_blocks(chunks, mesh, force):
 
 def internal_forces(n_blocks: int, chunks: int, solid: Bundle, dt: float, keep: bool, force: np.ndarray) -> None:
     """Compute the internal nodal forces `force` [N], shape (n, 3), the deformation gradients, and the energies and smallest
-    volume ratios of the blocks.
+    volume ratios of the blocks (groups of quadrature points).
 
-    n_blocks, chunks: numbers of blocks of packs and of chunks of nodes; solid: from `in_kernels`, with the nodal displacements;
-    dt, keep: see `find_stresses`.
+    n_blocks, chunks: numbers of blocks and of chunks of nodes; solid: from `in_kernels`, with the nodal displacements; dt:
+    length of the step that ended with these displacements [s]; keep: True to store the new states of the material.
     """
     if len(solid.mesh.block_volume) > 0:
         _deform(n_blocks, solid.mesh)

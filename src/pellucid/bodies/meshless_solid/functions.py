@@ -98,7 +98,10 @@ class SolidFunctions:
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
         """Return the object that computes constraint forces for the prescribed displacement field; None if nodal coefficients
-        are prescribed directly, or no node is prescribed. Arguments as for `ForceCorrection`.
+        are prescribed directly, or no node is prescribed.
+
+        position: nodal positions of the body [m], shape (n, 3); inertia: nodal masses [kg], shape (n,); motions: first row of
+        the prescribed values that belongs to a motion, and the row after the last.
         """
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
@@ -112,5 +115,9 @@ class SolidFunctions:
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
-        """Build the contact points on the outer faces of the solid; arguments as for the function `skin_points`."""
+        """Build the contact points on the outer faces of the solid, at most `longest` [m] apart.
+
+        mass: nodal masses [kg], shape (n,); closed: masks, shape (n,), of sets of nodes that stay on a wall; faces with all
+        nodes in one set have no contact.
+        """
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)

@@ -55,16 +55,20 @@ class PrescribedField:
         return node[apart], self.faces[face[apart]]
 
     def _apart(self, face: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Return a mask of the pairs of face and node, shape (k,), in which the node belongs to another group than the face
-        along an axis that is constrained on the face. face: indices among the prescribed faces, shape (k,); node: shape (k,).
+        """Return a mask of k pairs of face and node, shape (k,): True if the node has another prescribed displacement than the
+        face, or none, along an axis along which the face has one. face: indices among the prescribed faces, shape (k,); node:
+        numbers of the nodes, shape (k,).
         """
         corner = self.mesh.faces[0][self.faces[face], 0]
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
     def lone(self, values: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, shape (k,), and the
-        largest sum of the shape functions, at each of them, of nodes that do not follow the same prescribed displacement,
-        shape (k,). values: shape functions at all nodes, shape (n, n).
+        """Find the boundary nodes that are prescribed along an axis but belong to no face whose nodes all have the same
+        prescribed displacement along this axis. Returns their numbers, shape (k,), and how much other displacements contribute
+        to the field there, shape (k,): the sum of the values, at the node, of the shape functions of nodes with another
+        prescribed displacement or none; the largest of the three axes.
+
+        values: shape functions at all nodes, shape (n, n).
         """
         outer = np.zeros(self.number.shape, bool)
         outer[self.mesh.faces[0][self.mesh.boundary].ravel()] = True
@@ -99,8 +103,8 @@ class PrescribedField:
         return np.asarray(np.take_along_axis(rows, number, axis=0))
 
     def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
-        """Return the shape functions of all nodes at the points `_ON_FACE` of the prescribed faces, face by face, one row for
-        each point.
+        """Return the values of the shape functions of all n nodes at a fixed set of points (`_ON_FACE`) in each prescribed
+        face, face by face, one row for each point. evaluator: shape functions at any point.
         """
         faces, owners = self.mesh.faces
         places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
@@ -109,8 +113,9 @@ class PrescribedField:
 
 
 class Residuals:
-    """The differences |Σ_a p_a(x) u_a - ū| between the field and the prescribed displacement ū along the prescribed axes, at
-    boundary nodes and at points on faces between them."""
+    """Evaluates the distances between the displacement field Σ_a p_a(x) u_a, with shape functions p_a and nodal coefficients
+    u_a, and the prescribed displacement along the prescribed axes, at boundary nodes and at points on faces between them.
+    """
 
     def __init__(
         self,
@@ -149,7 +154,9 @@ def values_at(
 
 
 def values_at_nodes(mesh: SimplexMesh, evaluator: Evaluator) -> sparse.csr_array:
-    """Return the values of all shape functions at the nodes, shape (n, n), one row for each node."""
+    """Return the values of the shape functions of all n nodes at the nodes, shape (n, n), one row for each position. evaluator:
+    shape functions at any point.
+    """
     cells = np.zeros(len(mesh.nodes), np.int64)
     corners = mesh.cells.shape[1]
     cells[mesh.cells.ravel()] = np.repeat(np.arange(len(mesh.cells)), corners)

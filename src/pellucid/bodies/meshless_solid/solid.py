@@ -57,7 +57,9 @@ class Elastic(NamedTuple):
 
 
 class Solid(NamedTuple):
-    """Data of a meshless solid for kernels; see the module for packs, lanes, blocks, g_a and K, and `forces` for w, J and U."""
+    """Data of a meshless solid for kernels: material, shape functions at the quadrature points, present state, and results of
+    the kernels. See the module for packs, lanes, blocks, g_a and K, and the module `forces` for w, J and U.
+    """
 
     law: Any  # hyperelastic law
     points: Any  # material points, see `find_stresses`: `Elastic`, or a type with history variables

@@ -57,8 +57,8 @@ class ElasticForces:
         converge(iteration, self._try, displacement)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Compute the internal forces as `find` does, and perform one more power iteration towards the largest natural
-        frequency.
+        """Compute the internal forces `force` [N] at nodal displacements [m], shape (n, 3) both, reached in a step dt [s], and
+        perform one more power iteration towards the largest natural frequency, which `iteration` stores.
         """
         there = np.empty_like(force)
         self._try(displacement + iteration.trial(), there, iteration.frequency)

@@ -35,8 +35,9 @@ class PowerIteration:
     def __init__(
         self, inertia: np.ndarray, free: np.ndarray, extent: float, shift: Callable[[np.ndarray], np.ndarray] | None = None
     ) -> None:
-        """inertia, free, extent: see the class; shift: function that returns an addition to forces [N], shape (n, 3), before
-        they are divided by the inertia; None for no addition.
+        """inertia: inertia of the nodes [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3);
+        extent: size of the solid [m]; shift: function that returns an addition to forces [N], shape (n, 3), before they are
+        divided by the inertia; None for no addition.
         """
         self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift
         self._vector = self._without_preference()
@@ -89,7 +90,7 @@ class PowerIteration:
         return {"fastest_mode": self._vector, "frequency": np.array([self.frequency, self._waits, self._renewing])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of a checkpoint."""
+        """Restore vector, frequency and counters of the iteration from the arrays of a checkpoint (see `state_arrays`)."""
         self._vector = arrays["fastest_mode"].copy()
         self.frequency = float(arrays["frequency"][0])
         self._waits, self._renewing = (int(number) for number in arrays["frequency"][1:])
@@ -98,11 +99,12 @@ class PowerIteration:
 def converge(
     iteration: PowerIteration, forces: Forces, displacement: np.ndarray, start: float = 0.0, renewed: int = ITERATIONS
 ) -> None:
-    """Perform the first power iterations around nodal displacements [m], shape (n, 3); `iteration` stores the largest
-    frequency.
+    """Perform the first `ITERATIONS` power iterations around nodal displacements [m], shape (n, 3); `iteration` stores the
+    largest frequency.
 
-    forces: function that computes internal forces; they must be computed again afterwards. start: initial frequency [rad/s]
-    passed to it; renewed: number of iterations after which this frequency is updated.
+    forces: function that computes the internal forces at displacements that are reached within the reciprocal of a frequency
+    [rad/s]; start: this frequency in the first iterations; renewed: number of iterations after which it is replaced by the
+    estimate. The internal forces of the body must be computed again afterwards.
     """
     here, there, told = np.empty_like(displacement), np.empty_like(displacement), start
     for number in range(ITERATIONS):

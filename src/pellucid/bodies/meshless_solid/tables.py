@@ -23,8 +23,10 @@ STORAGE: Any = np.float32  # number type of gradients: double precision needs a 
 
 
 class Tables(NamedTuple):
-    """The data of a solid for kernels (`solid`), the volume of each node [m³], shape (n,), and Σ_q w |∇p_a| Σ_b |∇p_b| of each
-    node a [m], shape (n,), which times a modulus bounds its row of the stiffness matrix."""
+    """Data of a solid at its quadrature points for kernels (`solid`); the volume of each node [m³], shape (n,) (`node_volume`);
+    and bounds of the rows of the stiffness matrix, divided by a modulus [m], shape (n,) (`row_sums`): Σ_q w |∇p_a| Σ_b |∇p_b|
+    of each node a, with shape functions p and quadrature weights w.
+    """
 
     solid: Solid
     node_volume: np.ndarray
@@ -32,8 +34,8 @@ class Tables(NamedTuple):
 
 
 def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:
-    """Return the shape functions and their gradients at n_points quadrature points of each cell. Raises NoFunctions if a point
-    has none.
+    """Return the values and gradients of the shape functions at n_points quadrature points of each cell. evaluator: shape
+    functions at any point. Raises NoFunctions if a point has none.
     """
     return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), quadrature_places(mesh, n_points))
 
@@ -105,10 +107,11 @@ def make_tables(
 
 @kernel()
 def _add_row_sums(row, nodes, gradients, weights, sums):
-    """Add Σ_q w |∇p_a| Σ_b |∇p_b| of the quadrature points q with weights w [m³] to the sums of the nodes a [m], shape (n,),
-    in place.
+    """Add Σ_q w |∇p_a| Σ_b |∇p_b| over quadrature points q to `sums` of the nodes a [m], shape (n,), in place; times a modulus,
+    this bounds a row of the stiffness matrix.
 
-    row: index of the first entry of each point; nodes, gradients: node and ∇p_a [1/m] of each entry.
+    row: index of the first entry of each point; nodes, gradients: node and gradient ∇p_a of its shape function [1/m] of each
+    entry; weights: quadrature weights w [m³].
     """
     for k in range(len(row) - 1):
         start, n = row[k], row[k + 1] - row[k]

@@ -120,14 +120,15 @@ class ViscousForces(ElasticForces):
         return float(self.solid.sums[:, LOST].sum())
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Estimate the largest natural frequency as for elastic forces, including viscous forces and the viscoelastic branches
-        of the law that have not relaxed.
+        """Estimate the largest natural frequency by power iteration around nodal displacements [m], shape (n, 3); `iteration`
+        stores it. The stiffness includes viscous forces and the viscoelastic branches of the law that have not relaxed.
         """
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Compute the internal forces and perform one power iteration, as in `ElasticForces`; all forces of the iteration
-        start from the material states at the end of the step.
+        """Compute the internal forces `force` [N] at nodal displacements [m], shape (n, 3) both, reached in a step dt [s],
+        advance the history variables, and perform one power iteration towards the largest natural frequency, which `iteration`
+        stores. All forces of the iteration start from the material states at the end of the step.
         """
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)

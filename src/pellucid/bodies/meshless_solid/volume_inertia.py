@@ -38,10 +38,10 @@ def pays(solid: Solid, shear: float) -> bool:
 
 
 class VolumeInertia:
-    """Inertia against changes of volume, for a solid with averaged volume ratio (see the module).
+    """Inertia against changes of volume (virtual mass), for a solid with averaged volume ratio; see the module.
 
-    inertia: M of the nodes [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear: shear
-    modulus at rest [Pa]; frequency: largest frequency with M alone [rad/s].
+    inertia: nodal masses M [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear: shear
+    modulus at rest [Pa]; frequency: largest natural frequency with M alone [rad/s].
     """
 
     def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
@@ -59,7 +59,9 @@ class VolumeInertia:
         self.renew()
 
     def renew(self) -> None:
-        """Compute the derivatives B of the volumes around the nodes (see the module) in the present state."""
+        """Recompute the derivatives B of the volumes around the nodes with respect to the nodal displacements in the present
+        state, and factor the matrix of the effective forces again.
+        """
         self.displacement[:] = self._solid.displacement
         self._deformation, self._change = self._solid.deformation.copy(), 0.0
         self._rates = self._found.find()
@@ -99,7 +101,7 @@ class VolumeInertia:
 
     def shift(self, force: np.ndarray) -> np.ndarray:
         """Return the addition to forces on the nodes [N], shape (n, 3), that turns them into effective forces for the nodal
-        masses: -Bᵀ y (see the module).
+        masses, so that the nodes respond as if they had the inertia against changes of volume: -Bᵀ y in the module.
         """
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
@@ -113,8 +115,10 @@ def stiffness_of_volume(solid: Solid) -> float:
 
 @kernel(inner=True)
 def _rates_of_pack(pack, block, solid, at, values):
-    """Write the contributions of the points of a pack (four quadrature points) to B (see the module) to `values`, from row
-    `at` on. block: the block of the pack; solid: data of `Solid`.
+    """Write the contributions of the points of a pack (four quadrature points) to the derivatives of the volumes around the
+    nodes with respect to the nodal coefficients [m²] to `values`, one row for each pair of nodes, from row `at` on.
+
+    block: the block of the pack; solid: data of `Solid`.
     """
     k = 9 * LANES * pack
     C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns

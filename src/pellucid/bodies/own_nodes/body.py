@@ -106,7 +106,11 @@ class ExplicitNodes(
         self.motion.let_go(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Set prescribed motions of nodes, which overrule supports; arguments as in `Body.add_motions`."""
+        """Set the prescribed motions of nodes, which overrule supports.
+
+        names: names of the motions; numbers: 1 + the number of the motion that each node follows, 0 for none, shape (n,); axes:
+        1 if a motion prescribes the velocity along the axis, shape (motions, 3).
+        """
         self.motion.add_motions(names, numbers, axes)
         self._overruled = overruled(self.motion.supports, numbers, axes)
 
@@ -182,7 +186,9 @@ class ExplicitNodes(
     # steady states
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Do nothing: a relaxation of this body uses its masses as inertia."""
+        """Do nothing, whatever `scaled` is: a dynamic relaxation of this body uses the nodal masses as inertia and does not
+        scale them.
+        """
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         self.relaxes = True

@@ -131,11 +131,12 @@ def moving_triangles(
     velocities: Callable[[], np.ndarray],
     take: Callable[[np.ndarray], None],
 ) -> MovingTriangles | None:
-    """Build the data of moving triangles for contact between surfaces of triangles; arguments as for `PointsOfFaces`. In a
-    plane problem the surface is a band (strip) along the thin axis, which gets the depth of the cell.
+    """Build the data of moving triangles for contact between surfaces of triangles; in a plane problem the surface is a band
+    (strip) along the thin axis, which gets the depth of the cell.
 
-    Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the thin
-    axis.
+    triangles: corners, shape (t, 3); places, velocities: functions that return positions [m] and velocities [m/s] of the
+    corners, shape (n, 3); take: function that adds forces on the corners [N], shape (n, 3), to the body. Returns None if such
+    contact is not supported: with several thin axes, and for surfaces that are not bands along the thin axis.
     """
     axes = np.flatnonzero(grid.thin)
     if not len(axes):
@@ -176,7 +177,9 @@ class NodalResponse:
 class PointsOfNodes(ContactSurface):
     """Contact surface of a membrane, with its nodes as contact points.
 
-    Parameters ---------- grid
+    Parameters
+    ----------
+    grid
         Grid of the case; its thin axes have no contact.
     cells
         Elements of the membrane.
@@ -189,7 +192,8 @@ class PointsOfNodes(ContactSurface):
     warning
         Method `contact_warning` of the body.
     shares
-        Weights of the nodes in the contact points, shape (n, n); None if the points are at the nodes.
+        Weights of the nodes in the contact points, shape (n, n); by default the points are at the nodes or, with
+        quadrilaterals, at nodal positions without hourglass modes.
     """
 
     serves_deformed = True

@@ -33,8 +33,9 @@ class GridCoupling:
         volume: np.ndarray | None = None,
         whole: bool = False,
     ) -> None:
-        """velocity_field: velocity field of the body; whole: True if each process handles the nodes of all slabs (layers of
-        grid cells), not only of its own slabs; other arguments: see the class.
+        """velocity_field: velocity field of the body; functions: shape functions of the grid; position, velocity: [m], [m/s],
+        shape (n, 3); mass: nodal masses [kg], shape (n,); volume: nodal volumes [m³], shape (n,), None for membranes; whole:
+        True if each process handles the nodes of all slabs (layers of grid cells), not only of its own slabs.
         """
         self._whole = whole
         self.velocity_field, self.functions = velocity_field, functions
@@ -108,12 +109,14 @@ class GridCoupling:
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays for a checkpoint."""
+        """Return the arrays for a checkpoint: the order of the nodes by grid cell, and the slabs (layers of grid cells)."""
         domain.complete(self.slabs.left_slab)
         return {"order": self._order} | kept_of(self.slabs) | {"first": self._shared.first}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint."""
+        """Restore the order of the nodes and the slabs (layers of grid cells) from the arrays of a checkpoint (see
+        `state_arrays`).
+        """
         self._order[:] = arrays["order"]
         restore_slabs(self.slabs, arrays)
         if not self._whole:

@@ -24,7 +24,9 @@ FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, aft
 
 
 class Drag(NamedTuple):
-    """Drag on the nodes over a step, as factors of the velocity (k) and of the acceleration (g); see the module."""
+    """Drag on the nodes over a step Δt, as factors of velocity and acceleration: v⁺ = k v + g Δt f/m, with the velocities v and
+    v⁺ before and after the step and the force f on a node of mass m.
+    """
 
     keep: float  # k
     gain: float  # g
@@ -34,7 +36,9 @@ UNDAMPED = Drag(1.0, 1.0)
 
 
 class NodeForces(NamedTuple):
-    """Forces and constraints on the nodes over a step."""
+    """Data of n nodes for the kernels of their equation of motion over a step: positions, velocities and masses, forces,
+    prescribed velocities, walls of the grid, and sums of works.
+    """
 
     position: np.ndarray  # (n, 3) nodal positions [m]
     velocity: np.ndarray  # (n, 3) nodal velocities [m/s]

@@ -71,7 +71,7 @@ class NodalMotion:
         self._constrain()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Release supports with these numbers."""
+        """Release the nodes from the supports with these numbers (indices in the sequence of supports of the body)."""
         self._gone, prescribed = frozenset(supports), self._prescribed
         self._constrain()
         self._prescribed[:] = prescribed
@@ -93,7 +93,11 @@ class NodalMotion:
         return found
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Set prescribed motions of nodes, by name; arguments as in `Body.add_motions`."""
+        """Set the prescribed motions of nodes.
+
+        names: names of the motions; numbers: 1 + the number of the motion that each node follows, 0 for none, shape (n,); axes:
+        1 if a motion prescribes the velocity along the axis, shape (motions, 3).
+        """
         self.motions, self._motion_of_node, self._axes = list(names), numbers, axes
         self._constrain()
 
@@ -192,7 +196,7 @@ class NodalMotion:
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:
-        """Set the fraction of gravity that is applied, 0 to 1."""
+        """Set the fraction of gravity that is applied: 0 to 1."""
         self.gravity_share, self.gravity[:] = share, share * self._full_gravity
 
     def scale_inertia(self, inertia: np.ndarray) -> None:

@@ -54,12 +54,11 @@ def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid,
 
 
 def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -> str | None:
-    """Return a warning if the part of a body that approaches a sheet may pass between the nodes of the sheet; None otherwise.
+    """Return a warning if the part of a body that approaches a sheet (membrane) may pass between the nodes of the sheet; None
+    otherwise.
 
-    Parameters ---------- sheet, other
-        Contact surfaces of the sheet (a membrane with contact at its nodes) and of the body.
-    ahead
-        Largest decrease of the distance of the surfaces until the next check [m].
+    sheet, other: contact surfaces of the sheet, with contact at its nodes, and of the body; ahead: largest decrease of the
+    distance between the surfaces until the next check [m].
     """
     edges, place = sheet.edges(), other.place[: len(other.place) - other.n_edge_points]
     margin = HIGH * float(edges.max()) + ahead
@@ -84,8 +83,8 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
 
 
 def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarray:
-    """Return the positions of the points of a sheet (membrane) that are close to another surface [m], shape (n, 3): within the
-    distance between neighbouring points of that surface, whether or not the surfaces overlap.
+    """Return the positions of those points of a sheet (membrane) that are close to another surface `other` [m], shape (n, 3):
+    within the distance between neighbouring points of that surface, whether or not the surfaces overlap.
     """
     distance = float(np.max(other.reach)) / SPACINGS + float(np.max(sheet.half_width))
     lower, upper = other.place.min(axis=0) - distance, other.place.max(axis=0) + distance
@@ -97,8 +96,8 @@ def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarr
 
 
 def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
-    """Return the smallest extent of a set of positions [m], shape (n, 3), perpendicular to a normal, among `WAYS` directions
-    [m]; in a plane problem, the extent in the plane.
+    """Return the smallest extent [m] of a set of positions [m], shape (n, 3), along directions perpendicular to a normal, of
+    which it tries `WAYS`; in a plane problem (`is_plane`), the extent perpendicular to the normal in the plane.
     """
     tangents = np.linalg.svd(normal[None])[2][1:]
     angle = np.pi * np.arange(WAYS) / WAYS

@@ -29,7 +29,9 @@ class Overruled(NamedTuple):
 
 def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.ndarray) -> list[Overruled]:
     """Return all pairs of a support and a prescribed motion that overrules it, since both prescribe a node along an axis.
-    numbers, axes: as in `Body.add_motions`.
+
+    numbers: 1 + the number of the motion that each node follows, 0 for none, shape (n,); axes: 1 if a motion prescribes the
+    velocity along the axis, shape (motions, 3).
     """
     found = []
     for motion, along in enumerate(axes):
@@ -43,8 +45,8 @@ def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.nd
 
 
 def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> str | None:
-    """Return a warning if a support and a motion prescribe different velocities for the same nodes; None otherwise. motion,
-    body: their names; velocity: velocities of all motions [m/s], shape (motions, 3).
+    """Return a warning if a support and a motion (`pair`) prescribe different velocities for the same nodes; None otherwise.
+    motion, body: names of the motion and of the body; velocity: velocities of all motions [m/s], shape (motions, 3).
     """
     axes = pair.differ(velocity)
     if not axes:

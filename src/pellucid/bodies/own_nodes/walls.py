@@ -34,7 +34,12 @@ def at_wall(forces, place, d, new, dt):
 
 @pointwise
 def _stopped(forces, p, d, new, dt):
-    """Return the result of `at_wall` for node p, or no wall if a constraint prescribes its motion along axis d."""
+    """Return, for node p with the velocity `new` [m/s] along axis d: 1 + the row of the wall that it would pass in a step dt
+    [s] (0: none), the velocity [m/s] with which it does not pass, and the end of the axis at which the wall is (0 lower, 1
+    upper).
+
+    forces: data of `NodeForces`. There is no wall if a constraint prescribes the motion of the node along the axis.
+    """
     return (0, 0.0, 0) if forces.prescribed[p, d] > 0 else at_wall(forces, forces.position[p, d], d, new, dt)
 
 

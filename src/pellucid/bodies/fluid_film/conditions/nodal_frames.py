@@ -34,13 +34,14 @@ class Frames:
         self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
 
     def of(self, vectors: np.ndarray) -> np.ndarray:
-        """Return the components along these directions of nodal vectors with components along the axes, shape (n, d) both. The
-        transformation is its own inverse.
+        """Return the components of nodal vectors along the orthonormal directions stored for each node, from their components
+        along the axes of space, shape (n, d) both. The transformation is its own inverse.
         """
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
     def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
-        """Convert linear forms of nodal vectors from components along the axes of space to components along these directions.
+        """Convert linear forms of nodal vectors to the components of these vectors along the orthonormal directions stored for
+        each node, instead of the axes of space.
 
         forms: coefficients of the linear forms of each element; nodes: nodes of the elements, shape (e, m).
         """
@@ -54,11 +55,11 @@ class Frames:
         ]
 
     def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return a mask of the prescribed velocity components along these directions and their values [m/s], shape (n, d)
-        each.
+        """Return a mask of the prescribed velocity components along the orthonormal directions stored for each node, and their
+        values [m/s], shape (n, d) each.
 
-        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and
-        values [m/s] of the components along the axes that supports prescribe, shape (n, d).
+        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and values
+        [m/s] of the components along the axes that supports prescribe, shape (n, d).
         """
         last = np.zeros(known.shape, bool)
         last[:, -1] = led.nodes

@@ -88,15 +88,18 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
 
 
 def turning(o: Operators) -> list[ElementRows]:
-    """Return the linear forms of nodal velocities whose squares sum to ∫ |∇v_n|² dA, a measure of the rotation of the film;
-    v_n is its normal velocity.
+    """Return the linear forms of nodal velocities whose squares sum to ∫ |∇v_n|² dA, a measure of the rotation of the film; v_n
+    is its normal velocity. o: geometry and strain operators of the film.
     """
     return [rows(o.slope, o.area[..., None])]
 
 
 def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
-    """Return the linear forms of nodal velocities whose squares sum to the power of the drag, ζ_t v_t·v_t + ζ_n v_n² per unit
-    area. The tangential part is written as v·v - v_n² or computed separately, whichever avoids a negative factor.
+    """Return the linear forms of nodal velocities whose squares sum to the power of the drag on the film [W], ∫ ζ_t v_t·v_t +
+    ζ_n v_n² dA, with the tangential velocity v_t and the normal velocity v_n.
+
+    o: geometry of the film; drag: coefficients ζ_t and ζ_n. The tangential part is written as v·v - v_n² or computed
+    separately, whichever avoids a negative factor.
     """
     if max(drag) == 0.0:
         return []
@@ -110,9 +113,11 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
-    """Return the linear forms of nodal velocities whose squares sum to factor · v·v, with the velocity v of the film and a
-    factor for each quadrature point, shape (e, q). Mirrored nodes of curves have different shape functions for the components
-    perpendicular and parallel to the axis.
+    """Return the linear forms of nodal velocities whose squares sum to Σ factor · v·v over the quadrature points, with the
+    velocity v of the film there.
+
+    o: shape functions of the film; factor: one number for each element and quadrature point, shape (e, q). The components of v
+    have the same shape functions on surfaces of triangles, but not at the mirrored nodes of curves.
     """
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
@@ -134,10 +139,10 @@ class Dissipation(NamedTuple):
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
-    """Return the power dissipated by viscosity and by drag [W], for the velocities of each element's nodes [m/s], shape (e, m,
-    d).
+    """Return the power dissipated by the viscosity of the film and by drag [W], for the velocities of each element's nodes
+    [m/s], shape (e, m, d).
 
-    o: geometry and strain operators at the present positions.
+    o: geometry and strain operators at the present positions; physics: viscosities and drag coefficients.
     """
     rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
     moved = np.einsum("eqmd,emd->eqd", o.value, velocity)

@@ -81,7 +81,9 @@ class FilmSolver(Protocol):
         """
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays for checkpoints: in addition to the system, the next solution depends on them."""
+        """Return, for a checkpoint, the arrays on which the next solution depends in addition to the system of equations, such
+        as the matrix whose factors are the preconditioner.
+        """
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Restore the arrays that `state_arrays` returned, from a checkpoint."""

@@ -76,22 +76,23 @@ class CurveSolver:
         """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
-        """Return the element matrices Σ factor row ⊗ row of linear forms with coefficients `row`, shape (e, m d, m d)."""
+        """Return the element matrices Σ factor row ⊗ row, shape (e, m d, m d), from linear forms of the nodal velocities with
+        coefficients `row` (`rows`: the linear forms).
+        """
         found = [row.of_components(self._shape[1]) for row in rows]
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
     def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the product, shape (n d,), of the sum of element matrices (see `_squares`) and nodal velocities v, shape (n
-        d,).
+        """Return the product of the sum of element matrices (`squares`, shape (e, m d, m d)) with the nodal velocities v, shape
+        (n d,) both.
         """
         parts = np.matmul(squares, v[self._places][..., None])
         return np.bincount(self._places.ravel(), parts.ravel(), self._size)
 
     def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
-        """Assemble element matrices (see `_squares`) into a sparse matrix of the components numbered in `free`.
+        """Assemble element matrices (`squares`, shape (e, m d, m d)) into a sparse matrix of the components numbered in `free`.
 
-        sides: coefficients of the linear constraints of these components, shape (k, free), which are added as rows and
-        columns.
+        sides: coefficients of the linear constraints of these components, shape (k, free), which are added as rows and columns.
         """
         number = np.full(self._size, -1)
         number[free] = np.arange(len(free))

@@ -11,7 +11,9 @@ from pellucid.geometry.meshes.cells import Cells
 
 
 class Shares(NamedTuple):
-    """The share of each part of the film (a piece with its own mass) in each quadrature point."""
+    """The fractions with which the parts of a film (pieces with a mass of their own, at nodes or elements) share the area at
+    each quadrature point.
+    """
 
     part: np.ndarray  # (e, c) numbers of the parts that share the quadrature points of an element
     share: np.ndarray  # (q, c) share of each of these parts in each quadrature point; their sum is 1

@@ -76,8 +76,12 @@ def limit_share(valence):
 
 @kernel(inner=True)
 def _cut(corner, ring, count, moved, middle):
-    """Subdivide a triangle once: write the new positions of its corners to `moved`, shape (3, k), and the new nodes on the
-    edges from the corners to their neighbours to `middle`, shape (3, v, k). Other arguments as for `evaluate`.
+    """Subdivide a triangle of a Loop surface once: compute the new values at its corners and at the midpoints of the edges from
+    the corners to their neighbours.
+
+    corner, ring: values of k components at the corners, shape (3, k), and at the nodes around each corner, shape (3, v, k);
+    count: numbers of these nodes, shape (3,); moved, middle: receive the new values at the corners, shape (3, k), and at the
+    midpoints, shape (3, v, k).
     """
     k = corner.shape[1]
     for c in range(3):
@@ -94,8 +98,11 @@ def _cut(corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_at_corner(c, corner, ring, count, moved, middle):
-    """Replace the triangle, in place, by its child triangle at corner c, which begins with that corner. Arguments as for
-    `evaluate` and `_cut`.
+    """Replace a triangle of a Loop surface, in place, by the one of its four child triangles that lies at corner c and begins
+    with it.
+
+    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of these
+    nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
     """
     d, p = (c + 1) % 3, (c + 2) % 3
     n = count[c]
@@ -112,8 +119,11 @@ def _child_at_corner(c, corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_in_middle(corner, ring, count, moved, middle):
-    """Replace the triangle, in place, by its child triangle between the midpoints of the edges, which begins with the midpoint
-    after corner 0. Arguments as for `evaluate` and `_cut`.
+    """Replace a triangle of a Loop surface, in place, by the one of its four child triangles that lies between the midpoints of
+    its edges. It begins with the midpoint of the edge from corner 0 to corner 1.
+
+    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of these
+    nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
     """
     for i in range(corner.shape[1]):
         for c in range(3):
@@ -126,10 +136,12 @@ def _child_in_middle(corner, ring, count, moved, middle):
 
 @kernel(inner=True, allocates=True)
 def _spline(corner, ring, share, along, factors, powers, out):
-    """Evaluate the Loop surface and its derivatives on a triangle whose corners have six neighbours, at barycentric
-    coordinates `share`. The result, shape (COUNT, k), is written to `out`.
+    """Evaluate the Loop surface and its derivatives on a triangle whose corners have six neighbours, at barycentric coordinates
+    `share`, shape (3,). The result is written to `out`, shape (6, k): value, 2 first and 3 second derivatives of k components.
 
-    along: two directions of the derivatives in barycentric coordinates, shape (2, 3); other arguments as for `evaluate`.
+    corner, ring: values at the corners, (3, k), and at the nodes around each corner, (3, v, k); along: two directions of the
+    derivatives in barycentric coordinates, shape (2, 3); factors, powers: coefficients and powers of the polynomials of the box
+    splines (`BOX_SPLINES`, `POWERS`).
     """
     k = corner.shape[1]
     weight = np.zeros((12, COUNT))
@@ -172,9 +184,10 @@ def evaluate(corner, ring, count, share, factors, powers, out):
     """Evaluate the Loop surface and its derivatives on a triangle at barycentric coordinates `share`, shape (3,).
 
     corner: values of k components at the corners, (3, k); ring: at the nodes around each corner, (3, v, k), v >= 6; count:
-    numbers of these nodes, (3,); factors, powers: BOX_SPLINES and POWERS; out: the result, (COUNT, k): value, 2 first and 3
-    second derivatives. The other arguments are overwritten, except `factors` and `powers`. At a corner without six neighbours
-    the derivatives are zero.
+    numbers of these nodes, (3,); factors, powers: coefficients and powers of the polynomials of the box splines (`BOX_SPLINES`,
+    `POWERS`); out: the result, (6, k): value, 2 first and 3 second derivatives with respect to the barycentric coordinates of
+    corners 1 and 2. The other arguments are overwritten, except `factors` and `powers`. At a corner without six neighbours the
+    derivatives are zero.
     """
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))

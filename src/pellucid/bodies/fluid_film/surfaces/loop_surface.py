@@ -76,11 +76,11 @@ def limit_matrix(mesh: Rings) -> csr_array:
 
 
 def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.ndarray:
-    """Return the nodes on which each triangle depends, shape (e, m): its corners, then the other nodes around the corners,
-    then repetitions of the first corner.
+    """Return the nodes on whose positions the Loop surface on each of e triangles depends, shape (e, m): the corners of the
+    triangle, then the other nodes around the corners, then repetitions of the first corner.
 
-    kinds: numbers of neighbours of the three corners for each kind of triangle, shape (kinds, 3); kind: kind of each triangle,
-    shape (e,).
+    mesh: the triangles and the nodes around each node; kinds: numbers of neighbours of the three corners for each kind of
+    triangle, shape (kinds, 3); kind: kind of each triangle, shape (e,).
     """
     nodes = np.repeat(mesh.triangles[:, :1], m, axis=1)
     nodes[:, :3] = mesh.triangles
@@ -94,8 +94,8 @@ def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.
 
 
 def _slots(valences: list[int]) -> list[list[int]]:
-    """Return, for each corner of a triangle, the positions of the nodes around it in the node list of `_slot_nodes`. valences:
-    numbers of neighbours of the corners.
+    """Return, for each corner of a triangle, the positions of the nodes around this corner in the list of the nodes on which
+    the surface there depends (see `_slot_nodes`). valences: numbers of neighbours of the corners.
     """
     first = [3, valences[0], valences[0] + valences[1] - 3]
     rings_of: list[list[int]] = []
@@ -108,10 +108,9 @@ def _slots(valences: list[int]) -> list[list[int]]:
 
 
 def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
-    """Return the values and derivatives of the m shape functions of a triangle at barycentric coordinates `shares`, shape (q,
-    3), as an array of shape (q, COUNT, m).
-
-    valences: numbers of neighbours of its corners, shape (3,).
+    """Return the values and derivatives of the m shape functions of a triangle of a Loop surface at barycentric coordinates
+    `shares`, shape (q, 3), as an array of shape (q, 6, m): value, 2 first and 3 second derivatives with respect to the
+    coordinates of corners 1 and 2. valences: numbers of neighbours of the corners, shape (3,).
     """
     slots = _slots(valences.tolist())
     ring = np.zeros((3, max(patch.REGULAR, int(valences.max())), m))

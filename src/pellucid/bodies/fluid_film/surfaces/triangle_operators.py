@@ -32,7 +32,9 @@ class SurfaceTables(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """The arrays of `Operators` that the kernel `_fill` computes."""
+    """The arrays of `Operators` that a kernel (`_fill`) computes: areas, positions, normals and curvatures at the quadrature
+    points, and the coefficients of strain rate, slope and change of curvature; shapes and units as there.
+    """
 
     area: np.ndarray
     position: np.ndarray
@@ -105,8 +107,10 @@ def _fill(chunk, x, nodes, tables, filled):
 
 
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
-    """Return geometry and strain operators of a surface with nodes at x [m], shape (n, 3). nodes: nodes of each triangle,
-    shape (e, m); tables: their shape functions.
+    """Return the geometry and strain operators, at the quadrature points, of a surface with nodes at x [m], shape (n, 3).
+
+    nodes: the m nodes on which each of the e triangles depends, shape (e, m); tables: shape functions of these nodes at the
+    quadrature points.
     """
     e, m = nodes.shape
     q = len(tables.weight)
@@ -137,7 +141,11 @@ def _find_areas(chunk, x, nodes, tables, areas):
 
 
 def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
-    """Return the areas that belong to the quadrature points [m²], shape (e, q); arguments as for `surface_operators`."""
+    """Return the areas that belong to the q quadrature points of each of the e triangles of a surface [m²], shape (e, q).
+
+    x: nodal positions [m], shape (n, 3); nodes: the m nodes on which each triangle depends, shape (e, m); tables: shape
+    functions of these nodes at the quadrature points.
+    """
     areas = np.empty((len(nodes), len(tables.weight)))
     _find_areas(-(-len(nodes) // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, areas)
     return areas

@@ -22,13 +22,13 @@ from pellucid.jit import kernel
 
 @kernel()
 def _list_weights(mapped, slot, near, listed, first, column, weight):
-    """List the surface points whose grid functions are not zero at some grid nodes, as a sparse matrix: point numbers into
-    `listed`, starts of their entries into `first`, and numbers of the grid nodes and weights into `column` and `weight`.
-    Returns the number of points.
+    """List the surface points whose grid functions are not zero at some of the grid nodes in contact, as a sparse matrix: point
+    numbers into `listed`, starts of their entries into `first`, and numbers of the grid nodes and weights into `column` and
+    `weight`. Returns the number of points.
 
-    mapped: data of the surface points for transfers to the grid; slot: number of each of these grid nodes in the result,
-    negative for other nodes; near: 0 for first nodes of stencils (the nodes with non-zero functions at a point) that contain
-    none of these nodes.
+    mapped: data of the surface points for transfers to the grid; slot: number of each of the grid nodes in contact in the
+    result, negative for other nodes; near: for each first node of a stencil (the nodes with non-zero functions at a point) 0 if
+    the stencil contains no node in contact.
     """
     functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
     n = entries = 0
@@ -74,8 +74,8 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Compute the matrix K of the module for the grid nodes `at` in contact, shape (k,); called in each step after the
-        momentum of the grid nodes was advanced.
+        """Compute the matrix that maps velocity increments of the grid nodes `at` in contact, shape (k,), to impulses on the
+        nodes of the body (K in the module); called in each step after the momentum of the grid nodes was advanced.
         """
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)

@@ -70,7 +70,7 @@ class Skin(WarnsOfContact):
         self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, motion: NodalMotion, hard: bool) -> PointsOfFaces:
-        """Build the contact surface between bodies, whose forces act at points of the outer faces.
+        """Build the contact surface that detects contact between surfaces; its forces act at points of the outer faces.
 
         grid: the grid; loads: forces on the nodes [N], shape (n, 3), to which the contact forces are added; motion: motion of
         the nodes under these loads; hard: True if all nodes are prescribed.
@@ -89,8 +89,8 @@ class Skin(WarnsOfContact):
         return surface
 
     def _follow(self) -> None:
-        """Update positions and velocities of the surface points from the nodes. The functions reproduce positions, Σ_a S_ka
-        X_a = X_k.
+        """Update positions and velocities of the surface points by interpolation between the nodes with the shape functions,
+        which reproduce the initial positions of the points.
         """
         self._x[:], self._v[:] = self._values @ self._position, self._values @ self._velocity
         if self._field.touches_on_nodes:
@@ -149,12 +149,16 @@ class Skin(WarnsOfContact):
 
     @property
     def mapped(self) -> Bundle:
-        """Data of these points (see `n_points`) for transfers to the grid, for kernels."""
+        """Data for kernels, for transfers to the grid, of the points that contact detection uses: all nodes of the body and the
+        points on its faces.
+        """
         return self.whole.mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs (layers of cells) by which these points (see `n_points`) are sorted."""
+        """Number of slabs (layers of grid cells) by which the points that contact detection uses (all nodes, points on faces)
+        are sorted.
+        """
         return self.whole.n_slabs
 
     def half_width(self) -> tuple[float, float, float]:
@@ -181,14 +185,16 @@ class Skin(WarnsOfContact):
                 coupling.check_positions()
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays for a checkpoint."""
+        """Return the arrays for a checkpoint: the orders in which nodes and surface points are sorted by grid cell."""
         parts = {"surface": self.surface, "whole": self.whole}
         return {
             name: array for part, c in parts.items() for name, array in with_owner(f"skin/{part}", c.state_arrays()).items()
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint; call it after the nodal coefficients were restored."""
+        """Restore the orders of nodes and surface points from the arrays of a checkpoint (see `state_arrays`); call it after
+        the nodal coefficients were restored.
+        """
         self._follow()
         self.surface.restore(of_owner("skin/surface", arrays))
         self.whole.restore(of_owner("skin/whole", arrays))
