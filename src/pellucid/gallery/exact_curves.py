@@ -12,7 +12,7 @@ from pellucid.results.pictures.annotations import Axes, Run
 
 
 def column(run: Run, name: str) -> Array:
-    """Return a column of the history."""
+    """Return a column of the history of a run (time series, a row for each output), shape (rows,)."""
     return np.asarray(run.history[name], dtype=float)
 
 
@@ -46,8 +46,8 @@ def deviations(
     finite-element curve.
 
     table: name of the stored finite-element curves. columns: column of the history and its description, by name of the metric.
-    tolerance: largest allowed deviation. known: prefix of the columns in the table. Raises ValueError if the problem differs
-    from the gallery's, because the reference is not valid for it.
+    tolerance: largest allowed deviation. known: prefix of the columns in the table. Raises ValueError if the case of the run
+    describes another problem than the case of the gallery, for which the reference is valid.
     """
     if not finite_elements.same_problem(run.case, load(run.stored.id)):
         raise ValueError("the finite-element reference requires the bodies and materials of the gallery's case")

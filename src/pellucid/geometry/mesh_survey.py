@@ -34,8 +34,8 @@ SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGN
 
 @dataclass(frozen=True)
 class Survey:
-    """Report on a mesh: the mesh in the unit of its file, rows of a table that describe it, notes on changes, and its
-    faults."""
+    """Report on a mesh: the mesh in the unit of its file, rows of a table that describe it, notes for the user on changes by a
+    repair, and the faults that remain."""
 
     mesh: Mesh | SimplexMesh
     rows: list[tuple[str, str]]

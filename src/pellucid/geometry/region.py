@@ -35,8 +35,8 @@ class Selectable(NamedTuple):
 
     position: np.ndarray  # (n, 3) positions of the points or nodes [m]
     faces: np.ndarray = np.zeros((0, 3), np.int64)  # triangles of its surface, counterclockwise about the outward normal
-    boundary: np.ndarray = np.zeros(0, np.int64)  # numbers of the nodes on the boundary of a solid, on the rim of a membrane
-    sets: Mapping[str, np.ndarray] = {}  # numbers of nodes by name
+    boundary: np.ndarray = np.zeros(0, np.int64)  # node numbers on the boundary of a solid or the rim of a membrane
+    sets: Mapping[str, np.ndarray] = {}  # node numbers of each set, by its name
     periods: Vector = (0.0, 0.0, 0.0)
     """Periods [m] of the periodic axes of the grid, 0 along the other axes. A node lies in a shape if one of its images does.
     """
@@ -51,8 +51,8 @@ class Selectable(NamedTuple):
     def of_membrane(
         cls, position: np.ndarray, triangles: np.ndarray, sets: Mapping[str, np.ndarray] | None = None
     ) -> "Selectable":
-        """Return the selectable nodes [m], shape (n, 3), triangles and named node sets of a membrane. Its boundary is the
-        edges that belong to only one triangle."""
+        """Return the selectable nodes [m], shape (n, 3), triangles and named node sets of a membrane. Its boundary has the
+        nodes of edges that belong to only one triangle."""
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         once, count = np.unique(edges, axis=0, return_counts=True)
         return cls(position, triangles, np.unique(once[count == 1]), sets or {})

@@ -1,4 +1,5 @@
-"""Selection of a shape in a case by one key. To add a shape, define a class in its own file and add one line here."""
+"""Selection of a shape in a case by one key. To add a shape, define its class in its own file and add a field with its key to
+`Shape`."""
 
 from typing import ClassVar
 

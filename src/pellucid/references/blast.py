@@ -36,8 +36,8 @@ class Similarity:
 
 @cache
 def similarity(dimensions: int, gamma: float) -> Similarity:
-    """Compute the profiles of a plane (1), cylindrical (2) or spherical (3) explosion in a gas with the ratio γ of specific
-    heats."""
+    """Compute the self-similar solution of a plane (1), cylindrical (2) or spherical (3) explosion in a gas with the ratio γ of
+    specific heats."""
     from scipy.integrate import solve_ivp
 
     n = dimensions

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 
 class AtRest(NamedTuple):
-    """State of the cube at rest: strain energy [J], force along z on the upper face [N], and the relative error of each
-    value."""
+    """State of the cube at rest: strain energy [J], force along z on the upper face [N], and the estimated relative error of
+    each of these two reference values."""
 
     energy: float
     reaction: float

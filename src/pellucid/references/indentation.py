@@ -24,7 +24,7 @@ class Layer(NamedTuple):
     young_modulus: float
     poisson_ratio: float
     thickness: float
-    bonded: bool
+    bonded: bool  # True: bonded to the base, False: free to slip
 
     def compliance(self, kh: Array) -> Array:
         """Return the factor L(kh): displacement of the face under a sinusoidal pressure of wave number k, divided by the

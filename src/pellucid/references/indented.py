@@ -15,8 +15,8 @@ class Indented(NamedTuple):
     """Strain energies [J], and forces along the displacement [N], of an indented body, each by linear and by quadratic
     tetrahedra."""
 
-    energy: tuple[float, float]
-    force: tuple[float, float]
+    energy: tuple[float, float]  # by linear, by quadratic tetrahedra [J]
+    force: tuple[float, float]  # by linear, by quadratic tetrahedra [N]
 
 
 def indented(body: Literal["cylinder", "heart"], nodes: int, share: float) -> Indented | None:

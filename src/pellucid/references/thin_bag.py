@@ -48,8 +48,8 @@ def _volume(r: np.ndarray, z: np.ndarray) -> float:
 
 
 def _density(first: np.ndarray, second: np.ndarray, lam: float, mu: float) -> np.ndarray:
-    """Return the strain energy per initial volume of two principal stretches [J/m³], minimized over wrinkling and the free
-    thickness. lam, mu: Lamé's constants [Pa]."""
+    """Return the strain energy per initial volume [J/m³] for two principal stretches in the plane of the skin, minimized over
+    wrinkling and the free thickness. lam, mu: Lamé's constants [Pa]."""
     major, minor = np.maximum(np.maximum(first, second), 1.0), np.minimum(first, second)
     minor = np.maximum(minor, np.sqrt(_squared(major, lam, mu, 1.0)))  # the natural width
     third = np.sqrt(_squared(major * minor, lam, mu, 0.5))

@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 
 
 class Growing(NamedTuple):
-    """A circle or sphere of fluid film that grows or shrinks; the exponent of its equation of state is 1."""
+    """A circle or sphere of fluid film that grows or shrinks, with the surface pressure a (ρ - ρ₀) at the areal density ρ."""
 
-    sphere: bool
+    sphere: bool  # True for a sphere, False for a circle
     radius: float  # initial radius [m]
     density: float  # initial areal density [kg/m²]
     rest_density: float  # ρ₀, areal density without surface pressure [kg/m²]

@@ -18,16 +18,16 @@ AT_BOUND = 0.01
 
 
 class Estimate(NamedTuple):
-    """Estimate of a parameter and its 95 % confidence interval, in SI units."""
+    """Estimate of a parameter (`value`) and the lower and upper end of its 95 % confidence interval, in SI units."""
 
     value: float
-    low: float
-    high: float
+    low: float  # lower end of the confidence interval
+    high: float  # upper end
     unit: str = ""
 
 
 class Estimates(NamedTuple):
-    """Estimates of all free parameters; arrays are in the order of the parameters."""
+    """Estimates of all parameters of a fit, and the quality of the fit; arrays are in the order of the parameters."""
 
     by_key: dict[str, Estimate]
     correlations: np.ndarray
@@ -36,7 +36,7 @@ class Estimates(NamedTuple):
     """Singular values of the Jacobian of the weighted residuals with respect to shares of the ranges, shape (parameters,)."""
     chi_square: float
     """Sum of squares of the weighted residuals, divided by the degrees of freedom."""
-    warnings: list[str]
+    warnings: list[str]  # texts for the user, e.g. on parameters that the measurements do not determine
 
 
 def estimated(

@@ -1,4 +1,5 @@
-"""Import of packages of the extra `sweep` (pandas, dask, optuna and others) when they are needed."""
+"""Import of the packages of the optional extra `sweep` (pandas, dask, optuna and others) at the time at which a study needs
+them."""
 
 from functools import partial
 

@@ -42,7 +42,7 @@ class Fit:
     chi_square: float
     """Sum of squares of the weighted residuals, divided by the degrees of freedom: about 1 if the stated deviations explain
     the residuals."""
-    warnings: list[str]
+    warnings: list[str]  # texts for the user, e.g. on parameters that the measurements do not determine
     case: "Case"
     """The case with the estimated parameters."""
     members: Any

@@ -33,20 +33,20 @@ class NotReached(UsageError):
 
 
 class Curve(NamedTuple):
-    """Measured values of a probe, in SI units."""
+    """Measured curve of a probe (its values against time or against another probe), in SI units, from a CSV file."""
 
-    path: Path
-    probe: str
+    path: Path  # the CSV file
+    probe: str  # name of the probe
     against: str
     """Name of the abscissa of the curve: `time` or another probe."""
     x: np.ndarray
     """Measured abscissae, shape (n,); `y` and `deviation` have the same shape."""
-    y: np.ndarray
+    y: np.ndarray  # measured values of the probe
     deviation: np.ndarray
     """Standard deviations of the values; if none are stated, the spread of the values, so that all curves have equal
     weight."""
-    is_stated: bool
-    unit: str
+    is_stated: bool  # True if standard deviations are given by the file or the user
+    unit: str  # SI unit of the values
 
     def residuals(self, run: Run) -> np.ndarray:
         """Return the computed minus the measured values of the probe, divided by the standard deviations, shape (n,)."""
@@ -66,7 +66,7 @@ class Curve(NamedTuple):
         return _read(x, y, self.x, _is_smooth(run))
 
     def extrapolation(self, run: Run) -> str | None:
-        """Return a text that reports measured values beyond the end of a run; None if there are none."""
+        """Return a text for the user about measured values beyond the end of a run; None if there are none."""
         x, _ = self._branch(run)
         return self._reach(x, run) if self._beyond(x) > 1e-6 * np.ptp(x) else None
 
@@ -128,8 +128,8 @@ def _is_smooth(run: Run) -> bool:
 
 
 def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndarray:
-    """Return the values at abscissae `at` of the curve through the points (x, y): a cubic spline if it is smooth, otherwise a
-    monotone cubic; extrapolated linearly."""
+    """Return the values at abscissae `at` of the curve through the points (x, y): a cubic spline if `smooth`, otherwise a
+    monotone piecewise cubic; extrapolated linearly."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     if len(x) < 2:

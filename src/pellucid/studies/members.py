@@ -34,7 +34,7 @@ class Member:
 
 
 class Outcome(NamedTuple):
-    """Outcome of a member of a study: state ("done", "failed" or "interrupted") and message."""
+    """Outcome of a member of a study: state ("done", "failed" or "interrupted"), and message for the user (empty if done)."""
 
     state: str
     message: str = ""
@@ -81,7 +81,8 @@ def places(out: Path, digest: str) -> Places:
 
 
 def prepare(out: Path, members: Sequence[Member]) -> None:
-    """Create the folder `out` of a study with the cases of its members. Raises UsageError for the folder of a run."""
+    """Create the folder `out` of a study and write the case files of its members to it. Raises UsageError if `out` is the
+    folder of a single run."""
     from pellucid.case import dumps
 
     if RunFolder(out).is_of_a_run:

@@ -36,7 +36,7 @@ class Range(NamedTuple):
         return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
 
     def beyond(self, share: float) -> float:
-        """Return the value at a share, which may be outside 0 to 1."""
+        """Return the value at a share, which may be below 0 or above 1; unlike `at`, it is not rounded."""
         if self.is_logarithmic:
             return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)

@@ -15,9 +15,9 @@ class Sensitivity(NamedTuple):
     """First-order sensitivity index: the share of the variance of an output (result column) that one parameter (`key`) alone
     explains."""
 
-    output: str
-    key: str
-    share: float
+    output: str  # name of the result column
+    key: str  # dotted key of the parameter
+    share: float  # the index, about 0 to 1
     interval: float
     """Half width of the 95 % confidence interval, by resampling."""
 

@@ -59,8 +59,8 @@ class Pressed(NamedTuple):
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: force on the ball at rest, mean gap between the ball and the face of the tissue beneath it,
-    errors of the energy and momentum balances."""
+    """Return the metrics by name: mean contact force over the last tenth of the run, in which the ball is at rest; mean gap
+    between the ball and the face of the tissue beneath it at the end; errors of the energy and momentum balances."""
     exact, end = Pressed.of(run), float(run.history["time"][-1])
     depth = exact.depth(run, end)
     known, found = force(exact.layer, exact.radius, depth), _force(run)[np.asarray(run.history["time"]) > AT_REST * end].mean()

@@ -19,7 +19,7 @@ CAPTIONS = {"capstan": "Mean tension along the drum while the belt slides; ratio
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: ratio of the horizontal to the vertical contact force on the drum, force at the pulled end,
+    """Return the metrics by name: ratio of the horizontal to the vertical contact force on the drum, force at the pulled end,
     largest error of the tension along the drum, error of the energy balance."""
     exact, late = Capstan(run), np.asarray(run.history["time"]) >= SLIDES
     touch_x, touch_z = (float(np.mean(column(run, name)[late])) for name in ("touch_x", "touch_z"))
@@ -76,7 +76,7 @@ class Capstan:
 
 def tension_along(run: Run) -> tuple[Array, Array]:
     """Return 41 angles on the drum from the end where the weight hangs [rad], shape (41,), and the tension of the belt there
-    [N], averaged across the belt and over the frames in which it slides, shape (41,)."""
+    [N], averaged across the belt and over the stored frames in which it slides, shape (41,)."""
     angles, found = np.linspace(0.02, 0.98, 41) * 0.5 * np.pi, []
     for time in run.times("belt"):
         if time < SLIDES:
@@ -95,8 +95,8 @@ def tension_along(run: Run) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the tension along the drum, and the ratio of horizontal to vertical force on the drum against time, with the exact
-    values."""
+    """Return figures by name that show the tension along the drum, and the ratio of horizontal to vertical force on the drum
+    against time, with the exact values."""
     exact, (angles, tensions) = Capstan(run), tension_along(run)
     figure, (left, right) = new_panels(1, 2)
     smooth = np.linspace(0.0, 0.5 * np.pi, 91)

@@ -28,7 +28,7 @@ METRICS = ("radius", "worst_radius", "density_l1", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: shock radius at the end, shock radius with the largest error in the second half of the run,
+    """Return the metrics by name: shock radius at the end, shock radius with the largest error in the second half of the run,
     L1 error of the density profile, largest error of the energy balance."""
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
@@ -67,7 +67,7 @@ def rings(run: Run) -> Array:
 
 
 def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
-    """Return radius [m], mass [kg], volume [m³] and pressure [Pa] of all points in the frame at a time [s], shape (n,)
+    """Return radius [m], mass [kg], volume [m³] and pressure [Pa] of all points in the stored frame at a time [s], shape (n,)
     each."""
     frames = [run.fields(body.name, time) for body in run.case.body]
     names = ("position", "mass", "density", "pressure")
@@ -76,8 +76,8 @@ def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array
 
 
 def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
-    """Return the density in the frame at a time [s] in rings with the given edges [m]: mass of the points in a ring divided by
-    its volume [kg/m³], shape (rings,)."""
+    """Return the density in the stored frame at a time [s] in rings with the given edges [m]: mass of the points in a ring
+    divided by its volume [kg/m³], shape (rings,)."""
     radius, mass, _, _ = gas(run, blast, time)
     n = blast.dimensions
     across = run.case.grid.slice_thickness() ** (3 - n)
@@ -96,8 +96,8 @@ def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.
 
 
 def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
-    """Return the times of the frames after the start [s] and the radius of the shock in each frame [m]: the radius at which the
-    mean pressure of the rings crosses half of the exact pressure behind the shock."""
+    """Return the times of the stored frames after the start [s] and the radius of the shock in each stored frame [m]: the
+    radius at which the mean pressure of the rings crosses half of the exact pressure behind the shock."""
     edges, times = rings(run), np.asarray(run.times(run.case.body[0].name), dtype=float)[1:]
     middles, found = 0.5 * (edges[1:] + edges[:-1]), []
     for time in times:
@@ -112,7 +112,8 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the shock radius against time, and the density against the radius at the end, with the exact solution."""
+    """Return figures by name that show the shock radius against time, and the density against the radius at the end, with the
+    exact solution."""
     blast = Blast.of(run.case)
     figure, (fronts_axes, profile) = new_panels(1, 2, width=10.0, height=3.6)
     times, found = fronts(run, blast)

@@ -24,14 +24,15 @@ BLOCKS = {"on_plate": "on the plate", "on_wall": "on the wall"}
 
 
 def vectors(run: Run, block: str, quantity: str = "") -> Array:
-    """Return the mean displacement [m] or, with quantity "v", velocity [m/s] of a block at each row of the history, shape
-    (rows, 3)."""
+    """Return the mean displacement [m] or, with quantity "v", mean velocity [m/s] of the points of a block at each row of the
+    history, shape (rows, 3)."""
     return np.stack([column(run, f"{block}_{quantity}{axis}") for axis in "xyz"], axis=1)
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: for each block the speed down the slope at the end, corrected for its swing, and the largest
-    distance from the line of steepest descent; error of the energy balance."""
+    """Return the metrics by name: for each block its speed down the slope at the end plus μ times its speed normal to the
+    slope, a sum that oscillations of the block do not change; its largest distance from the line of steepest descent; error of
+    the energy balance."""
     end = float(column(run, "time")[-1])
     result = {}
     for block in BLOCKS:
@@ -50,8 +51,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the speeds down the slope against time, the paths of the blocks seen from above, and their distances from the line
-    of steepest descent against time."""
+    """Return figures by name that show the speeds down the slope against time, the paths of the blocks seen from above, and
+    their distances from the line of steepest descent against time."""
     time = column(run, "time")
     figure, (speed, above, aside) = new_panels(1, 3, height=3.4)
     for colour, (block, name) in zip(COLOURS, BLOCKS.items(), strict=False):

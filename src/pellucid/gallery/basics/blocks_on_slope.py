@@ -14,7 +14,8 @@ PULL = ALONG - FRICTION * ACROSS
 
 
 def softness(run: Run) -> float:
-    """Return the ratio of 10 MPa to Young's modulus of the blocks."""
+    """Return 10 MPa divided by Young's modulus of the blocks (no unit); elastic displacements and their tolerances scale with
+    this ratio."""
     block = run.case.model_dump()["body"][1]
     return YOUNG / float(block["material"]["young_modulus"])
 
@@ -27,8 +28,9 @@ def shear_and_compression(run: Run) -> tuple[float, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: speeds of sliding blocks at the end, largest displacements of sticking blocks, rise and late
-    speed of the resting block, error of the energy balance."""
+    """Return the metrics by name: for each sliding block its speed along the slope at the end plus μ times its speed normal to
+    the slope; largest displacements of the sticking blocks along the slope; largest rise of the resting block above its start,
+    and its largest speed in the second half of the run; error of the energy balance."""
     time = column(run, "time")
     end, (sheared, pressed) = float(time[-1]), shear_and_compression(run)
     result = {}

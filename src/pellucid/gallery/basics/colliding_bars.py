@@ -14,7 +14,7 @@ TOUCH, DURATION, FORCE = GAP / SPEED, 2.0 * LENGTH / WAVE_SPEED, 0.5 * IMPEDANCE
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: mean contact force, duration of contact, speeds of both bars at the end, error of the energy
+    """Return the metrics by name: mean contact force, duration of contact, speeds of both bars at the end, error of the energy
     balance."""
     time, force = column(run, "time"), column(run, "force")
     since = (time - TOUCH) / DURATION

@@ -16,7 +16,7 @@ METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: conservation of momentum, mirror symmetry of the mean velocities, errors of the energy
+    """Return the metrics by name: conservation of momentum, mirror symmetry of the mean velocities, errors of the energy
     balance at the end and at worst. With the parameters of Sulsky's problem also the time of first contact, the duration of
     contact, and the ratio of speeds after and before."""
     times, lower, upper = _mean_velocities(run)
@@ -41,7 +41,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Metric]:
-    """Compute the metrics of contact: its start, its duration and the ratio of the speeds after and before.
+    """Return the metrics of contact: its start, its duration and the ratio of the speeds after and before.
 
     Contact lasts from a change of 1 % of the approach velocity to within 1 % of the rebound velocity. times: [s], shape
     (rows,). lower: mean velocity of the lower disc [m/s], shape (rows, 2). speed: initial speed of a disc [m/s].

@@ -46,8 +46,9 @@ def energy_change(run: Run, name: str) -> Array:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: for each cylinder the largest error of its angle and change of its energy; slip of the
-    rolling and rotation of the sliding cylinder; displacement along the trough; error of the energy balance."""
+    """Return the metrics by name: for each cylinder the largest error of its angle in the trough and the largest change of its
+    energy; largest difference between the rotation of the rolling cylinder and rolling without slip; largest rotation of the
+    sliding cylinder; displacement of the cylinders along the trough; error of the energy balance."""
     # A cylinder sinks in by 0.01 to 0.025 cells, most where it presses most, and the start leaves it free by the sagittas of
     # facets: the pendulum is longer by some cell/50, and what that frees is damped. What rolls winds up springs of friction
     # across the width of the contact, and leaves them behind: twice as much.
@@ -85,8 +86,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the angles of the cylinders in the trough, their differences from the equivalent pendulums, and the changes of their
-    energies against time."""
+    """Return figures by name that show the angles of the cylinders in the trough, their differences from the equivalent
+    pendulums, and the changes of their energies against time."""
     time = column(run, "time")
     figure, (swing, off, energy) = new_panels(1, 3, height=3.4)
     for colour, name in zip(COLOURS, INERTIA, strict=False):

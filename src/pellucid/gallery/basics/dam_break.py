@@ -29,8 +29,8 @@ METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "dens
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: position and speed of the front and height of the water at the wall, compared with the
-    experiment; lead of the front over Ritter's bound; standard deviation of the density."""
+    """Return the metrics by name: position and speed of the front and height of the water at the wall, compared with the
+    experiment; largest distance by which the front is ahead of Ritter's bound; standard deviation of the density at the end."""
     column = Column.of(run.case)
     times, front = run.history["time"], run.history["front"] / column.width
     result: dict[str, Metric] = {}
@@ -84,8 +84,8 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
 
 
 def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """Return for each frame the dimensionless time tau = t sqrt(g/a), and the height of the uppermost point in the cells at the
-    wall, divided by its initial height."""
+    """Return for each stored frame the dimensionless time tau = t sqrt(g/a), and the height of the uppermost point in the cells
+    at the wall, divided by its initial height."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
     heights = []
@@ -97,7 +97,8 @@ def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the front position and the water height at the wall, with the values of the experiment."""
+    """Return figures by name that show the front position and the water height at the wall, with the values of the
+    experiment."""
     column = Column.of(run.case)
     curves, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     times = run.history["time"]

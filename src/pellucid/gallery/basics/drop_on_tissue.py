@@ -21,7 +21,7 @@ METRICS = ("clearance", "impulse", "momentum", "mass", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: smallest height of the water above the face of the tissue, change of the water's momentum
+    """Return the metrics by name: smallest height of the water above the face of the tissue, change of the water's momentum
     compared with the contact impulse, errors of the momentum, mass and energy balances."""
     kept, cells = run.summary["conservation"], min(clearance(run, float(time)) for time in run.times("water"))
     cells /= run.case.grid.cell
@@ -41,7 +41,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def clearance(run: Run, time: float) -> float:
-    """Return the smallest height [m] of the water's points above the face, in the frame nearest to a time [s].
+    """Return the smallest height [m] of the water's points above the face, in the stored frame nearest to a time [s].
 
     The face is interpolated linearly between its nodes; outside, the height of the nearest node is used.
     """

@@ -64,8 +64,8 @@ class Impact(NamedTuple):
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: mean force on the floor during contact, time from contact until the velocity is zero,
-    rebound velocity, error of the energy balance."""
+    """Return the metrics by name: mean force on the floor during contact, time from contact until the velocity is zero, rebound
+    velocity, error of the energy balance."""
     exact, history = Impact.of(run), run.history
     time, velocity, push = (np.asarray(history[name], dtype=float) for name in ("time", "velocity_z", "force"))
     step = np.diff(time, prepend=0.0)  # a row has the mean force since the row before

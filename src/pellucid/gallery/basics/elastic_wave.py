@@ -15,7 +15,7 @@ METRICS = ("velocity_l2", "displacement_l2", "period")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: relative L2 errors of velocity and displacement along the bar at the end, error of the
+    """Return the metrics by name: relative L2 errors of velocity and displacement along the bar at the end, error of the
     period."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
@@ -39,7 +39,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw velocity and displacement along the bar at the end, and the velocity of the antinode against time."""
+    """Return figures by name that show velocity and displacement along the bar at the end, and the velocity of the antinode
+    against time."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
     order = np.argsort(x)

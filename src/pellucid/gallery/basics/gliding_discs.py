@@ -19,8 +19,9 @@ CENTRES, GRAVITY = 0.8, 9.81  # distance of the centres [m], [m/s²]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: speed of the disc on the plate at the end, work of contact, largest changes of the energies
-    of both discs, largest distance of the disc on the hill from its exact position."""
+    """Return the metrics by name: speed of the disc on the plate at the end, work of the contact forces over the run, largest
+    change of the kinetic plus potential energy of each disc, largest distance of the centre of the disc on the hill from its
+    exact position."""
     time, speed, work = column(run, "time"), column(run, "flat_vx"), float(run.history["contact_work"][-1])
     moving = float(run.history["kinetic_energy"][0])
     place, exact = np.column_stack([column(run, "round_x"), column(run, "round_y")]), bead(run, time)
@@ -83,7 +84,7 @@ def bead(run: Run, time: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the relative changes of kinetic plus potential energy of both discs against time."""
+    """Return figures by name that show the relative changes of kinetic plus potential energy of both discs against time."""
     time = column(run, "time")
     figure, axes = new_panels(height=3.0)
     for name, level, what, colour in (("flat", 0.6, "on the plate", 0), ("round", HILL[1], "over the hill", 1)):

@@ -27,8 +27,8 @@ METRICS = ("displacement", "stress", "fastest", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: displacement of the top, with the largest error of any point; rms error of the stress;
-    largest speed of a point; largest error of the energy balance."""
+    """Return the metrics by name: displacement of the uppermost points at the end, with the largest error of the displacement
+    of any point; RMS error of the stress; largest speed of a point; largest error of the energy balance."""
     column = HeavyColumn.of(run.case)
     rest, place, stress = points(run)
     exact = column.place(rest) - rest
@@ -48,8 +48,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def points(run: Run) -> tuple[Array, Array, Array]:
-    """Return the heights of the points in the stress-free column and in the last frame [m] and the axial stress [Pa], (n,)
-    each.
+    """Return the heights of the points in the stress-free column and in the last stored frame [m] and the axial stress [Pa],
+    (n,) each.
 
     The points are created in equal layers; sorting by height therefore identifies the layer of each point.
     """
@@ -65,7 +65,8 @@ def points(run: Run) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw displacement and axial stress of the points against their heights, and the largest speed of a point against time."""
+    """Return figures by name that show displacement and axial stress of the points against their heights, and the largest speed
+    of a point against time."""
     column = HeavyColumn.of(run.case)
     figure, (displacement, stress, speed) = new_panels(1, 3, width=10.0, height=3.6)
     rest, place, found = points(run)

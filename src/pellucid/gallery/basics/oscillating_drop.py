@@ -14,7 +14,7 @@ METRICS = ("period", "pressure", "surface", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: period of the oscillation, mean pressure in the drop, surface energy at the start, largest
+    """Return the metrics by name: period of the oscillation, mean pressure in the drop, surface energy at the start, largest
     error of the energy balance."""
     rate, fading, radius, tension = _exact(run)
     time, stretch = _stretch(run)
@@ -56,8 +56,8 @@ def _exact(run: Run) -> tuple[float, float, float, float]:
 
 
 def _stretch(run: Run) -> tuple[Array, Array]:
-    """Return the times of the frames [s], and the change of the drop's elongation along z since the start, divided by its
-    radius, shape (frames,) each."""
+    """Return the times of the stored frames [s], and the change of the drop's elongation along z since the start, divided by
+    its radius, shape (frames,) each."""
     name = run.case.body[0].name
     times, radius = np.asarray(run.times(name), float), _exact(run)[2]
     found = []
@@ -79,7 +79,7 @@ def _mean_pressure(points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the elongation of the drop along z, divided by its radius, against time."""
+    """Return figures by name that show the elongation of the drop along z, divided by its radius, against time."""
     rate, fading, _, _ = _exact(run)
     time, stretch = _stretch(run)
     swing = float(np.sqrt(rate**2 - fading**2))

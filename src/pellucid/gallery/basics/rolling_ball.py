@@ -13,7 +13,7 @@ SHARE = 5.0 / 7.0
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: distance and speed along the slope at the end, largest lateral deviation of the ball, error
+    """Return the metrics by name: distance and speed along the slope at the end, largest lateral deviation of the ball, error
     of the energy balance."""
     end, pull = float(run.history["time"][-1]), SHARE * float(run.case.gravity[0])
     way, aside = float(column(run, "ball_x")[-1]), float(np.max(np.abs(column(run, "ball_y"))))

@@ -18,7 +18,7 @@ METRICS = (*(f"{name}_{what}" for name in SHARES for what in ("way", "speed")), 
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: distance along the slope and speed of each ball at the end, largest lateral deviation of any
+    """Return the metrics by name: distance along the slope and speed of each ball at the end, largest lateral deviation of any
     ball, error of the energy balance."""
     time = column(run, "time")
     end, result, aside = float(time[-1]), {}, 0.0

@@ -13,8 +13,8 @@ RADIUS = 0.4
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: distances of the discs along the slope at the end, speed of the frictionless disc at the
-    end, error of the energy balance."""
+    """Return the metrics by name: distances of the discs along the slope at the end, speed of the frictionless disc at the end,
+    error of the energy balance."""
     end, along = float(run.history["time"][-1]), float(run.case.gravity[0])
     # A surface of points is round to a share of (cell/R)², but a layer of half a cell gives way where it touches: the radius
     # it rolls with, and the place where it is borne, are known to a small share of cell/R. 2 % at R/8, twice for elastic ones.

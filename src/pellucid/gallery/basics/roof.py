@@ -24,7 +24,7 @@ SPAN, HALF_ANGLE = 25.0, 40.0 / 180.0 * pi
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: deflection in the middle of the free edge, vertical force on the diaphragm that supports the
+    """Return the metrics by name: deflection in the middle of the free edge, vertical force on the diaphragm that supports the
     roof, error of the energy balance."""
     body = run.case.body[0]
     if not isinstance(body, MembraneElementsCase):
@@ -57,7 +57,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the deflection of the middle section of the roof at the end against the angle from the crown."""
+    """Return figures by name that show the deflection of the middle section of the roof at the end against the angle from the
+    crown."""
     start, end = (run.fields("roof", float(time)) for time in (run.times("roof")[0], run.times("roof")[-1]))
     x, place = np.asarray(start["position"]), np.asarray(end["position"])
     middle = np.abs(x[:, 1] - SPAN) < 1e-9

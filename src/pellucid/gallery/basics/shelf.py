@@ -20,7 +20,7 @@ FREE = 1.0  # length of the strip beyond the clamp [m]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: deflection of the tip at rest, its horizontal distance from the clamp, vertical force on the
+    """Return the metrics by name: deflection of the tip at rest, its horizontal distance from the clamp, vertical force on the
     clamp, error of the energy balance."""
     body = _strip(run)
     reach, drop = _elastica(run, np.array([FREE]))
@@ -44,7 +44,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the middle line of the strip at rest, with the exact heavy elastica."""
+    """Return figures by name that show the middle line of the strip at rest, with the exact heavy elastica."""
     start, end = (run.fields("strip", float(time)) for time in (run.times("strip")[0], run.times("strip")[-1]))
     x, place = np.asarray(start["position"]), np.asarray(end["position"])
     middle = np.abs(x[:, 1] - 0.1) < 1e-9

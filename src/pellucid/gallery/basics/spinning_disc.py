@@ -15,7 +15,7 @@ METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "ener
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: time mean of σxx + σyy (virial theorem), period of the first radial mode, rotation angle at
+    """Return the metrics by name: time mean of σxx + σyy (virial theorem), period of the first radial mode, rotation angle at
     the end, change of the angular momentum, error of the energy balance."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times = np.asarray(run.times(name), dtype=float)
@@ -90,8 +90,8 @@ def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the mean of σxx + σyy against time, and radial and hoop stress against the radius, averaged over the frames of the
-    run."""
+    """Return figures by name that show the mean of σxx + σyy against time, and radial and hoop stress against the radius,
+    averaged over the stored frames of the run."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times, pull = _mean_pull(run)
     shown = times <= min(times[-1], 10.0 * 2.0 * np.pi / disc.breathing[2][0])

@@ -27,7 +27,7 @@ METRICS = ("fastest", "pressure", "column", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest speed of a point, largest errors of the pressure relative to ρ₀ g depth and to a
+    """Return the metrics by name: largest speed of a point, largest errors of the pressure relative to ρ₀ g depth and to a
     compressible column, largest error of the energy balance."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
@@ -42,7 +42,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def pressure_errors(run: Run) -> tuple[Array, Array]:
-    """Return the largest errors of the pressure of a point in each frame, divided by the pressure on the ground, shape
+    """Return the largest errors of the pressure of a point in each stored frame, divided by the pressure on the ground, shape
     (frames,): relative to ρ₀ g depth, and relative to a column of the same compressible liquid."""
     water: Any = run.case.body[0]
     errors = []
@@ -72,8 +72,8 @@ def column(run: Run, depth: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the pressure of the points against their heights at the end, and the largest relative error of the pressure against
-    time."""
+    """Return figures by name that show the pressure of the points against their heights at the end, and the largest relative
+    error of the pressure against time."""
     water: Any = run.case.body[0]
     figure, (profile, errors) = new_panels(1, 2, width=10.0, height=3.6)
     name, points = water.name, run.fields(water.name)

@@ -18,16 +18,17 @@ PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
 
 
 def along_and_off(run: Run, block: str, quantity: str = "") -> tuple[Array, Array]:
-    """Return the mean displacement [m] or, with quantity "v", velocity [m/s] of a block at each row of the history: its
-    component along the plate, and its component normal to the plate, shape (rows,) each."""
+    """Return the mean displacement [m] or, with quantity "v", mean velocity [m/s] of the points of a block at each row of the
+    history: its component along the plate, and its component normal to the plate, shape (rows,) each."""
     angle, sign = PLATES[block[:4]]
     x, y = column(run, f"{block}_{quantity}x"), column(run, f"{block}_{quantity}y")
     return sign * (np.cos(angle) * x + np.sin(angle) * y), np.cos(angle) * y - np.sin(angle) * x
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: for each plate the speed of the sliding block along it, corrected for its swing, its largest
-    displacement normal to the plate, and the largest displacement of the sticking block; error of the energy balance."""
+    """Return the metrics by name: for each plate the speed of the sliding block along the plate at the end plus μ times its
+    speed normal to the plate, a sum that oscillations of the block do not change; the largest displacement of this block normal
+    to the plate; the largest displacement of the sticking block along the plate; error of the energy balance."""
     end, cell = float(column(run, "time")[-1]), run.case.grid.cell
     sheared, _ = shear_and_compression(run)
     result = {}
@@ -51,8 +52,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the speeds of sliding blocks and the displacements of sticking blocks against time, and the positions of all points
-    at the end."""
+    """Return figures by name that show the speeds of sliding blocks and the displacements of sticking blocks against time, and
+    the positions of all points at the end."""
     time = column(run, "time")
     figure, (speed, slip, place) = new_panels(1, 3, width_ratios=(1.0, 1.0, 1.6), height=3.4)
     slip.axhline(1e3 * shear_and_compression(run)[0], color="#bbb", linewidth=4.0, label="own shear, mean")

@@ -66,7 +66,7 @@ def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest error of the concentration at a node at the end, relative to the largest
+    """Return the metrics by name: largest error of the concentration at a node at the end, relative to the largest
     concentration; amount (integral of the concentration) that remains at the end."""
     x, found, exact, time = _profiles(run)
     error = float(np.abs(found - exact).max() / np.abs(exact).max())
@@ -83,8 +83,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the concentration along the bar, its error, and the stability of the averaging windows (intervals over which the
-    equation is averaged) as a function of their width."""
+    """Return figures by name that show the concentration along the bar, its error, and the stability of the averaging windows
+    (intervals over which the equation is averaged) as a function of their width."""
     return {"profiles": _profile_figure(run), "errors": _error_figure(run), "windows": _window_figure(run)}
 
 
@@ -112,9 +112,9 @@ def _error_figure(run: Run) -> Figure:
 
 
 def _window_figure(run: Run) -> Figure:
-    """Draw the Fourier symbol of averaging windows (factor on a wave that is averaged over the window), and the largest growth
-    rate of the nodal equations, i.e. the largest real part of the eigenvalues of -M⁻¹ D K, for many widths of the windows, with
-    closed ends."""
+    """Return a figure of the Fourier symbol of averaging windows (factor on a wave that is averaged over the window), and the
+    largest growth rate of the nodal equations, i.e. the largest real part of the eigenvalues of -M⁻¹ D K, for many widths of
+    the windows, with closed ends."""
     body, bar = _bar(run)
     x = bar.places()
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.6)

@@ -26,8 +26,8 @@ def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
 
 
 def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
-    """Return the times of the frames [s], and for each spherical harmonic of the initial concentration, by its degree, the
-    amplitude at these times divided by its initial value."""
+    """Return the times of the stored frames [s], and for each spherical harmonic of the initial concentration, by its degree,
+    the amplitude at these times divided by its initial value."""
     body, _ = _field(run)
     times = run.times(body.name)
     at_start = run.fields(body.name, 0.0)
@@ -42,7 +42,7 @@ def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: decay rate of each spherical harmonic, change of the total amount (integral of the
+    """Return the metrics by name: decay rate of each spherical harmonic, change of the total amount (integral of the
     concentration), area of the sphere that the shape functions represent."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
@@ -67,7 +67,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the amplitudes of the spherical harmonics and their relative errors against time."""
+    """Return figures by name that show the amplitudes of the spherical harmonics and their relative errors against time."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.4)

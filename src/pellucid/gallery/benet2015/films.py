@@ -51,7 +51,7 @@ def pressures_of(run: Run) -> list[FilmPressure]:
 
 
 def shapes_of(run: Run, name: str) -> list[Ellipsoid]:
-    """Return for each frame the ellipse (axes and direction) fitted to the closed film `name` in the plane."""
+    """Return for each stored frame the ellipse (axes and direction) fitted to the closed film `name` in the plane."""
     return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
 
 

@@ -34,7 +34,7 @@ def _columns(run: Run, film: FluidFilmCase) -> tuple[str, str, str]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: radius and density of each film at the end, largest error of the energy balance."""
+    """Return the metrics by name: radius and density of each film at the end, largest error of the energy balance."""
     allowed = 1e-3  # the steps keep errors of this share of the distance of nodes; that of the curve's geometry is far below
     result = {}
     for film in films_of(run):
@@ -48,7 +48,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw radius, density and radial velocity of the films against time with the exact solutions."""
+    """Return figures by name that show radius, density and radial velocity of the films against time with the exact
+    solutions."""
     films, times = films_of(run), run.history["time"]
     figure, panels = new_panels(1, 3, width=10.0, height=3.2, title=run.case.title)
     for film, colour in zip(films, COLOURS[1:], strict=False):

@@ -30,7 +30,7 @@ class Decay(NamedTuple):
     """Decay of a mode (small periodic disturbance of the radius of a film): times, relative amplitudes, computed and exact
     rates."""
 
-    times: np.ndarray  # times of the frames [s]
+    times: np.ndarray  # times of the stored frames [s]
     amplitudes: np.ndarray  # amplitudes of the mode divided by the radius
     rate: float  # decay rate of the run [1/s]
     exact: float  # decay rate by linear theory [1/s]
@@ -72,8 +72,8 @@ def _exact(run: Run, film: FluidFilmCase) -> float:
 
 
 def decay_of(run: Run, film: FluidFilmCase) -> Decay:
-    """Return the decay of the disturbance of one film. Its rate is the slope of ln(amplitude) in the frames after the first, in
-    which the tension of the film balances the load."""
+    """Return the decay of the disturbance of one film. Its rate is the slope of ln(amplitude) in the stored frames after the
+    first, in which the tension of the film balances the load."""
     times = run.times(film.name)
     amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
     slope = np.polyfit(times[1:], np.log(amplitudes[1:]), 1)[0]
@@ -81,7 +81,7 @@ def decay_of(run: Run, film: FluidFilmCase) -> Decay:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: decay rate of the disturbance of each film."""
+    """Return the metrics by name: decay rate of the disturbance of each film."""
     result = {}
     for film in films_of(run):
         of = decay_of(run, film)
@@ -91,7 +91,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the amplitudes of the disturbances of the films against time."""
+    """Return figures by name that show the amplitudes of the disturbances of the films against time."""
     figure, axes = new_panels(height=3.8, title=run.case.title)
     for film, colour in zip(films_of(run), COLOURS, strict=False):
         of = decay_of(run, film)

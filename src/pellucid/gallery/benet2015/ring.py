@@ -18,8 +18,8 @@ solution of the same problem, accurate to 5 %."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: radius of the waist (the narrowest section) at the end, compared with a separate solution;
-    largest error of the energy balance; change of the mass."""
+    """Return the metrics by name: radius of the waist (the narrowest section) at the end, compared with a separate low-order
+    numerical solution; largest error of the energy balance; change of the mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
         "energy": worst_balance(
@@ -37,7 +37,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
     """Return for the upper half of the vesicle the arc lengths along the meridian from the waist to the nodes [m], and the mass
-    of the film between the waist and each node [kg], shape (m,) each, in the frame nearest to a time [s]."""
+    of the film between the waist and each node [kg], shape (m,) each, in the stored frame nearest to a time [s]."""
     fields = run.fields(film_of(run).name, time)
     place, mass = fields["position"][:, [0, 2]], fields["mass"]
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
@@ -56,8 +56,8 @@ def _moved(run: Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw density, velocity and displacement of the film along the meridian at the end, and the radius of the waist against
-    time."""
+    """Return figures by name that show density, velocity and displacement of the film along the meridian at the end, and the
+    radius of the waist against time."""
     fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
     along = np.gradient(place, axis=0)

@@ -41,7 +41,7 @@ def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: radius of the waist and largest difference of the radii between the film in space and the
+    """Return the metrics by name: radius of the waist and largest difference of the radii between the film in space and the
     film of revolution, largest error of the energy balance, change of the mass."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
@@ -62,7 +62,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the meridians of both films at the end and the difference of their radii."""
+    """Return figures by name that show the meridians of both films at the end and the difference of their radii."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
     figure, (left, right) = new_panels(1, 2, width_ratios=(2, 3), width=10.0, height=4.0, title=run.case.title)

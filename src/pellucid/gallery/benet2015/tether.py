@@ -37,8 +37,8 @@ def _radius(run: Run) -> float:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: force on the pole and radius of the tether, compared with a tube at the same tension;
-    largest error of the energy balance."""
+    """Return the metrics by name: force on the pole and radius of the tether, compared with a tube at the same tension; largest
+    error of the energy balance."""
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
@@ -54,7 +54,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the pulling force against the displacement of the pole, and the meridian of the vesicle at the end."""
+    """Return figures by name that show the pulling force against the displacement of the pole, and the meridian of the vesicle
+    at the end."""
     tube, thin = _tube(run)
     figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), width=10.0, height=4.2, title=run.case.title)
     speed = run.case.support[0].velocity[2]

@@ -45,8 +45,8 @@ def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: mean velocity of the vesicle at the end, largest difference of a node from the mean
-    velocity, largest error of the tension, largest error of the energy balance."""
+    """Return the metrics by name: mean velocity of the vesicle at the end, largest difference of a node from the mean velocity,
+    largest error of the tension, largest error of the energy balance."""
     film = film_of(run)
     axis = _drive(run)[2]
     exact, found = _velocity(run), float(run.history["velocity"][-1])
@@ -70,7 +70,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the error of the mean velocity against time, and the tension against the position along the axis of motion."""
+    """Return figures by name that show the error of the mean velocity against time, and the tension against the position along
+    the axis of motion."""
     axis = _drive(run)[2]
     figure, (left, right) = new_panels(1, 2, width=10.0, height=3.4, title=run.case.title)
     exact = _velocity(run)

@@ -25,7 +25,7 @@ METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: volume displaced by the piston until the vesicle is in the throat, final position, smallest
+    """Return the metrics by name: volume displaced by the piston until the vesicle is in the throat, final position, smallest
     distance from the walls, sideways motion, changes of enclosed area and film mass.
 
     In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum, which is 1.5 times the
@@ -93,7 +93,7 @@ def _distance(run: Run, position: np.ndarray) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw position, shape and enclosed area of the vesicle over time."""
+    """Return figures by name that show position, shape and enclosed area of the vesicle over time."""
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])

@@ -24,7 +24,7 @@ class Drop(NamedTuple):
     """Parameters of the drop in a shear flow between two plates."""
 
     radius: float  # initial radius of the drop [m]
-    capillary: float  # capillary number
+    capillary: float  # capillary number: outer viscosity times shear rate times radius, divided by surface tension
     ratio: float  # viscosity of the drop divided by that of the outer fluid
     confinement: float  # radius divided by the distance of the plates
     shear: float  # shear rate [1/s]
@@ -50,7 +50,7 @@ def _body(run: Run, name: str) -> Any:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: deformation (L - B)/(L + B) of the drop at the end, L and B being its largest and smallest
+    """Return the metrics by name: deformation (L - B)/(L + B) of the drop at the end, L and B being its largest and smallest
     diameter; largest changes of the enclosed volume and of the film's mass."""
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     end = float(times[-1])
@@ -69,7 +69,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the deformation and the semi-axes of the drop against time."""
+    """Return figures by name that show the deformation and the semi-axes of the drop against time."""
     return {"deformation": _deformation(run)}
 
 

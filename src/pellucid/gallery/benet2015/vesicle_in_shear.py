@@ -21,7 +21,7 @@ METRICS = ("deformation", "inclination", "area", "film_mass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: deformation (L - B)/(L + B) of the vesicle, with its longest and shortest diameter, and
+    """Return the metrics by name: deformation (L - B)/(L + B) of the vesicle, with its longest and shortest diameter, and
     inclination of the longest one at the end; largest changes of the enclosed area and of the film's mass."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     end, cells = float(times[-1]), 1.0 / run.case.grid.cell
@@ -38,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the deformation of the vesicle and the inclination of its longest axis against time."""
+    """Return figures by name that show the deformation of the vesicle and the inclination of its longest axis against time."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]

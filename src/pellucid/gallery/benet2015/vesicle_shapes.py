@@ -28,7 +28,7 @@ def _energies(run: Run) -> dict[str, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: bending energy of each vesicle at the end, divided by that of a sphere."""
+    """Return the metrics by name: bending energy of each vesicle at the end, divided by that of a sphere."""
     result = {}
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
@@ -38,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the meridians of the vesicles at the end."""
+    """Return figures by name that show the meridians of the vesicles at the end."""
     energies = _energies(run)
     places = {film.name: run.fields(film.name)["position"] for film in films_of(run)}
     across = -(-len(energies) // 2)

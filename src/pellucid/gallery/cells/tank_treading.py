@@ -26,8 +26,8 @@ METRICS = ("inclination", "tread_rate")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: inclination of the longest axis of the capsule at the end, and rate at which its membrane
-    rotates (tank-treads) while the shape is steady. Empty for a run that ends before."""
+    """Return the metrics by name: inclination of the longest axis of the capsule at the end, and rate at which its membrane
+    rotates (tank-treads) while the shape is steady. Empty for a run that ends before its shape is steady."""
     times, phases, axes = _course(run)
     late = times >= STEADY
     if np.count_nonzero(late) < 2:
@@ -53,7 +53,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the rotation of the membrane about the capsule and the inclination of the longest axis against time."""
+    """Return figures by name that show the rotation of the membrane about the capsule and the inclination of the longest axis
+    against time."""
     times, phases, axes = _course(run)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     ideal = -SHEAR_RATE * axes[:, 0] * axes[:, 1] / (axes[:, 0] ** 2 + axes[:, 1] ** 2)
@@ -68,8 +69,8 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _course(run: Run) -> tuple[Array, Array, Array]:
-    """Return the times of the frames [s], shape (n,); the mean change of the phase φ of nodes near the plane of the shear
-    [rad], shape (n,); and the two half axes in this plane [m] and the inclination [rad], shape (n, 3)."""
+    """Return the times of the stored frames [s], shape (n,); the mean change of the phase φ of nodes near the plane of the
+    shear [rad], shape (n,); and the two half axes in this plane [m] and the inclination [rad], shape (n, 3)."""
     times, triangles = np.array([time for time in run.times(NAME) if time >= DRAWN]), run.triangles(NAME)
     rows: list[tuple[float, float, float]] = []
     phases: list[Array] = []

@@ -32,7 +32,7 @@ METRICS = (*(f"{name}-{stretch:g}" for name in NAMES for stretch in STRETCHES[na
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: tension of each strip and sheet at given stretches, error of the energy balance."""
+    """Return the metrics by name: tension of each strip and sheet at given stretches, error of the energy balance."""
     exact, result = exact_curves(), {}
     for name in NAMES:
         law, pull, kind = name.rsplit("-", 2)
@@ -62,8 +62,8 @@ def exact_curves() -> dict[tuple[str, str], tuple[Array, Array]]:
 
 
 def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
-    """Return the times of the frames [s], and the stretch along x and the tension along x [N/m] of the body `name` at these
-    times."""
+    """Return the times of the stored frames [s], and the stretch along x and the tension along x [N/m] of the body `name` at
+    these times."""
     model: Any = next(body for body in run.case.body if body.name == name)
     times = run.times(name)
     start = run.fields(name, float(times[0]))["position"]
@@ -81,7 +81,8 @@ def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw tension divided by modulus against stretch, for strips and for sheets, with the exact curves."""
+    """Return figures by name that show tension divided by modulus against stretch, for strips and for sheets, with the exact
+    curves."""
     return {"curves": _curves(run)}
 
 

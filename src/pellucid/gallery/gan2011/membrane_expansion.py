@@ -15,7 +15,7 @@ METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest deviations of the displacement of the cube and of the mean gas pressure from finite
+    """Return the metrics by name: largest deviations of the displacement of the cube and of the mean gas pressure from finite
     elements during the run, and share of the gas points that leaked through the lid."""
     columns = {
         "cube_z_deviation": ("cube_z", "the displacement of the cube"),

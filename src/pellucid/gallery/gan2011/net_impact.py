@@ -1,4 +1,5 @@
-"""Metrics of a cuboid that falls on a net, compared with finite elements that are tied in the same way."""
+"""Metrics of a cuboid that falls on a net, compared with finite elements in which the cuboid and the net are tied to each
+other, as on a common grid."""
 
 import numpy as np
 
@@ -15,8 +16,8 @@ METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest deviations of the centres of cuboid and net from finite elements during the run;
-    lowest position of the cuboid's centre and its time."""
+    """Return the metrics by name: largest deviations of the heights of the centres of cuboid and net from finite elements
+    during the run; lowest height of the cuboid's centre, and the time at which it is reached."""
     reference, times = finite_elements.read("net_impact"), run.history["time"]
     tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
     columns = {

@@ -1,4 +1,5 @@
-"""Metrics and pictures of piezo-ICSI: position of the failure of the zona, leaks of the cytoplasm, and energy balance."""
+"""Metrics and pictures of piezo-ICSI, in which a pipette that oscillates sideways pierces the zona (the shell of an oocyte):
+position of the failure of the zona, leaks of the cytoplasm, and energy balance."""
 
 from collections.abc import Callable
 from functools import partial
@@ -30,8 +31,9 @@ METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: error of the path of the pipette's tip, cytoplasm points outside the zona, share of the
-    failed points on the side of the pipette, largest error of the energy balance, number of points compared with the paper."""
+    """Return the metrics by name: largest distance of the pipette's tip from its prescribed path; largest number of cytoplasm
+    points outside the zona; share of the points of the zona failed after 28 µs that are on the half that faces the pipette;
+    largest error of the energy balance; number of material points, compared with the paper."""
     history = run.history
     tip = next(motion for motion in run.case.motion if motion.name == "tip")
     signal = tip.displacement.y
@@ -65,28 +67,29 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _escaped(run: Run, time: float, zona: np.ndarray) -> int:
-    """Return the number of points of the cytoplasm outside the zona in the frame nearest to a time [s]; zona: triangles of its
-    surface as point numbers, shape (m, 3)."""
+    """Return the number of points of the cytoplasm outside the zona in the stored frame nearest to a time [s]; zona: triangles
+    of its surface as point numbers, shape (m, 3)."""
     surface, inner = (run.fields(body, time, ("position",))["position"] for body in ("zona", "cytoplasm"))
     return int(np.count_nonzero(~inside(inner, surface, zona)))
 
 
 def _facing(run: Run, time: float) -> float:
-    """Return the share of the failed points of the zona that were initially on the side of the pipette, in the frame nearest to
-    a time [s]; NaN if no point failed."""
+    """Return the share of the failed points of the zona that were initially on the side of the pipette, in the stored frame
+    nearest to a time [s]; NaN if no point failed."""
     start = run.fields("zona", 0.0, ("position",))["position"][:, 0]
     failed = run.fields("zona", time, ("failed",))["failed"] > 0
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """Return the functions that draw the oocyte, as a whole and without its upper half, and the time and place of the failure
-    of the zona."""
+    """Return figures by name, as functions that draw them: the oocyte as a whole, the oocyte without its upper half, and the
+    time and place of the failure of the zona."""
     return piezo_pictures.figures(run) | {"failure": partial(_failure, run)}
 
 
 def _failure(run: Run) -> Figure:
-    """Draw the initial positions of the points of the zona that face the pipette, coloured by the time of failure."""
+    """Return a figure of the initial positions of the points of the zona that face the pipette, coloured by the time of
+    failure."""
     times = run.times("zona")
     start = run.fields("zona", 0.0)["position"]
     first = np.full(len(start), np.nan)

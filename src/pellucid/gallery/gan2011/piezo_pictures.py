@@ -48,7 +48,8 @@ PALETTE = "PuOr_r"
 
 
 class Stage(NamedTuple):
-    """Common settings of the pictures at all times: camera, cut plane, and limits of the pressure [Pa] in the cut."""
+    """Common settings of the pictures at all times: camera, cut plane (None: the oocyte is drawn whole), and limits [Pa] of the
+    colour scale of the pressure in the cut."""
 
     camera: Camera
     triangles: np.ndarray  # (m, 3) surface triangles of the zona
@@ -58,7 +59,8 @@ class Stage(NamedTuple):
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """Return the functions that draw the oocyte at the times of the paper: as a whole, and without its upper half."""
+    """Return figures by name, as functions that draw them: the oocyte at the times of the paper as a whole, and without its
+    upper half."""
     return {"oocyte_whole": partial(oocyte_whole, run), "oocyte_cut": partial(oocyte_cut, run)}
 
 
@@ -85,14 +87,14 @@ def films(run: Run) -> dict[str, Animation]:
 
 
 def oocyte_whole(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
-    """Draw zona, pipette and plate at the given times [s]; failed parts of the zona are red."""
+    """Return a figure of zona, pipette and plate at the given times [s]; failed parts of the zona are red."""
     stage = whole_stage(run, COLUMNS)
     return _panels(run, recorded(run.times("zona"), times), stage)
 
 
 def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
-    """Draw the oocyte without its upper half at the given times [s], seen from above; the cut is along the pipette's path and
-    shows the pressure in the cytoplasm and the rim of the zona."""
+    """Return a figure of the oocyte without its upper half at the given times [s], seen from above; the cut is along the
+    pipette's path and shows the pressure in the cytoplasm and the rim of the zona."""
     shown = recorded(run.times("zona"), times)
     stage = cut_stage(run, COLUMNS, shown)
     figure = _panels(run, shown, stage)
@@ -118,7 +120,8 @@ def cut_stage(run: Run, columns: int, times: Iterable[float]) -> Stage:
 
 
 def draw_oocyte(axes: Axes, run: Run, time: float, stage: Stage) -> None:
-    """Draw the frame nearest to a time [s] with the settings `stage`."""
+    """Draw the oocyte, the pipette and the plate on `axes` in the stored frame nearest to a time [s]. stage: camera, cut and
+    colours."""
     zona = run.fields("zona", time, ("position", "failed"))
     failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["position"]), bool)
     skin = Mesh(zona["position"], stage.triangles, np.tile(ZONA, (len(failed), 1)), failed, FAILED)

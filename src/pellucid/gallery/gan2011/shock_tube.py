@@ -23,7 +23,7 @@ METRICS = (
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: relative L1 errors of the profiles of density, velocity, pressure and internal energy; means
+    """Return the metrics by name: relative L1 errors of the profiles of density, velocity, pressure and internal energy; means
     of the states on both sides of the contact; position of the shock; largest density."""
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     points = points_of(run)
@@ -95,8 +95,8 @@ def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the profiles of density, velocity, pressure and internal energy with the exact ones and, after the start, the points
-    near the contact and the shock."""
+    """Return figures by name that show the profiles of density, velocity, pressure and internal energy with the exact ones and,
+    after the start, the points near the contact and the shock."""
     found = {"profiles": _profiles(run)}
     if run.times(run.case.body[0].name)[-1] > 0.0:
         found["shock"] = _close_up(run)

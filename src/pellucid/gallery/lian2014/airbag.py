@@ -30,8 +30,8 @@ METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "e
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: volume, height and width of the bag at rest; gas points outside the bag; gas pressure at
-    rest; change of the energy; largest compressive stress in the sheet."""
+    """Return the metrics by name: volume, height and width of the bag at rest; gas points outside the bag; gas pressure at
+    rest; largest change of the total energy of gas and bag; largest compressive stress in the sheet."""
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
     times = run.times("bag")
@@ -69,21 +69,21 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw volume and gas pressure against time, and the ratio of the principal stresses in the sheet, which shows wrinkles,
-    from above."""
+    """Return figures by name that show volume and gas pressure against time, and the ratio of the principal stresses in the
+    sheet, which shows wrinkles, from above."""
     return {"curves": _curves(run), "wrinkles": _wrinkles(run)}
 
 
 def bag_volume(run: Run, time: float) -> float:
-    """Return the volume of the whole bag [m³] in the frame nearest to a time [s]: eight times the volume between the computed
-    part of the sheet and the plane of its edges."""
+    """Return the volume of the whole bag [m³] in the stored frame nearest to a time [s]: eight times the volume between the
+    computed part of the sheet and the plane of its edges."""
     a, b, c = (run.fields("bag", time)["position"][corner] for corner in run.triangles("bag").T)
     plan = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     return PARTS * float(np.sum(plan * (a + b + c)[:, 2]) / 3.0)
 
 
 def gas_pressure(run: Run, time: float) -> float:
-    """Return the volume average of the gas pressure in the bag [Pa] in the frame nearest to a time [s]."""
+    """Return the volume average of the gas pressure in the bag [Pa] in the stored frame nearest to a time [s]."""
     fields = [run.fields(name, time) for name in GAS]
     volumes = [gas["mass"] / gas["density"] for gas in fields]
     total = sum(float(np.sum(volume * gas["pressure"])) for volume, gas in zip(volumes, fields, strict=True))
@@ -113,8 +113,8 @@ def _pressure_of_energy(run: Run, times: list[float]) -> float:
 
 
 def _principal(run: Run, time: float) -> np.ndarray:
-    """Return the principal stresses of the sheet's nodes [Pa] in ascending order, shape (n, 3), in the frame nearest to a time
-    [s], including the zero stress normal to the sheet."""
+    """Return the principal stresses of the sheet's nodes [Pa] in ascending order, shape (n, 3), in the stored frame nearest to
+    a time [s], including the zero stress normal to the sheet."""
     xx, yy, zz, yz, xz, xy = run.fields("bag", time)["stress"].T
     return np.linalg.eigvalsh(np.stack([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1))
 

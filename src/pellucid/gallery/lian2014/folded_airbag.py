@@ -21,7 +21,7 @@ METRICS = ("volume", "pressure", "crossings", "gap", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: volume and gas pressure at rest; number of places at which layers of the bag cross; smallest
+    """Return the metrics by name: volume and gas pressure at rest; number of places at which layers of the bag cross; smallest
     gap of two layers; error of the energy balance."""
     bag: Any = next(body for body in run.case.body if body.name == "bag")
     history, late = run.history, np.asarray(run.history["time"]) >= REST * run.history["time"][-1]
@@ -77,13 +77,13 @@ def circumference(position: Array, triangles: Array) -> float:
 
 
 def least_gap(frames: list[Array], triangles: Array, thickness: float) -> float:
-    """Return the smallest distance of vertices from triangles of other layers in all frames, divided by the thickness (no
-    unit).
+    """Return the smallest distance of vertices from triangles of other layers in all stored frames, divided by the thickness
+    (no unit).
 
-    frames: positions of the nodes in each frame [m], shape (n, 3). triangles: node numbers, shape (m, 3). thickness: of the
-    sheet [m]. Triangles belong to another layer if they are at least `APART` thicknesses away along the sheet and at least one
-    thickness away at the start; near the rims, the layers of a flat bag are closer. The function is independent of the
-    distances computed by contact.
+    frames: positions of the nodes in each stored frame [m], shape (n, 3). triangles: node numbers, shape (m, 3). thickness: of
+    the sheet [m]. Triangles belong to another layer if they are at least `APART` thicknesses (a constant of this module) away
+    along the sheet and at least one thickness away at the start; near the rims, the layers of a flat bag are closer. The
+    function is independent of the distances computed by contact.
     """
     start, edges = frames[0], _edges(triangles)
     lengths = np.linalg.norm(start[edges[:, 0]] - start[edges[:, 1]], axis=1)

@@ -21,7 +21,7 @@ METRICS = ("radius_0", "radius_90", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: radii of the membrane at 0 and 90 degrees, averaged over the last oscillation, and largest
+    """Return the metrics by name: radii of the membrane at 0 and 90 degrees, averaged over the last oscillation, and largest
     change of the total energy."""
     wanted, times, result = circle(run), run.history["time"], {}
     last = times >= times[-1] - LAST
@@ -54,7 +54,7 @@ def loss(run: Run) -> np.ndarray:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the relative loss of total energy against time."""
+    """Return figures by name that show the relative loss of total energy against time."""
     figure, axes = new_panels(height=2.8, title=run.case.title)
     axes.plot(run.history["time"], 100.0 * loss(run), color=COLOURS[2])
     label(axes, "time", "loss of energy", "s", "%")

@@ -8,7 +8,7 @@ METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest deviations of the heights of the middle and a corner of the sheet from finite
+    """Return the metrics by name: largest deviations of the heights of the middle and a corner of the sheet from finite
     elements during the run, and largest hourglass energy."""
     columns = {
         "centre_deviation": ("centre_z", "the middle of the sheet"),

@@ -14,7 +14,7 @@ METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", 
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest deviations of the heights of the middle of the sheet and the top of the sphere from
+    """Return the metrics by name: largest deviations of the heights of the middle of the sheet and the top of the sphere from
     finite elements during the run; lowest position of the sheet; rebound speed; largest hourglass energy."""
     columns = {
         "membrane_deviation": ("membrane_z", "the middle of the sheet"),

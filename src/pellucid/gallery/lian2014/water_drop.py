@@ -33,7 +33,7 @@ METRICS = ("leak", "momentum", "energy", "spread", "broken")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: largest share of the water below the sheet, errors of the momentum and energy balances,
+    """Return the metrics by name: largest share of the water below the sheet, errors of the momentum and energy balances,
     radius of the drop relative to its initial radius, share of the mass that broke off."""
     times = run.times("drop")
     end, result = float(times[-1]), {}
@@ -56,7 +56,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def below(run: Run, time: float) -> float:
-    """Return the share of the drop's points below or outside the sheet, in the frame nearest to a time [s].
+    """Return the share of the drop's points below or outside the sheet, in the stored frame nearest to a time [s].
 
     The sheet is interpolated linearly between its nodes.
     """
@@ -66,13 +66,13 @@ def below(run: Run, time: float) -> float:
 
 
 def radius(run: Run, time: float) -> float:
-    """Return the largest distance of the drop's points from the axis [m], in the frame nearest to a time [s]."""
+    """Return the largest distance of the drop's points from the axis [m], in the stored frame nearest to a time [s]."""
     x, y, _ = run.fields("drop", time)["position"].T
     return float(np.hypot(x, y).max())
 
 
 def broken(run: Run, time: float) -> float:
-    """Return the share of the drop's mass outside its heaviest piece, in the frame nearest to a time [s]."""
+    """Return the share of the drop's mass outside its heaviest piece, in the stored frame nearest to a time [s]."""
     drop = run.fields("drop", time)
     return float(1.0 - drop["mass"][in_largest(run, time)].sum() / drop["mass"].sum())
 
@@ -88,7 +88,8 @@ def in_largest(run: Run, time: float) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the water from above at several times, with the pieces that broke off in another colour."""
+    """Return figures by name that show the water from above at several times, with the pieces that broke off in another
+    colour."""
     reached = recorded(run.times("drop"), PLANS)
     figure, subplots = panels(len(reached), len(reached), height=3.5, sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):

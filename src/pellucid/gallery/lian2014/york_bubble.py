@@ -19,8 +19,10 @@ METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: share of the water outside the skin, mean gap between skin and water, height of the bag when
-    contact with the floor starts, spread of its half widths, strain energy of the skin at the largest width."""
+    """Return the metrics by name: largest share of the water outside the skin; largest mean gap between skin and water;
+    distance of the bag from the floor when the contact force starts; at the largest width of the bag, the spread of its half
+    widths, and the strain energy of the skin, compared with the minimum energy of a bag of this width and with the initial
+    kinetic energy."""
     history, cell = run.history, run.case.grid.cell
     skin_case: Any = run.case.body[0]
     law = skin_case.material
@@ -56,8 +58,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _fit(run: Run, time: float) -> tuple[float, float]:
-    """Return the share of the water points outside the skin by more than CLOSE cells, and the mean gap between skin and water
-    in cells, in the frame nearest to a time [s]."""
+    """Return the share of the water points outside the skin by more than 0.25 cells (`CLOSE`), and the mean gap between skin
+    and water in cells, in the stored frame nearest to a time [s]."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
     height = heights(water["position"], skin, triangles)
     corners = skin[triangles]

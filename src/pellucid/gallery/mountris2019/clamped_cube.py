@@ -60,7 +60,8 @@ def known_at(run: Run, distance: float) -> AtRest:
 def beside_known(axes: Axes, run: Run, values: Array, places: Sequence[float], known: Sequence[float]) -> None:
     """Draw values at the equilibria of a run, shape (rows,), against the displacement of the upper plate.
 
-    For comparison, finite-element values `known` at displacements `places` [m] are drawn, with the relative error of the run.
+    For comparison, finite-element values `known` at displacements `places` [m] are drawn, each with the relative difference of
+    the run from it as text.
     """
     moved = abs(displacement(run, 2))
     axes.plot(1e3 * moved, values, "-o", color=COLOURS[0], markersize=4, label="meshless solid")

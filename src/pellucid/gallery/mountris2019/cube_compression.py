@@ -17,13 +17,13 @@ CAPTIONS = {
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: strain energy and force at a displacement of a tenth of the edge, compared with finite
+    """Return the metrics by name: strain energy and force at a displacement of a tenth of the edge, compared with finite
     elements; scatter of the pressure; errors of the prescribed displacements."""
     return metrics_at(run, JUDGED, of_mesh(run, 0.01, 1.0))  # singular edges: first order, as finite elements have nearly
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the force on the upper plate and the strain energy against its displacement."""
+    """Return figures by name that show the force on the upper plate and the strain energy against its displacement."""
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     known = [known_at(run, distance) for distance in KNOWN]
     beside_known(left, run, -run.history["reaction_z"], KNOWN, [-state.reaction for state in known])

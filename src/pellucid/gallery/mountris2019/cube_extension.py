@@ -46,7 +46,7 @@ def _known_line(run: Run, line: str, height: Array) -> Array:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: strain energy, force, and transverse displacement of the free sides at half height, compared
+    """Return the metrics by name: strain energy, force, and transverse displacement of the free sides at half height, compared
     with finite elements; scatter of the pressure; errors of the prescribed displacements."""
     # displacements are of second order, energies and forces feel the singular edges of the clamps
     height, moved = _lines(run)["face"]
@@ -59,7 +59,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the deformed free sides, and the force on the upper plate against its displacement."""
+    """Return figures by name that show the deformed free sides, and the force on the upper plate against its displacement."""
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     heights = np.linspace(0.0, 0.1, 200)
     names = {"face": "middle of a face", "edge": "edge of the cube"}

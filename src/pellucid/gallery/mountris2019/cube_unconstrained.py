@@ -32,7 +32,7 @@ def _displacements(run: Run) -> tuple[Array, Array]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: root mean square error of the displacements, strain energy, force on the upper face, errors
+    """Return the metrics by name: root mean square error of the displacements, strain energy, force on the upper face, errors
     of the prescribed displacements."""
     cube, edge, _ = _exact(run)
     found, exact = _displacements(run)
@@ -50,7 +50,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the computed displacements of the nodes against the exact ones, and their differences."""
+    """Return figures by name that show the computed displacements of the nodes against the exact ones, and their
+    differences."""
     found, exact = _displacements(run)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     for axis, name in enumerate("xyz"):

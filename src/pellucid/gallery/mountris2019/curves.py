@@ -91,8 +91,8 @@ def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
 
 
 def force_and_energy(run: Run, reaction: str, axis: int) -> Figure:
-    """Draw the force of the prescribed motion (history column `reaction`) and the strain energy at the equilibria, against the
-    prescribed displacement along an axis (0 to 2)."""
+    """Return a figure of the force of the prescribed motion (history column `reaction`) and the strain energy at the
+    equilibria, against the prescribed displacement along an axis (0 to 2)."""
     moved = displacement(run, axis)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])

@@ -13,12 +13,12 @@ CAPTIONS = {
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: strain energy compared with the work done; strain energy and force compared with finite
+    """Return the metrics by name: strain energy compared with the work done; strain energy and force compared with finite
     elements; smallest volume ratio (current volume divided by initial volume); errors of the prescribed displacements."""
     beside = excess(run, "cylinder", 0.5, "reaction_z")
     return {"strain_energy": work_done(run), **beside, "least_volume": least_volume(run), **residuals(run)}
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the force on the indented face and the strain energy against the displacement."""
+    """Return figures by name that show the force on the indented face and the strain energy against the displacement."""
     return {"cylinder_indentation": force_and_energy(run, "reaction_z", 2)}

@@ -13,12 +13,12 @@ CAPTIONS = {
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics by name: strain energy compared with the work done; strain energy and force compared with finite
+    """Return the metrics by name: strain energy compared with the work done; strain energy and force compared with finite
     elements; smallest volume ratio (current volume divided by initial volume); errors of the prescribed displacements."""
     beside = excess(run, "heart", 1.0, "push")
     return {"strain_energy": work_done(run), **beside, "least_volume": least_volume(run), **residuals(run)}
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Draw the force on the indented wall and the strain energy against the displacement."""
+    """Return figures by name that show the force on the indented wall and the strain energy against the displacement."""
     return {"heart_indentation": force_and_energy(run, "push", 0)}

@@ -49,11 +49,11 @@ class BoundingTree:
         # boxes of the last level are not split, so the order of their triangles does not matter
 
     def near(self, edges: np.ndarray, start: np.ndarray, end: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the numbers of edges and of triangles that may intersect them, shape (p,) each, for a part of the edges at
-        a time.
+        """Yield pairs of an edge and a triangle that may intersect it: indices of the edges and of the triangles, shape (p,)
+        each, for a part of the edges at a time.
 
-        edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start,
-        end: positions of the ends [m], shape (n, 3).
+        edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start, end:
+        positions of the ends [m], shape (n, 3).
         """
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
         last = len(self._levels) - 1

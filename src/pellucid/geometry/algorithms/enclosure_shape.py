@@ -35,8 +35,8 @@ def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Return the ellipsoid with the volume and second moments of the enclosed space; nan if the volume is zero. Arguments as
-    in `volume_with_lids`."""
+    """Return the ellipsoid with the volume and second moments of the enclosed space; its semi-axes and directions are NaN if
+    the volume is zero. Arguments as in `volume_with_lids`."""
     corners, volumes = _tetrahedra(position, triangles)
     volume = float(volumes.sum())
     if abs(volume) <= NOTHING * float(np.ptp(position, axis=0).max()) ** 3:

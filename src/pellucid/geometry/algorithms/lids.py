@@ -16,9 +16,9 @@ class Rims(NamedTuple):
     """The boundary edges of a surface (edges of only one triangle), each in the direction in which its triangle passes
     through it."""
 
-    edges: np.ndarray  # (k, 2)
-    beside: np.ndarray  # (k,) third corner of the triangle at each edge
-    number: np.ndarray  # (k,) number of the rim of each edge
+    edges: np.ndarray  # (k, 2) vertex numbers of the ends of each edge
+    beside: np.ndarray  # (k,) vertex number of the third corner of the triangle at each edge
+    number: np.ndarray  # (k,) index of the rim to which each edge belongs
 
 
 def rims_of(triangles: np.ndarray) -> Rims:

@@ -20,7 +20,8 @@ def spatial_order(points: np.ndarray) -> np.ndarray:
 
 
 def side_by_side(mesh: Triangulation) -> Triangulation:
-    """Return a surface with its nodes renumbered in spatial order, and its triangles in the order of their nodes."""
+    """Return the same surface with its nodes in the order of `spatial_order`, and its triangles ordered by their mean node
+    number, so that neighbouring triangles are close in memory. Each triangle starts at its smallest node number."""
     order = spatial_order(mesh.vertices)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

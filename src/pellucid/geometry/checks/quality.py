@@ -44,7 +44,7 @@ def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def _mean_square(places: np.ndarray, sides: tuple[tuple[int, int], ...]) -> np.ndarray:
-    """Return the mean squared side length of elements with corner positions, shape (m, corners, 3): shape (m,), never 0.
-    sides: pairs of corner indices."""
+    """Return the mean squared side length of elements with corner positions, shape (m, corners, 3): shape (m,), at least the
+    smallest positive number, so that it can be a divisor. sides: pairs of corner indices."""
     squares = [np.square(places[:, a] - places[:, b]).sum(axis=1) for a, b in sides]
     return np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny)

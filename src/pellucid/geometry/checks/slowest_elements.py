@@ -13,9 +13,9 @@ FEW = 0.01  # largest fraction of bad elements
 
 
 class Slowest(NamedTuple):
-    """The smallest set of elements, worst first, without which the stable time step is more than `MUCH` times larger."""
+    """The smallest set of elements without which the stable time step is more than five times (`MUCH`) as long."""
 
-    elements: np.ndarray
+    elements: np.ndarray  # indices of the elements, worst first
     times: float  # ratio of the stable time step without these elements to the actual one
 
 
@@ -34,18 +34,19 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Return the few quadrilaterals and triangles without which the stable time step would be more than `MUCH` times larger,
-    found from their eigenfrequencies, or None."""
+    """Return the few quadrilaterals and triangles without which the stable time step would be more than five times (`MUCH`) as
+    long, found from their eigenfrequencies; None if there are no such elements."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Return the few linear tetrahedra without which the stable time step would be more than `MUCH` times larger, or None.
+    """Return the few linear tetrahedra without which the stable time step would be more than five times (`MUCH`) as long; None
+    if there are no such elements.
 
-    The squared frequency of node a is bounded by a multiple of Σ_e V |∇N_a| Σ_b |∇N_b| / V_a over its elements e with
-    volumes V and nodes b, with the shape functions N; V_a is the volume of the node.
+    The squared frequency of node a is bounded by a multiple of Σ_e V |∇N_a| Σ_b |∇N_b| / V_a over its elements e with volumes V
+    and nodes b, with the shape functions N; V_a is the volume of the node.
     """
     corners, volumes, n = mesh.nodes[mesh.cells], np.abs(mesh.volumes), len(mesh.nodes)
     slopes = np.empty((len(corners), 4))  # |∇N_a|: area of the opposite face over three times the volume
@@ -66,11 +67,11 @@ def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
 
 
 def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | None:
-    """Return the fewest elements without which the stable time step is more than MUCH times larger, found by bisection, or
-    None.
+    """Return the fewest elements without which the stable time step is more than five times (`MUCH`) as long, found by
+    bisection; None if there are no such elements.
 
-    worst: elements, worst first; without: returns the rate that limits the time step (up to a constant factor) if the
-    given number of worst elements is removed.
+    worst: elements, worst first; without: returns the rate that limits the time step (up to a constant factor) if the given
+    number of worst elements is removed.
     """
     most = min(max(1, int(FEW * len(worst))), len(worst) - 1)
     whole = without(0)

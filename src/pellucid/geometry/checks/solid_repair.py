@@ -10,10 +10,11 @@ from pellucid.geometry.meshes.triangulation import first_of_each
 
 
 def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
-    """Return the mesh with corners of tetrahedra reordered so that all volumes are positive, and notes about it.
+    """Return the mesh with corners of tetrahedra reordered so that all volumes are positive, and notes for the user on the
+    inverted tetrahedra.
 
-    n_told: the notes count only the first `n_told` cells, which are tetrahedra in the file; later cells are parts of
-    other elements.
+    n_told: the notes count only the first `n_told` cells, which are tetrahedra in the file; later cells are parts of other
+    elements.
     """
     turned = np.flatnonzero(mesh.volumes < 0.0)
     if not len(turned):
@@ -30,10 +31,10 @@ def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
 
 
 def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
-    """Return the mesh without useless parts, and notes on the changes, with positions in the unit of the nodes.
+    """Return the mesh without the parts listed below, and notes for the user on the changes, with positions in the unit of the
+    nodes.
 
-    Removed are tetrahedra with a repeated corner, flat tetrahedra at the surface, duplicates, unused nodes, and empty
-    sets.
+    Removed are tetrahedra with a repeated corner, flat tetrahedra at the surface, duplicates, unused nodes, and empty sets.
     """
     notes: list[str] = []
 

@@ -13,8 +13,8 @@ FLATTEST = 1e-6  # smallest area over the square of the longest edge of a triang
 
 
 def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
-    """Close holes of up to `most_edges` edges by the triangles with the shortest sides; return the mesh and notes on the
-    changes.
+    """Close holes of up to `most_edges` edges by the triangles with the shortest sides; return the mesh and notes for the user
+    on the changes.
 
     Slits between collinear edges are always closed, by triangles without area.
     """

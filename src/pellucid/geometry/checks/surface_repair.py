@@ -59,8 +59,8 @@ def _merged(mesh: Mesh) -> Mended:
 
 
 def _of_different_corners(mesh: Mesh) -> Mended:
-    """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three different
-    corners; return the mesh and notes on the changes."""
+    """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three different corners;
+    return the mesh and notes for the user on the changes."""
     notes, triangles = [], [mesh.triangles]
     again = mesh.quads == np.roll(mesh.quads, 1, axis=1)
     three = again.sum(axis=1) == 1
@@ -135,7 +135,7 @@ def _without_slits(mesh: Mesh) -> Mended:
 
 def _flat_quads(mesh: Mesh) -> Mended:
     """Divide quadrilaterals that are not convex or far from flat along the diagonal with the smaller fold angle; return the
-    mesh and notes on the changes.
+    mesh and notes for the user on the changes.
 
     Quadrilaterals whose edges cross are kept.
     """

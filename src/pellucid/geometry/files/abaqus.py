@@ -39,11 +39,11 @@ class _Scope:
     )  # kind of elements; for each element its label and the labels of its nodes
     sets: dict[tuple[str, str], list[tuple[str, str, list[list[str]], bool]]] = field(default_factory=dict)
     """Sets by ("N" or "E", name in capitals): name as written, instance, data lines, True if these are ranges."""
-    surfaces: list[tuple[str, bool, list[list[str]]]] = field(default_factory=list)
+    surfaces: list[tuple[str, bool, list[list[str]]]] = field(default_factory=list)  # name, True if of nodes, data lines
     node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending, in the order of `node_numbers`
-    node_numbers: np.ndarray = field(default_factory=lambda: _NONE)
-    element_labels: np.ndarray = field(default_factory=lambda: _NONE)
-    element_numbers: np.ndarray = field(default_factory=lambda: _NONE)
+    node_numbers: np.ndarray = field(default_factory=lambda: _NONE)  # index in the whole mesh of each node
+    element_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending, in the order of `element_numbers`
+    element_numbers: np.ndarray = field(default_factory=lambda: _NONE)  # index in the whole mesh of each element
 
 
 def read_abaqus(path: str) -> Contents:
@@ -178,7 +178,7 @@ class _Model:
         return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
-        """Return the members of the sets of nodes (what = "N") or elements ("E"), as numbers, by set name.
+        """Return for each set of nodes (what = "N") or elements ("E") its name and the indices of its members.
 
         If several instances use a name, it selects the union of their sets; the set of each instance is also available as
         `INSTANCE.NAME`.
@@ -200,7 +200,7 @@ class _Model:
         return found
 
     def _members(self, scope: _Scope, what: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Return the numbers of the nodes (what = "N") or elements ("E") of a set, which may include other sets. name: in
+        """Return the indices of the nodes (what = "N") or elements ("E") of a set, which may include other sets. name: in
         capitals; within: names of the sets that include this set, to detect a cycle."""
         if name in within:
             raise Damaged(f"the set {name[:60]} contains itself")
@@ -235,8 +235,8 @@ class _Model:
         return _NONE
 
     def _known(self, scope: _Scope, what: str, labels: np.ndarray) -> np.ndarray:
-        """Return the numbers of the nodes (what = "N") or elements ("E") with given labels in a scope; undefined labels are
-        omitted."""
+        """Return the indices of the nodes (what = "N") or elements ("E") with given labels in a scope (file, part or instance);
+        undefined labels are omitted."""
         if what == "N":
             known, numbers = scope.node_labels, scope.node_numbers
         else:
@@ -335,7 +335,7 @@ def _rows(keyword: Keyword, width: int) -> np.ndarray:
 
 def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
     """Return the error for a node that an earlier line defines at another position; labels: labels of the nodes of the scope
-    in the order of the file; row: index of the node among them."""
+    (file, part or instance) in the order of the file; row: index of the node among them."""
     lines = [(some.keyword, k) for some in scope.nodes for k in range(len(some.labels))]
     before, again = (keyword.line_of(k) for keyword, k in (lines[int(np.argmax(labels == labels[row]))], lines[row]))
     text = f"{again} defines node {labels[row]} again, at a different position than {before}"

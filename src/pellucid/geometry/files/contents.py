@@ -18,9 +18,9 @@ _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "
 
 
 class Damaged(ValueError):
-    """The contents of a file do not follow its format.
+    """Error: the contents of a file do not follow its format.
 
-    remedy: what to do, if it is more than writing the file again.
+    remedy: instruction to the user; empty if the only remedy is to write the file again.
     """
 
     def __init__(self, text: str, remedy: str = "") -> None:
@@ -47,8 +47,9 @@ class Block(NamedTuple):
 class Contents:
     """Mesh read from a file: points, shape (n, 3), in the unit of the file, elements and named sets.
 
-    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: True if the
-    file stores coordinates in single precision; skipped_types: names of the element types that were not read.
+    cell_sets: for each set its name and, for each block, the indices of the elements of the block that belong to the set;
+    notes: notes for the user on what was read; is_single: True if the file stores coordinates in single precision;
+    skipped_types: names of the element types that were not read.
     """
 
     format: str

@@ -202,8 +202,8 @@ class _Reader:
         return without_lone_vertices(Contents(form, points, tuple(blocks), cell_sets=sets, notes=tuple(notes)))
 
     def _members(self, kind: int, number: np.ndarray, entity: np.ndarray, group: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the numbers of the elements of a kind in each physical group, by name of the group. number, entity, group:
-        number, geometric entity and (format 2) physical group of each element, shape (m,)."""
+        """Return for each physical group its name and the indices of its elements of one kind. number, entity, group: index,
+        geometric entity and (format 2) physical group of each element, shape (m,)."""
         dimension = DIMENSIONS.get(Block(KINDS[kind], number).base or "", 3)
         found: dict[str, list[np.ndarray]] = {}
         owner, which = np.unique(np.column_stack([entity, group]), axis=0, return_inverse=True)

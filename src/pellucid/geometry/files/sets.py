@@ -12,7 +12,7 @@ OF_THE_READER = "gmsh:"
 
 
 def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
-    """Return node numbers by set name, from a mesh object of meshlane."""
+    """Return the node numbers of each node set, by name, from a mesh object of meshlane."""
     sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
     for name, values in (mesh.point_data or {}).items():
         if (marked := marked_places(values)) is not None:
@@ -21,7 +21,8 @@ def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
 
 
 def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Return the element numbers of each block by set name, from a mesh object of meshlane."""
+    """Return for each set its name and, for each block of elements, the indices of the elements of the block that belong to the
+    set, from a mesh object of meshlane."""
     found = _groups(mesh)
     for name, parts in (mesh.cell_sets or {}).items():
         if not name.startswith(OF_THE_READER):
@@ -35,8 +36,8 @@ def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Return the element numbers of each block that belong to each numbered element group, by name of the group or else by
-    its number."""
+    """Return the numbered element groups by name, or else by number: for each block of elements, the indices of the elements of
+    the block that belong to the group. mesh: mesh object of meshlane."""
     data = mesh.cell_data or {}
     named = (mesh.field_data or {}) if GMSH in data else {}
     names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}

@@ -36,9 +36,9 @@ def grid_contents(
 ) -> Contents:
     """Return the mesh of a VTK unstructured grid, with its cells sorted by kind. Raises Damaged.
 
-    form: name of the format; points: shape (n, 3); connectivity: the points of all cells; ends: end of each cell in it;
-    types: VTK type of each cell; arrays: arrays of points and of cells by name, of which integer arrays may mark sets;
-    is_single: the file stores single precision.
+    form: name of the format; points: shape (n, 3); connectivity: the point numbers of all cells, one cell after the other;
+    ends: for each cell the position in `connectivity` behind its last point; types: VTK type of each cell; arrays: arrays of
+    points and of cells by name, of which integer arrays may mark sets; is_single: the file stores single precision.
     """
     if len(ends) != len(types):
         raise Damaged(f"it has {len(types)} cell types for {len(ends)} cells")
@@ -73,11 +73,8 @@ def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Yield for each group of cells that an array in `GROUPS` numbers its number, as text, and the indices of its cells.
-    arrays: arrays of the cells by name.
-
-    Programs that convert other formats store groups in these arrays.
-    """
+    """Yield the number of each group of cells, as text, and the indices of its cells. The group numbers are in the arrays named
+    in `GROUPS`, in which programs that convert other formats store them. arrays: arrays of the cells by name."""
     for name in sorted(GROUPS & arrays.keys()):
         values = np.asarray(arrays[name])
         for number in np.unique(values[values != 0]).tolist():

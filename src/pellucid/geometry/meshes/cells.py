@@ -12,7 +12,7 @@ def _none(corners: int) -> np.ndarray:
 
 
 class Cells(NamedTuple):
-    """Cells by kind; each row lists the corners of a cell as numbers of the body's points.
+    """Cells by kind; each row lists the corners of a cell as indices of points of the body.
 
     Triangles and quadrilaterals are counterclockwise about their normal. The fourth corner of a tetrahedron lies on the side
     from which its first three are counterclockwise.
@@ -54,7 +54,8 @@ def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
 
 
 def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the outer faces, as `outer_faces` does, shape (m, 3), and the number of the tetrahedron of each, shape (m,)."""
+    """Return the outer faces, as `outer_faces` does, shape (m, 3), and the index of the tetrahedron to which each face belongs,
+    shape (m,). tetrahedra: node numbers, shape (c, 4)."""
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
     a, b, c = np.sort(faces, axis=1).T
     n = int(tetrahedra.max(initial=0)) + 1
@@ -70,8 +71,8 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the number of the tetrahedron of each outer face, shape (f,). tetrahedra: node numbers, shape (c, 4); faces:
-    corners of the faces in any order, shape (f, 3)."""
+    """Return the index of the tetrahedron to which each outer face belongs, shape (f,). tetrahedra: node numbers, shape (c, 4);
+    faces: corners of the faces in any order, shape (f, 3)."""
     every, cells = outer_faces_of_cells(tetrahedra)
     keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
     return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)

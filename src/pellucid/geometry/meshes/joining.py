@@ -38,13 +38,13 @@ def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
 def joined(
     points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float, closed: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Return for each of n points the number of the point it is merged into, shape (n,), and the number of coincident
-    vertices that stay separate. quads, triangles: point numbers of the elements.
+    """Return for each of n points the index of the point it is merged into, shape (n,), and the number of coincident vertices
+    that stay separate. quads, triangles: point numbers of the elements.
 
-    Points at a distance of at most `limit` are merged into the first of them. If elements with separate vertices would
-    then coincide, as the two layers of a flat bag do, only vertices on the rims of the sheets are merged. This requires
-    that the layers share their rim in the file or that the surface is `closed`; otherwise a sheet that is stored twice
-    would become a bag.
+    Points at a distance of at most `limit` are merged into the first of them. If elements with separate vertices would then
+    coincide, as the two layers of a flat bag do, only vertices on the rims of the sheets are merged. This requires that the
+    layers share their rim in the file or that the surface is `closed`; otherwise a sheet that is stored twice would become a
+    bag.
     """
     place = place_of_each(points, limit)
     if not _is_crowded(place[quads], place[triangles], len(points)):

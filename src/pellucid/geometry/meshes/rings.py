@@ -12,10 +12,10 @@ class Rings(NamedTuple):
     Half-edge 3 t + k starts at corner k of triangle t; rings are counterclockwise about the normal."""
 
     triangles: np.ndarray  # (e, 3) corners of the triangles
-    twin: np.ndarray  # (3 e,) the opposite half-edge
+    twin: np.ndarray  # (3 e,) index of the half-edge in the opposite direction on the same edge
     valence: np.ndarray  # (n,) number of neighbours of each node
     ring: np.ndarray  # (3 e, v) neighbours of a half-edge's start node, in order from its end node; then the last one again
-    out: np.ndarray  # (n,) a half-edge that starts at each node
+    out: np.ndarray  # (n,) index of a half-edge that starts at each node
 
     @property
     def neighbours(self) -> np.ndarray:
@@ -28,8 +28,8 @@ class Rings(NamedTuple):
         return self.triangles.ravel()
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the number of one half-edge of each edge, and of the half-edge in the opposite direction, shape (edges,)
-        each."""
+        """Return for each edge the indices of one of its half-edges and of its half-edge in the opposite direction, shape
+        (edges,) each."""
         one = np.flatnonzero(np.arange(len(self.twin)) < self.twin)
         return one, self.twin[one]
 

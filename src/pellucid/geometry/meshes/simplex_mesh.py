@@ -91,7 +91,7 @@ class SimplexMesh:
 
     @property
     def boundary(self) -> np.ndarray:
-        """Numbers of the faces that belong to only one cell."""
+        """Indices of the boundary faces (faces that belong to only one cell) in `faces`."""
         return np.flatnonzero(self.faces[1][:, 1] < 0)
 
 

@@ -24,8 +24,8 @@ def directed_edges(elements: np.ndarray) -> np.ndarray:
 
 
 def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of the h edges shared by two of t triangles: as edges of one triangle, and of the other, shape (h,)
-    each.
+    """Return the h edges that two of t triangles share, each with two indices: as an edge of one triangle, and as an edge of
+    the other, shape (h,) each.
 
     Edges are numbered as in `directed_edges`: t k + number of the triangle for its edge k. triangles: shape (t, 3),
     consistently oriented.

@@ -88,7 +88,8 @@ def turn_about(rotate: Rotations, centre: np.ndarray) -> Turn:
 
 
 def rotate_parameter(what: str) -> Any:
-    """Declare the key `rotate` of a table; what: noun for the rotated object in its description."""
+    """Return the declaration of the key `rotate` for a table of a case. what: noun for the rotated object in the description of
+    the key."""
     return parameter("", f"rotation of {what}, or a list of rotations in order of application", None)
 
 

@@ -1,5 +1,5 @@
-"""Selection of the mesh of a solid in a case by one key. To add a mesh, define a class in its own file and add one line
-here."""
+"""Selection of the mesh of a solid in a case by one key. To add a mesh, define its class in its own file and add a field with
+its key to `SolidMesh`."""
 
 from collections.abc import Iterator
 from functools import lru_cache

@@ -49,7 +49,7 @@ class SurfaceFile(MeshFile, Meshed):
         return mesh.reversed() if self.reverse else mesh
 
     def sets(self) -> dict[str, np.ndarray]:
-        """Return the vertex numbers of the node sets and element groups in the file."""
+        """Return the vertex numbers of each node set and element group in the file, by name."""
         return _read(states_of_files(self), self.repair, self.close_holes, self.closed)[1]
 
 

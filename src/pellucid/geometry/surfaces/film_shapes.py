@@ -137,8 +137,8 @@ def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None
 
 
 def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
-    """Return the numbers of two crossing segments, or None; before, after: start and end of each segment [m], shape (n, 2)
-    each."""
+    """Return the indices of two segments that cross each other, or None; before, after: start and end of each segment [m],
+    shape (n, 2) each."""
 
     def side(of: np.ndarray) -> np.ndarray:
         """Return the side of each segment on which the positions lie (the sign), shape (segments, positions)."""

@@ -1,5 +1,5 @@
-"""Selection of the surface of a membrane in a case by one key. To add a surface, define a class in its own file and add one
-line here."""
+"""Selection of the surface of a membrane in a case by one key. To add a surface, define its class in its own file and add a
+field with its key to `Surface`."""
 
 from functools import lru_cache
 from typing import Any, ClassVar, Literal
@@ -60,7 +60,7 @@ class Surface(Choice):
         return self.mesh().triangulated()
 
     def sets(self) -> dict[str, np.ndarray]:
-        """Return the vertex numbers of the sets that a mesh file names."""
+        """Return the vertex numbers of each named set of the mesh file, by name; empty for a generated surface."""
         chosen = self.chosen()
         return chosen.sets() if isinstance(chosen, SurfaceFile) else {}
 
