@@ -64,8 +64,8 @@ class MeasuredCurve(Model):
         return self.label or Path(self.path).stem.replace("_", " ")
 
     def read(self, x_unit: str, y_unit: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Return x values in ascending order, y values, and standard deviations (or None) in these SI units, each of shape
-        (n,). Raises CurveError."""
+        """Return x values in ascending order, y values, and standard deviations (or None) in the SI units `x_unit` and
+        `y_unit`, each of shape (n,). Raises CurveError."""
         table = read_table(Path(self.path))
         names = list(table.values)
         if len(names) < 2:

@@ -48,8 +48,8 @@ def check_memory(case: "Case") -> None:
 
 
 def _blame_points(case: "Case", text: str, room: float) -> None:
-    """Raise CaseError with the remedy to use fewer points per cell, if that of the largest body can reduce the memory to `room`
-    [bytes]; otherwise return. text: statement of the needed memory."""
+    """Raise CaseError with the remedy to use fewer points per cell, if fewer points in the largest body can reduce the
+    memory to `room` [bytes]; otherwise return. text: statement of the needed memory."""
     counts = [body.with_others(case.body).n_points(case.grid_or_none) for body in case.body]
     largest = max(range(len(counts)), key=counts.__getitem__)
     body = case.body[largest]

@@ -46,8 +46,8 @@ class Schema:
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
-        """Return the kinds of tables that a key accepts, of those kinds that have the key `key`. node: schema of the key that
-        holds the table."""
+        """Return the kinds of tables that a key accepts; with `key`, only those kinds that have this key. node: schema of
+        the key that holds the table."""
         tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
         return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 
@@ -69,8 +69,8 @@ class Schema:
         return "prefixItems" not in node and bool(items) and "properties" in self._choice(items, None)
 
     def _choice(self, node: dict[str, Any], value: Any) -> dict[str, Any]:
-        """Return the schema of a key after following references; if it accepts several types of values, the schema of the type
-        that fits `value` best."""
+        """Return the schema of a key from its node: references are followed, and if the key accepts several types of
+        values, the schema of the type that fits `value` best is returned."""
         if "$ref" in node:
             return self._choice(self.whole["$defs"][node["$ref"].rpartition("/")[2]], value)
         options = [self._choice(option, value) for option in node.get("anyOf", node.get("oneOf", ()))]

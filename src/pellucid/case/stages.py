@@ -52,8 +52,8 @@ class SteadyCase(Part):
     )
 
     def levels(self, end: float) -> list[float]:
-        """Return the load levels at the start and at each equilibrium, in ascending order; 1 is the load after one of the
-        `load_steps` equal load steps.
+        """Return the load levels at the start and at each equilibrium, in ascending order: 0 at the start, k after the k-th of
+        the `load_steps` equal load steps, numbers in between at the times `at`.
 
         end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
         """

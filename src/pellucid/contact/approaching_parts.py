@@ -1,8 +1,8 @@
-"""Parts of the surface of one body that face each other across a gap.
+"""Search for narrow gaps between two parts of the surface of one body, to warn that the grid will join them.
 
-Material points of one velocity field share the nodes of the grid. Two parts of one body therefore stick to each other as
-soon as their points contribute to the same nodes, about one cell before their surfaces touch. From then on they neither
-slide nor separate.
+Material points of one velocity field share the nodes of the grid. Two parts of one body therefore stick to each other as soon
+as their points contribute to the same nodes, about one cell before their surfaces touch. From then on they neither slide nor
+separate.
 """
 
 from typing import NamedTuple
@@ -33,7 +33,7 @@ class Facing(NamedTuple):
 class Gap(NamedTuple):
     """Narrowest gap between two parts of a surface."""
 
-    width: float  # [m]
+    width: float  # width of the gap [m]
     before: float  # width at the start [m]
     place: np.ndarray  # (3,) position of its midpoint [m]
 
@@ -61,7 +61,7 @@ def select_facing(
     periods: np.ndarray,
     opposite: float = OPPOSITE,
 ) -> tuple[Facing, np.ndarray]:
-    """Return the pairs that face each other across a gap of at most `NARROW` cells, and their mask, shape (k,).
+    """Return the pairs of points that face each other across a gap of at most `NARROW` cells, and their mask, shape (k,).
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def select_facing(
     periods
         Periods of the grid [m], shape (3,), zero along non-periodic axes.
     opposite
-        Largest cosine of the angle between both normals.
+        Largest cosine of the angle between both normals: -1 for exactly opposite ones.
     """
     gap, beside, away = measure_gaps(place, normal, one, other, periods)
     faces = (gap > LEAST_GAP * cell) & (gap <= NARROW * cell) & (beside <= ASIDE * cell)
@@ -85,7 +85,8 @@ def select_facing(
 def measure_gaps(
     place: np.ndarray, normal: np.ndarray, one: np.ndarray, other: np.ndarray, periods: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return gap, tangential offset [m], shape (k,), and connecting vector [m], shape (k, 3), of each pair of points.
+    """Return the gap and the tangential offset [m], shape (k,), and the connecting vector [m], shape (k, 3), of each pair of
+    points. Arguments as in `select_facing`.
 
     The gap is the component of the connecting vector along the mean normal. It is negative if the material of the body lies
     between the points. The tangential offset is the length of the remaining component.
@@ -100,7 +101,8 @@ def measure_gaps(
 
 
 def find_slit(facing: Facing, empty: np.ndarray, cell: float) -> Gap | None:
-    """Return the narrowest gap of a slit; None if no slit extends over at least `LEAST_EXTENT` cells.
+    """Return the narrowest gap of a slit (facing pairs of points over a length of at least `LEAST_EXTENT` cells); None if there
+    is no slit.
 
     empty: mask of the pairs with no other body at their midpoint, shape (n,). cell: cell size [m].
     """

@@ -14,7 +14,7 @@ class Boxes(NamedTuple):
 
     lower: np.ndarray  # (3,) lower corner of the lattice [m]
     size: float  # edge of a box [m]
-    counts: tuple[int, int, int]
+    counts: tuple[int, int, int]  # number of boxes along each axis
     first: np.ndarray  # (boxes + 1,) start of each box in `order`
     order: np.ndarray  # members, in ascending order within a box
 
@@ -39,7 +39,12 @@ def make_boxes(low: np.ndarray, high: np.ndarray, lower: np.ndarray, upper: np.n
 
 @kernel()
 def _count(low, high, lower, size, counts, first):
-    """Count the members in each box."""
+    """Count the members in each box of a lattice; write the start of each box in the sorted list to `first`, shape (boxes +
+    1,).
+
+    low, high: corners of the bounding box of each member [m]. lower: lower corner of the lattice [m]. size: edge of a box [m].
+    counts: number of boxes along each axis.
+    """
     for t in range(len(low)):
         for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
             for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):
@@ -51,7 +56,11 @@ def _count(low, high, lower, size, counts, first):
 
 @kernel()
 def _sort(low, high, lower, size, counts, first, order):
-    """Write the members to `order`, sorted by box; `first` is the result of `_count` and is corrected."""
+    """Write the members to `order`, sorted by box. first: result of `_count`, which is used as a counter and restored at the
+    end.
+
+    Other arguments as in `_count`.
+    """
     for t in range(len(low) - 1, -1, -1):
         for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
             for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):

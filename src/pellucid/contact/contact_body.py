@@ -42,11 +42,11 @@ class ContactBody(Protocol):
 
     @property
     def mapped(self) -> Bundle:
-        """Point data, bundled as an argument of kernels."""
+        """Point data, shape functions, grid and slabs, bundled as an argument of kernels."""
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs into which the points are divided."""
+        """Number of slabs (layers of grid cells that one thread processes) into which the points are sorted."""
 
     def half_width(self) -> tuple[float, float, float]:
         """Return (d, a, b): the distance d of the surface from the points [m], and two numbers a and b that define this
@@ -91,7 +91,8 @@ class WarnsOfApproach(Protocol):
 
 @runtime_checkable
 class TakesSecondImpulses(Protocol):
-    """Body that accepts second contact impulses, after its momentum was mapped to the nodes again."""
+    """Body that accepts second contact impulses: those that stop the approach of the nodal velocities mapped from the
+    points again at the end of a step."""
 
     @property
     def takes_second_impulses(self) -> bool:

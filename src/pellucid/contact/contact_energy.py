@@ -39,7 +39,11 @@ class ContactEnergy:
         self._at_first: float | None = None
 
     def begin_step(self, touching: Iterable[Held]) -> None:
-        """Sum the stored, dissipated and pending energy of all contacts (`touching`) at the start of a step."""
+        """Add up the stored, dissipated and pending energy of all contacts at the start of a step, and update the unexplained
+        energy.
+
+        touching: energies of each contact.
+        """
         self.held = 0.0
         for stored, taken, pending in touching:
             self.held += stored + pending
@@ -49,13 +53,13 @@ class ContactEnergy:
         self.unexplained = self.work + self.taken + self.held - self._at_first
 
     def add_work(self, work: float) -> None:
-        """Add the contact work on the bodies in a step [J]; the work of moving walls is excluded."""
+        """Add the work of contact forces on the bodies in a step [J]; it does not include the work of moving walls."""
         self.work += work
 
     def state_numbers(self) -> dict[str, float | None]:
-        """Return the state for a checkpoint."""
+        """Return the energies [J] by name, for a checkpoint."""
         return dict(vars(self))
 
     def restore(self, numbers: Mapping[str, float | None]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the energies, the result of `state_numbers`, from a checkpoint."""
         vars(self).update(numbers)

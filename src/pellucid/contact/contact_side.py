@@ -38,7 +38,8 @@ class PreviousForces:
             self._images = other.point.copy(), other.flip.copy()
 
     def discard(self) -> np.ndarray:
-        """Discard the stored forces, except the data for `pressed`; return the indices of the points that had forces."""
+        """Mark the stored forces as those of an earlier step, which only `pressed` still uses; return the indices of the
+        points that had forces."""
         listed = self._before = self._listed
         self._pressed = self._force
         self.store(self._listed[:0], self._force[:0])
@@ -71,12 +72,12 @@ class PreviousForces:
         return float(np.sum(self._force * (velocity[self._listed] - of_feet)))
 
     def state_numbers(self) -> list[object]:
-        """Return the state for a checkpoint."""
+        """Return the stored forces, their points and their feet, for a checkpoint."""
         feet = None if self._feet is None else [part.tolist() for part in self._feet]
         return [self._listed.tolist(), self._force.tolist(), feet, [part.tolist() for part in self._images]]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the forces, the result of `state_numbers`, from a checkpoint."""
         listed, force, feet, (point, flip) = numbers
         self._listed, self._force = np.array(listed, np.int64), np.reshape(np.array(force, float), (-1, 3))
         self._feet = None
@@ -121,9 +122,9 @@ class ContactSide(ABC):
     def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
         """Return the overlapping points; None if no point overlaps.
 
-        described: points and images of each surface, by the `id` of the surface. step: length of this step or of the
-        previous step, whichever is longer [s]. ahead: True to include points that enter within the step and points that had
-        forces in the previous step.
+        described: points and images of each surface, by the `id` of the surface. step: length of this step or of the previous
+        step, whichever is longer [s]. ahead: True to include also points that would enter within the next steps and points that
+        had forces in the previous step.
         """
 
     @property
@@ -144,7 +145,10 @@ class ContactSide(ABC):
 
 
 class PointContact(Touch):
-    """Contact of the points of surfaces with other surfaces or a wall; forces follow from an `OverlapLaw`."""
+    """Contact of the points of surfaces with other surfaces or a wall; forces follow from an `OverlapLaw`.
+
+    sides: for each surface that searches, its points and the surface or wall in contact. surfaces, law, name: see `Touch`.
+    """
 
     def __init__(
         self, surfaces: Sequence[ContactSurface], law: OverlapLaw, sides: Sequence[ContactSide], name: str | None

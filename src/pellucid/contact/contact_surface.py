@@ -95,8 +95,8 @@ class ContactSurface(ABC):
     stops_at_once = False
     """True if, in this step, every contact of a rigid body has one damper per point; these contacts are solved together."""
     pushed: np.ndarray
-    """Sum of the changes of force on the body, in this step, by contacts with one damper per point; in the basis of
-    `mobility_rows`, shape (6,)."""
+    """Sum Σ f z of the changes f of forces on the body in this step by contacts with one damper per point, with the vectors
+    z of `mobility_rows`, shape (6,)."""
     drag: np.ndarray | None = None
     """Drag coefficients of a fluid surface [kg/s], shape (m,); None for other bodies.
 
@@ -128,7 +128,8 @@ class ContactSurface(ABC):
         """Update the points from the state of the body. Called before contact detection in each step."""
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:  # noqa: B027
-        """Remove the surface where the body crosses faces of the grid through which points leave.
+        """End the surface where the body crosses faces of the grid through which points leave: exclude the surface points
+        there.
 
         The body and the bodies in contact with it continue beyond these faces. faces: axis and position [m] of each face.
         """
@@ -145,7 +146,8 @@ class ContactSurface(ABC):
         return self.sizes()
 
     def normals(self) -> np.ndarray:
-        """Return the unit normals of the points, shape (m, 3): zero without area, the mean of both faces at an edge."""
+        """Return the unit normals of the points, shape (m, 3): zero at points without area, the mean normal of both faces
+        at an edge."""
         normal = np.empty_like(self.area)
         self.find_directions(normal, np.empty(len(normal)))
         return normal
@@ -208,16 +210,16 @@ class ContactSurface(ABC):
         return 0.0
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return one row z of the mobility matrix per force, shape (m, 6).
+        """Return a vector z for each force, shape (m, 6), such that z_i·z_j is the change per unit time of the velocity along
+        force i that force j causes [N²/kg].
 
-        z_i·z_j is the change of the velocity along force i that force j causes per unit time [N²/kg]. place: points of
-        application [m], shape (m, 3). force: forces [N], shape (m, 3).
+        place: points of application [m], shape (m, 3). force: forces [N], shape (m, 3).
         """
         return np.zeros((len(place), 6))
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities at positions [m] due to the rotation of a rigid body [m/s], shape (m, 3); zeros for other
-        bodies."""
+        """Return the velocities of a rigid body's points at the positions `place` [m], shape (m, 3), due to its rotation
+        [m/s]; zeros for other bodies."""
         return np.zeros_like(place)
 
     def contact_warning(self, places: np.ndarray) -> str | None:
@@ -245,7 +247,7 @@ class ContactSurface(ABC):
             self.restore(arrays)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the result of `state_arrays` from a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 

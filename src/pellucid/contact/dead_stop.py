@@ -59,44 +59,43 @@ class Before(NamedTuple):
     listed: np.ndarray  # (n,) indices of the points
     force: np.ndarray  # (n, 3) damper forces [N]
     speed: np.ndarray  # (n, 3) velocities that the dampers oppose [m/s]
-    borne: np.ndarray  # (n,) relaxed normal force that each point supports [N]
+    borne: np.ndarray  # (n,) normal force that each point supports: it follows the spring force with delay [N], see `BEARS`
 
 
 NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 class DeadStop:
-    """Dampers between surfaces; at least one surface belongs to a rigid body with free motion.
+    """Dampers between surfaces (`sides`); at least one surface belongs to a rigid body with free motion.
 
     Attributes
     ----------
     damped, approach : float
         Total damper force [N] and mean approach velocity [m/s] at the start of the last step.
     before : dict
-        `Before` of each surface, by the number of the surface.
+        `Before` of each surface, by its index in `sides`.
     """
 
     def __init__(self, sides: Sequence[ContactSurface]) -> None:
         self._numbers = {id(side): number for number, side in enumerate(sides)}
         self._rigid = [side for side in sides if side.rigid_mass < np.inf]
-        self._now = 0.0  # mean approach [m/s]
-        self._speeds: list[np.ndarray] = []  # of approach and of sliding, against which dampers act (n, 3) [m/s]
+        self._now = 0.0  # mean approach velocity [m/s]
+        self._speeds: list[np.ndarray] = []  # velocities that the dampers oppose, (n, 3) per overlap [m/s]
         self.damped = self.approach = 0.0
         self.before: dict[int, Before] = {}
         self._pushes: dict[int, np.ndarray] = {}  # last result of `forces_apart` in this step, see `ContactSurface.pushed`
         self._swings: dict[int, float] = {}
 
     def begin(self) -> None:
-        """Reset the forces on flat faces in contact and the oscillation rates of contacts [1/s], at the start of a step."""
+        """Reset the damper forces on flat sides and the oscillation rates due to contact, at the start of a step."""
         self._pushes, self._swings = {}, {}
 
     def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:
         """Return the forces of one common damper on the points of each overlap over a step dt [s] [N], in proportion to
-        `pressures`.
+        `pressures`. Increases `ContactSurface.swings` of the rigid bodies.
 
-        pressures: spring forces of the points [N]. stiffness: for each point the current stiffness and the one after the
-        step that limits the step size, shape (2, n) [N/m]. Increases the squared oscillation rate `swings` of the rigid
-        bodies.
+        pressures: spring forces on the points of each overlap [N]. stiffness: for each overlap, shape (2, n) [N/m]: the tangent
+        stiffness of the springs now (which defines the damper) and after the step (which defines `swings`).
         """
         self._speeds = []
         total = sum(float(pressure.sum()) for pressure in pressures)
@@ -162,22 +161,22 @@ class DeadStop:
         return _split(force[:n] - pressure, overlaps), _split(drag, overlaps)
 
     def taken(self, given: Arrays, power: float, last: float) -> float:
-        """Return the energy dissipated by the dampers in the last step [J]; its length is `last` [s].
+        """Return the energy dissipated by the common damper in the last step [J]; its length is `last` [s].
 
-        given: damper forces on the points [N]. power: power of the dampers at the end of that step [W].
+        given: damper forces on the points of each overlap [N]. power: power of the damper at the end of that step [W].
 
-        The contact work uses the mean of the velocities before and after a step. For a damper force F this is the mean of
-        the forces before and after times the velocity after, because F and v change considerably in a step.
+        The contact work uses the mean of the velocities before and after a step. For a damper force F this is the mean of the
+        forces before and after times the velocity after, because F and v change considerably in a step.
         """
         energy = 0.5 * last * (self.damped * self._now + power)
         self.damped, self.approach, self.before = sum(float(np.sum(force)) for force in given), self._now, {}
         return energy
 
     def taken_apart(self, overlaps: "Sequence[Overlap]", given: Arrays, pressed: Arrays, last: float) -> float:
-        """Return the energy dissipated by the dampers of individual points in the last step [J]; its length is `last` [s].
+        """Return the energy dissipated in the last step by the dampers that act on one point each [J]; store their forces.
 
-        given: damper forces [N], shape (n, 3) per overlap. pressed: spring forces of the depths [N], shape (n,) per
-        overlap.
+        given: damper forces [N], shape (n, 3) per overlap. pressed: spring forces [N], shape (n,) per overlap. last: length of
+        that step [s].
         """
         for side in self._rigid:
             side.swings += self._swings.get(id(side), 0.0)
@@ -206,18 +205,18 @@ class DeadStop:
         return energy
 
     def _borne(self, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-        """Return the force that each point of the overlaps supported at the start of the last step [N] (`Before.borne`),
-        one array per overlap."""
+        """Return the normal force that each point of the overlaps supports [N] (`Before.borne`), one array per overlap; 0
+        for points without a damper in the last step."""
         old = [self.before.get(self._numbers[id(part.one)], NOTHING) for part in overlaps]
         return [_at_points(part, of.listed, of.borne)[part.listed] for part, of in zip(overlaps, old, strict=True)]
 
     def state_numbers(self) -> list[object]:
-        """Return the state for a checkpoint."""
+        """Return the damper forces and the velocities of the last step, for a checkpoint."""
         kept = {str(number): [values.tolist() for values in old] for number, old in self.before.items()}
         return [self.damped, self.approach, kept]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the dampers, the result of `state_numbers`, from a checkpoint."""
         self.damped, self.approach, kept = numbers
         self.before = {}
         for number, (listed, *values) in kept.items():
@@ -225,9 +224,10 @@ class DeadStop:
 
 
 class Dampers:
-    """Forces f = s + c (v - Δt A (f - s)) of springs s [N] and dampers c [kg/s], for velocities v [m/s].
+    """Solver for the forces of parallel springs and dampers in a step dt [s], f = s + c (v - Δt A (f - s)), with spring forces
+    s [N], dampers c [kg/s] and the velocities v [m/s] that the dampers oppose.
 
-    A = rows rowsᵀ is the mobility: the change of the velocities per unit force and unit time.
+    A = rows rowsᵀ is the mobility: the change of the velocities per unit force and unit time. damper: c. speed: v. held: s.
     """
 
     def __init__(self, damper: np.ndarray, rows: np.ndarray, speed: np.ndarray, held: np.ndarray, dt: float) -> None:
@@ -235,10 +235,9 @@ class Dampers:
         self._force = held.copy()
 
     def solve(self, friction: float, n: int) -> np.ndarray:
-        """Return the forces along n normals, which are not negative, and both components of n friction forces [N], shape
-        (3n,).
+        """Return the forces along n normals, which are not negative, and both components of n friction forces [N], shape (3n,).
 
-        friction: coefficient of friction.
+        friction: coefficient of friction; if it is 0, the result has only the n normal forces.
         """
         self._push(n)
         if friction == 0.0:
@@ -268,8 +267,8 @@ class Dampers:
         np.maximum(force, 0.0, out=force)
 
     def _rub(self, at: np.ndarray, most: np.ndarray) -> None:
-        """Solve for the friction forces with component indices `at`, shape (2, m), limited in size to `most` [N], shape
-        (m,)."""
+        """Solve for the friction forces of m points: `at` has the indices of their two components, shape (2, m), and `most`
+        is the largest friction force of each point [N], shape (m,)."""
         force, free = self._force, most > 0.0
         force[at[:, ~free]] = 0.0
         for _ in range(MOST_ROUNDS):
@@ -290,13 +289,13 @@ class Dampers:
         self._force[free] += c * (v - _speeds_by(z, np.linalg.solve(inner, _push_of(z, c * v))))
 
     def _speeds_with_forces(self, at: np.ndarray | slice) -> np.ndarray:
-        """Return the speeds with the given indices at the end of the step under all forces except the springs [m/s]."""
+        """Return v - Δt A (f - s), the velocities at the end of the step [m/s], at the given indices."""
         push = _push_of(self._rows, self._force - self._held)
         return np.asarray(self._speed[at] - self._dt * _speeds_by(self._rows[at], push))
 
 
-_push_of = partial(np.einsum, "ni,n->i")  # push of forces on the bodies, from rows of `ContactSurface.mobility_rows`
-_speeds_by = partial(np.einsum, "ni,i->n")  # change of the speeds in a unit of time, from rows and a push
+_push_of = partial(np.einsum, "ni,n->i")  # Σ f z of forces f, with the rows z of `ContactSurface.mobility_rows`
+_speeds_by = partial(np.einsum, "ni,i->n")  # change of the speeds per unit of time, from rows and a sum Σ f z
 
 
 def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
@@ -306,7 +305,8 @@ def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
 
 
 def _signs(side: ContactSurface, overlaps: "Sequence[Overlap]") -> np.ndarray:
-    """Return the sign of the contact force on a surface for each point, shape (n, 1): 1 for its own points, -1 for others."""
+    """Return the sign of the contact force on surface `side` for each point of all overlaps, shape (n, 1): 1 for points of
+    this surface, -1 for points of the other one."""
     return np.concatenate([np.full((len(part.listed), 1), 1.0 if part.one is side else -1.0) for part in overlaps])
 
 
@@ -316,7 +316,8 @@ def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray
 
 
 def _at_points(part: "Overlap", listed: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return an array for all points of the surface that contains the values of the listed points, and zero at other points."""
+    """Return an array for all points of the surface of the overlap `part`: the given values at the listed points, zero at
+    the others."""
     found = np.zeros((len(part.one.place), *values.shape[1:]))
     found[listed] = values
     return found
@@ -340,7 +341,8 @@ def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
 
 
 def _approach(part: "Overlap") -> np.ndarray:
-    """Return the velocity at which both surfaces approach each other at each point of an overlap [m/s], shape (n,)."""
+    """Return the approach velocity of the two surfaces at each point of an overlap [m/s], shape (n,); where the surfaces
+    face each other, the part due to rotation of the body is measured along its own normals."""
     approach = -np.einsum("ij,ij->i", part.relative, part.normal)
     if part.one.faces is not None:
         return approach

@@ -174,10 +174,10 @@ class ContactDetection:
             _sum_moments(body.n_slabs, body.mapped, self._where, areas, moments, near_points)
 
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield candidate normals of any length and sign, shape (n, 3) each.
+        """Yield candidates for the contact normals at the shared nodes, of any length and sign, shape (n, 3) each.
 
-        one, other: moments of both sides at the nodes, shape (n, COLUMNS). crumpled: mask of the nodes that use the normal
-        of the volume instead of the membrane normal, shape (n,).
+        one, other: moments of both sides at the nodes (see `_sum_moments`), shape (n, COLUMNS). crumpled: mask of the nodes
+        that use the normal of the volume instead of the membrane normal, shape (n,).
         """
         A, B = one[:, NORMAL:VOLUME], other[:, NORMAL:VOLUME]
         if self._surfaces == (1, 1):
@@ -192,8 +192,8 @@ class ContactDetection:
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
-        """Return, for each node, the foremost position of the first side along the normal, and of the second side in the
-        opposite direction [m], shape (2, n)."""
+        """Return, for each shared node, the largest coordinate of the first side along the normal, and of the second side
+        along the opposite direction [m], shape (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side, sign in enumerate(SIGNS):
             for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):
@@ -211,10 +211,10 @@ def allocate_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel()
 def mark_stencils(node, slot, near, reach, lattice, on):
-    """Write the numbers of the nodes `node` to `slot` and flag in `near` the first nodes of all stencils that contain one
-    of them.
+    """Write the numbers of the nodes `node` to `slot` and flag in `near` the first nodes of all stencils that contain one of
+    these nodes (see `SharedNodes`).
 
-    If `on` is False, reset both arrays instead. reach: number of nodes of a stencil along each axis.
+    If `on` is False, reset both arrays instead. reach: number of nodes of a stencil along each axis. lattice: the grid.
     """
     for e in range(len(node)):
         I = node[e]
@@ -229,7 +229,8 @@ def mark_stencils(node, slot, near, reach, lattice, on):
 
 @pointwise
 def _is_beyond(where, x, p):
-    """Return True if point p lies outside the box."""
+    """Return True if point p, with position x[p] [m], lies outside `where.box`, the box of points with weight at shared
+    nodes (see `SharedNodes`)."""
     box = where.box
     below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
     return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
@@ -237,7 +238,8 @@ def _is_beyond(where, x, p):
 
 @pointwise
 def reach_of_point(radius, volume):
-    """Return the half-width of a point with the given volume [m³] [m]; radius: result of `ContactBody.half_width`."""
+    """Return the distance of the surface from a point with the given volume [m³] (half of the width of the point) [m];
+    radius: result of `ContactBody.half_width`."""
     half, scale, exponent = radius
     if half >= 0.0:
         return half
@@ -249,11 +251,13 @@ def reach_of_point(radius, volume):
 
 @parallel_loop_by_colour(gives="moments")
 def _sum_moments(s, mapped, where, areas, moments, near_points):
-    """Add the contributions of the points of slab s to the moments at each numbered node.
+    """Add the contributions of the points of slab s (layers of cells that one thread processes) to the moments of a body at
+    each shared node.
 
     The moments are the vector area (or the volume gradient if `areas` has no rows), the volume, and volume times position.
-    moments: an `OfListed` with n·COLUMNS values. The points with weight at numbered nodes are written to `near_points`,
-    from the slab's first entry on, followed by -1.
+    mapped: see `ContactBody.mapped`. where: a `SharedNodes`. areas: an `Areas`. moments: an `OfListed` with n·COLUMNS values.
+    The indices of the points with weight at shared nodes are written to `near_points`, from the slab's first entry on, followed
+    by -1.
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
@@ -294,8 +298,8 @@ def _sum_moments(s, mapped, where, areas, moments, near_points):
 
 @kernel()
 def _orient(one, other, normal):
-    """Scale the directions in `normal`, shape (n, 3), to unit normals from one side to the other; zero directions stay
-    zero."""
+    """Scale the directions in `normal`, shape (n, 3), to unit normals from the first to the second side; zero directions
+    stay zero. one, other: moments of both sides, see `_sum_moments`."""
     for e in range(len(normal)):
         length = across = 0.0
         for d in range(3):
@@ -311,10 +315,11 @@ def _orient(one, other, normal):
 
 @parallel_loop_by_colour(gives="foremost")
 def _find_foremost(s, mapped, where, near_points, direction, radius, foremost):
-    """Compute the foremost position along directions [m] of the points with weight at the numbered nodes, including their
-    half-width.
+    """Compute, at each shared node, the largest coordinate of a body along a direction [m]: of the points of slab s with weight
+    at the node, plus the half-width of each point.
 
-    direction: unit vectors at the nodes, shape (n, 3). foremost: an `OfListed` of shape (n,), which is increased.
+    mapped, where, near_points: see `_sum_moments`. direction: unit vectors at the nodes, shape (n, 3). radius: result of
+    `ContactBody.half_width`. foremost: an `OfListed` of shape (n,), in which larger values replace smaller ones.
     """
     functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
     points, slabs = mapped.points, mapped.slabs

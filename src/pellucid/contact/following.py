@@ -21,8 +21,10 @@ MARGIN = 0.25  # margin of the search, in reaches
 
 
 class Following:
-    """Contact candidates: points of one surface that are near another one. width: distance of the surfaces below which
-    they overlap [m]."""
+    """Search for contact candidates: points of one surface that are near another surface `other`, with these neighbours.
+
+    width: distance of the surfaces below which they overlap [m].
+    """
 
     def __init__(self, other: ContactSurface, width: float) -> None:
         reach = float(other.reach.max())
@@ -85,7 +87,7 @@ class Following:
 
 @kernel()
 def _find_ends(place, ends):
-    """Write the lowest and the highest coordinates of positions [m] to `ends`, shape (2, 3)."""
+    """Write the lowest and the highest coordinates of the positions `place` [m], shape (n, 3), to `ends`, shape (2, 3)."""
     for d in range(3):
         ends[0, d], ends[1, d] = np.inf, -np.inf
     for p in range(len(place)):
@@ -95,7 +97,8 @@ def _find_ends(place, ends):
 
 @kernel()
 def _largest_square(place, before):
-    """Return the square of the largest displacement of a point [m²]."""
+    """Return the square of the largest displacement of a point [m²] from the positions `before` to `place` [m], shape (n,
+    3)."""
     most = 0.0
     for p in range(len(place)):
         square = 0.0
@@ -107,11 +110,12 @@ def _largest_square(place, before):
 
 @kernel()
 def _list_near(one, other, normal, asks, boxes, sight, beside, two_sided, ends, near):
-    """Compute the end index `ends` of the list of each candidate; fill the lists if `near` is not empty.
+    """Compute the end index `ends` of the list of neighbours of each candidate; fill the lists if `near` is not empty.
 
     The list of a candidate contains the points of the other surface within the distance `sight` [m]. It is empty if the
     candidate lies further than the distance `beside` [m] above the plane of its nearest point (for a two-sided surface, on
-    either side).
+    either side). one, other: positions of the points of both surfaces [m]. normal: unit normals of the other surface. asks:
+    indices of the candidates. boxes: the points of the other surface, sorted.
     """
     k, low, high = 0, indices(3), indices(3)
     for e in range(len(asks)):

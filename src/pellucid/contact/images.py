@@ -19,7 +19,7 @@ ACROSS = 2.0  # width of the strip at a seam with images, in the largest reach o
 
 
 class Plane(NamedTuple):
-    """A plane of symmetry across an axis."""
+    """Plane of symmetry perpendicular to an axis."""
 
     axis: int
     place: float  # position [m]
@@ -77,7 +77,7 @@ def _fold(point, flip, force, total):
 def describe(
     surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = (), before: Described | None = None
 ) -> Described:
-    """Return the points of a surface with their images.
+    """Return the points of a surface with their images at planes of symmetry and at the seams of a periodic grid.
 
     before: result of the previous step; its arrays are reused if the number of images is the same.
     """
@@ -105,9 +105,11 @@ def _make_room(m: int, n: int) -> Described:
 
 @kernel()
 def _describe(faces, place_of_points, velocity_of_points, reach_of_points, place, normal, size, reach, velocity, point, flip):
-    """Write the points and their images to the arrays, up to the size of the arrays; return the required size.
+    """Write the points of a surface and their images to the arrays from `place` to `flip`, the fields of `Described`, up to the
+    size of these arrays; return the number of points and images.
 
-    faces: axis, position [m] and period [m] of each seam and then of each plane of symmetry (period 0), shape (k, 3).
+    faces: axis, position [m] and period [m] of each seam and then of each plane of symmetry (period 0), shape (k, 3). The
+    arrays that end in `_of_points` are the data of the m surface points.
     """
     m, n, far = len(place_of_points), len(place_of_points), 0.0
     for p in range(m):

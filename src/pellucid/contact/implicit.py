@@ -77,15 +77,16 @@ class NormalForces:
 
     @staticmethod
     def _turns(surface: ContactSurface, block: Block) -> np.ndarray:
-        """Return the rows of `mobility_rows` of a rigid body for unit normal forces on the points of a block, shape (n, 6)."""
+        """Return six numbers per point of a block, shape (n, 6): the rows of `ContactSurface.mobility_rows` of the rigid
+        body with this surface for a unit normal force on the point. Zeros if the surface is not part of the block."""
         place, normal = block.overlap.one.place[block.overlap.listed], block.overlap.normal
         sign = (block.overlap.one is surface) - (block.other is surface)
         return surface.mobility_rows(place, sign * normal) if sign else np.zeros((len(normal), 6))
 
     @staticmethod
     def _rows(surface: ContactSurface, response: Response, block: Block, axis: int) -> sparse.csr_array:
-        """Return, for each point of a block, the weights of the nodal velocities along `axis` in its velocity relative
-        to the other surface along the normal, shape (n, nodes)."""
+        """Return, for each point of a block, the weights of the nodal velocities of a surface along `axis` in the velocity
+        of the point relative to the other surface along the normal, shape (n, nodes)."""
         overlap, shares, n = block.overlap, response.shares, len(block.overlap.listed)
         rows = sparse.csr_array((n, shares.shape[1]))
         normal = overlap.normal[:, axis]
@@ -105,8 +106,8 @@ class NormalForces:
         return sparse.csr_array(rows)
 
     def _approach(self, block: Block) -> np.ndarray:
-        """Return the approach velocities of the points of a block [m/s], shape (n,), as they would be without the normal
-        forces of this system."""
+        """Return the velocities [m/s], shape (n,), at which the points of a block would approach the other surface at the
+        end of the step without the normal forces of this system."""
         overlap = block.overlap
         along = self._velocity[id(overlap.one)][overlap.listed]
         if block.other is None or block.feet is None:
@@ -168,8 +169,8 @@ def solve_forces(
 def _solve_pressed(
     factor: sparse.csr_array, root: np.ndarray, wanted: np.ndarray, y: np.ndarray, tolerance: float, iterations: int
 ) -> np.ndarray:
-    """Return the solution y of (1 + √k C Cᵀ √k) y = √k d* by conjugate gradients. The normal forces are √k y, for
-    stiffnesses k, depths d* without forces, and the matrix C of `solve_forces`.
+    """Return the solution y of (1 + √k C Cᵀ √k) y = √k d* by conjugate gradients. The normal forces are √k y, for stiffnesses
+    k, depths d* without forces, and the matrix C (`factor`) of `solve_forces`.
 
     root: √k, zero for excluded points. wanted: √k d*. y: initial guess. tolerance: relative residual. iterations: largest
     number of iterations.

@@ -26,7 +26,7 @@ class Friction(NamedTuple):
     """Friction between two velocity fields."""
 
     kind: int  # STICK or SLIP
-    coefficient: float = 0.0  # μ
+    coefficient: float = 0.0  # coefficient of friction μ
 
 
 class Side(NamedTuple):
@@ -34,7 +34,7 @@ class Side(NamedTuple):
 
     nodes: Nodes
     external: ExternalAction
-    moves_points: bool  # whether the grid moves the points
+    moves_points: bool  # True if the grid moves the points
 
 
 class ContactNodes(NamedTuple):
@@ -59,7 +59,8 @@ def _mobility_of(side, first, end, node, mobility):
 
 @parallel_loop()
 def measure_mobility(chunk, one, other, at):
-    """Compute the nodal mobility of both sides [1/kg]; zero where supports or driven points constrain the node fully."""
+    """Compute the nodal mobility 1/m along each axis [1/kg] of both sides (`one`, `other`) and write it to `at.mobility`;
+    it is zero where supports or driven points constrain the node fully. at: a `ContactNodes`."""
     first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
@@ -67,7 +68,8 @@ def measure_mobility(chunk, one, other, at):
 
 @pointwise
 def _impulse(friction, n, u, w):
-    """Return the impulse on the first side [N s] that stops the approach.
+    """Return the impulse on the first side [N s] that stops its approach to the second side, with friction at most at the limit
+    of Coulomb.
 
     n: unit normal. u: velocity of the first side relative to the second [m/s]. w: sum of both mobilities along each axis
     [1/kg].
@@ -95,10 +97,10 @@ def _impulse(friction, n, u, w):
 
 @pointwise
 def _impulse_at(friction, at, e, allowed, one, other, given):
-    """Return the impulse on the first side [N s] that reduces the approach at node e to the speed `allowed` [m/s].
+    """Return the impulse on the first side [N s] that reduces the approach velocity at shared node e to `allowed` [m/s].
 
-    one, other: velocities of all nodes of both sides [m/s]. given: impulse included in these velocities, whose effect is
-    subtracted first [N s].
+    at: a `ContactNodes`. one, other: velocities of all grid nodes of the first and of the second side [m/s]. given: impulse
+    included in these velocities, whose effect is subtracted first [N s].
     """
     I, first, second = at.node[e], at.mobility[0], at.mobility[1]
     n = (at.normal[e, 0], at.normal[e, 1], at.normal[e, 2])
@@ -111,7 +113,7 @@ def _impulse_at(friction, at, e, allowed, one, other, given):
 
 @pointwise
 def _any(impulse):
-    """Return True if an impulse is not zero; otherwise its node need not be loaded from memory."""
+    """Return True if any component of an impulse is not zero."""
     return impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0
 
 
@@ -125,10 +127,11 @@ def _add_to_node(nodes, I, d, more):
 
 @parallel_loop()
 def resolve(chunk, friction, anew, one, other, at, allowed, total):
-    """Apply the impulses that stop the approach of both sides to their nodes; add them to `total` [N s].
+    """Apply to the nodes of both sides (`one`, `other`) the impulses that stop their approach; add them to `total` [N s], shape
+    (n, 3).
 
-    anew: True to recompute all impulses of this step, so that earlier impulses may be partly removed. allowed: approach
-    velocities that remain [m/s], shape (n,).
+    friction: a `Friction`. anew: True to recompute all impulses of this step, so that earlier impulses may be partly removed.
+    at: a `ContactNodes`. allowed: approach velocity that remains at each node [m/s], shape (n,).
     """
     first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
@@ -146,7 +149,8 @@ def resolve(chunk, friction, anew, one, other, at, allowed, total):
 
 @parallel_loop()
 def apply(chunk, one, other, at, impulse, total):
-    """Apply impulses to the first side and their opposites to the second side; add them to `total` [N s], shape (n, 3)."""
+    """Apply impulses [N s], shape (n, 3), to the nodes `at` of the first side (`one`) and their opposites to the second
+    side (`other`); add them to `total`, shape (n, 3)."""
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
@@ -157,7 +161,8 @@ def apply(chunk, one, other, at, impulse, total):
 
 @parallel_loop()
 def stop_straining(chunk, friction, one, other, at, total):
-    """Stop the approach of the strain velocities of both sides; add the required impulses to `total` [N s]."""
+    """Stop the approach of the strain velocities of both sides (nodal velocities, mapped from the points again, that strain
+    the points); add the required impulses to `total` [N s], shape (n, 3). Arguments as in `resolve`."""
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -177,10 +182,10 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 @parallel_loop()
 def measure_parting(chunk, one, other, at, allowed):
-    """Compute the speed at which both sides separate along the normal at the start of the step [m/s]; write it to
-    `allowed`, shape (n,).
+    """Compute the speed at which both sides (`one`, `other`) separate along the normal at the start of the step [m/s]; write it
+    to `allowed`, shape (n,).
 
-    The value is 0 at nodes with approaching sides.
+    The value is 0 at nodes where the sides approach each other. at: a `ContactNodes`.
     """
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0
@@ -221,10 +226,12 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
 
 @parallel_loop()
 def sum_works(chunk, one, other, at, impulse, works):
-    """Add the work of the contact impulses on both sides, and of the resulting support and motion reactions, to `works`.
+    """Add the work [J] of the contact impulses on both sides (`one`, `other`), and of the resulting reactions of supports and
+    prescribed motions, to `works`.
 
-    impulse: impulses on the first side [N s], shape (n, 3). works: one row for each chunk, see `pellucid.energy`. Call when
-    the mean velocities of the nodes are known. A body with its own nodes computes its own work.
+    at: a `ContactNodes`. impulse: impulses on the first side [N s], shape (n, 3). works: one row for each chunk of nodes, see
+    `pellucid.energy`. Call when the mean velocities of the nodes over the step are known. A body with its own nodes computes
+    its own work.
     """
     _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
     _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
@@ -232,11 +239,12 @@ def sum_works(chunk, one, other, at, impulse, works):
 
 @parallel_loop()
 def sum_lag_works(chunk, side, number, at, impulse, small, sums):
-    """Compute the lag work of impulses on one side for each chunk; write it to `sums`, shape (chunks, 1) [J].
+    """Compute the lag work of impulses on one side for each chunk of nodes; write it to `sums`, shape (chunks, 1) [J].
 
     The lag work is the work along the mean nodal velocity minus the work along the mean of the velocities mapped from the
-    points before and after the step. number: 0 for the first side, 1 for the second. impulse: shape (n, 3) [N s]. Call
-    after the momentum was mapped again. Nodes with a mass of at most `small` [kg] have no velocity before the step.
+    points before and after the step. number: 0 for the first side, 1 for the second. impulse: impulses on the first side [N s],
+    shape (n, 3). Call after the momentum of the points was mapped to the nodes again. Nodes with a mass of at most `small` [kg]
+    have no velocity before the step.
     """
     nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):

@@ -91,10 +91,10 @@ class StartOverlap:
     full depth would push it off in the next step.) The overlap decreases only when there is no pressure, so that the energy
     of the remaining depths is a function of the positions alone.
 
-    Contact of a body with itself has an initial overlap for each slot instead (`pellucid.contact.triangles.slots.Slots`):
-    its overlaps lie at unrelated places, and one depth for all would delay contact at all other places by this depth. The
-    rule for slots does not suit two bodies: a point that slides along the other body would keep the depth of the place
-    where it started, so that its force would depend on its path.
+    Contact of a body with itself has an initial overlap for each contact of a point with a triangle instead, stored in its
+    slot (`pellucid.contact.triangles.slots.Slots`): its overlaps lie at unrelated places, and one depth for all would delay
+    contact at all other places by this depth. The rule for slots does not suit two bodies: a point that slides along the
+    other body would keep the depth of the place where it started, so that its force would depend on its path.
 
     Parameters
     ----------
@@ -108,11 +108,16 @@ class StartOverlap:
         self._by_equilibria = False
 
     def skip(self) -> None:
-        """Treat no overlap as an initial one, since the surfaces were already in contact in an earlier run."""
+        """Use no initial overlap: all overlaps exert pressure, because the surfaces were already in contact in an earlier
+        run."""
         self._begun = True
 
     def reduce(self, depth: np.ndarray) -> np.ndarray:
-        """Return the depths of all points near the other surface, reduced by the initial overlap [m], shape (n,)."""
+        """Update the initial overlap and return the depths of all points near the other surface minus this overlap [m], shape
+        (n,).
+
+        depth: depths of these points [m], shape (n,).
+        """
         if self._begun and self.depth == 0.0:
             return depth
         deepest = float(depth.max(initial=0.0))
@@ -139,11 +144,11 @@ class StartOverlap:
                 self.depth = 0.0
 
     def state_numbers(self) -> list[object]:
-        """Return the state for a checkpoint."""
+        """Return the initial overlap and the largest depths of the last steps, for a checkpoint."""
         return [self._begun, self.depth, self._recent]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the initial overlap, the result of `state_numbers`, from a checkpoint."""
         self._begun, self.depth, recent = numbers
         self._recent = list(recent)
 
@@ -277,7 +282,7 @@ class OverlapLaw:
         return found
 
     def reach_equilibrium(self) -> None:
-        """Limit the slip of sliding points to the displacement at which friction holds them."""
+        """Limit the friction displacement of sliding points to the one at which friction holds them, in an equilibrium."""
         for one, at, limits in self._limits:
             limit_slip(at, one.slip, limits)
 
@@ -286,8 +291,11 @@ class OverlapLaw:
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of the same bodies can
-        include them."""
+        """Compute the forces of one damper per point on flat sides of rigid bodies in advance, so that other contacts of the
+        same bodies can include them.
+
+        overlaps: overlaps of this contact. dt, last: lengths of this and of the previous step [s].
+        """
         if self.stop is not None:
             self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
 
@@ -302,10 +310,12 @@ class OverlapLaw:
     def _find_apart(
         self, stop: DeadStop, overlaps: Sequence[Overlap], springs: "Springs", dt: float, last: float
     ) -> tuple[list[np.ndarray], ...]:
-        """Return four lists with one array per overlap, for contact with one damper per point.
+        """Return four lists with one array per overlap, for contact with one damper per point (solver `stop`).
 
-        The lists contain the displacements of the points from their sticking positions [m], the friction spring forces
-        within the friction limit [N], the normal damper forces [N], and the friction forces [N].
+        The lists contain the displacements of the points from their sticking positions [m], shape (n, 3), the friction spring
+        forces within the friction limit [N], shape (n, 3), the normal damper forces [N], shape (n,), and the friction forces of
+        springs and dampers together [N], shape (n, 3). springs: normal springs of the overlaps. dt, last: lengths of this and
+        of the previous step [s].
         """
         carried, drags = ([np.empty_like(overlap.normal) for overlap in overlaps] for _ in range(2))
         for of, spring, pressure, *found in zip(overlaps, springs.stiffness, springs.pressures, carried, drags, strict=True):
@@ -323,8 +333,8 @@ class OverlapLaw:
         last: float,
         touched: Mapping[int, np.ndarray],
     ) -> list[np.ndarray]:
-        """Return the contact forces on the points of each overlap [N], with one damper per point along the normal and along
-        the surface."""
+        """Return the contact forces on the points of each overlap [N], shape (n, 3), with one damper per point along the
+        normal and along the surface, and update the energies. Arguments as in `_find_apart` and `forces`."""
         taken = pending = 0.0
         found, given = [], []
         parts = overlaps, springs.stiffness, springs.pressures, *self._find_apart(stop, overlaps, springs, dt, last)
@@ -344,7 +354,10 @@ class OverlapLaw:
         return found
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """Set the energies for a step without overlap. last: length of the previous step [s]; before: see `forces`."""
+        """Set the stored, dissipated and pending energy of this contact for a step without overlap.
+
+        last: length of the previous step [s]. before: see `forces`.
+        """
         self.given = []
         ended = self.lost - 0.5 * last * before - self.lent
         self.held = Held(taken=ended if self.stop is None else self.stop.end(last))
@@ -352,10 +365,10 @@ class OverlapLaw:
         self._limits.clear()
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: "Springs", dt: float) -> list[np.ndarray]:
-        """Return, for each overlap, the tangent stiffness of the points now and at the end of a step dt [s], shape (2, n)
-        [N/m].
+        """Return, for each overlap, the tangent stiffness of the contact springs now and at the end of a step dt [s], shape (2,
+        n) [N/m].
 
-        The second row is scaled for the limit of the step size.
+        The second row is multiplied by a factor so that it gives the oscillation rate that limits the step size.
         """
         found = []
         for overlap, spring in zip(overlaps, springs.stiffness, strict=True):
@@ -367,7 +380,7 @@ class OverlapLaw:
 
 
 class Springs(NamedTuple):
-    """Springs of the overlaps between bodies that do not deform."""
+    """Normal contact springs of the overlaps between bodies that do not deform."""
 
     stiffness: list[np.ndarray]  # stiffness of the points of each overlap, (n,) [N/m]
     pressures: list[np.ndarray]  # spring forces of the points of each overlap, (n,) [N]
@@ -375,7 +388,8 @@ class Springs(NamedTuple):
 
 
 def _stiff(courant: float) -> float:
-    """Return ω Δt for the largest stable frequency ω of contact springs, if the step is `courant` times the stable one.
+    """Return ω Δt for the largest stable frequency ω of contact springs, if the step Δt is `courant` times the largest stable
+    one.
 
     The waves of the body use at most 2 `courant`. Central differences, with dampers that use the velocities of the previous
     step, are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
@@ -385,7 +399,8 @@ def _stiff(courant: float) -> float:
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
-    """Return True if all listed points lie on flat sides or edges; a body could roll on a round side."""
+    """Return True if all listed points of surface `one` lie on flat sides or edges of its body, which therefore cannot
+    roll."""
     n_faces = len(one.place) - one.n_edge_points
     return bool(one.on_flat_side[listed[listed < n_faces]].all())
 
@@ -399,7 +414,8 @@ def stop_apart(*sides: ContactSurface) -> bool:
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
-    """Return the unit vector of the mean normal of overlaps at surface `one`, shape (3,); its sign has no meaning."""
+    """Return the unit vector of the mean normal of overlaps at surface `one`, weighted by depth and area, shape (3,); its
+    sign has no meaning. Zero if the mean vanishes."""
     way = np.zeros(3)
     for overlap in overlaps:
         sign = 1.0 if overlap.one is one else -1.0
@@ -409,12 +425,13 @@ def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
 
 
 def coefficient(kind: str, friction: float | None) -> float:
-    """Return the friction coefficient μ for a kind of contact: `frictionless`, `stick` or `coulomb`."""
+    """Return the friction coefficient μ for a kind of contact: 0 for `frictionless`, `STICKS` (no sliding) for `stick`, and
+    the given coefficient `friction` for `coulomb`."""
     return STICKS if kind == "stick" else friction or 0.0
 
 
 def swing_of(cell: float, gravity: float, speed: float) -> float:
-    """Return the target oscillation rate of bodies that do not deform [1/s].
+    """Return the target oscillation rate of bodies that do not deform on their contact springs [1/s].
 
     cell: cell size [m]. gravity: acceleration of gravity [m/s²]. speed: impact speed [m/s].
     """

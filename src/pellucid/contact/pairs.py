@@ -28,7 +28,7 @@ TOLERANCE = 1e-3  # relative change of the impulses that ends the iteration
 
 
 class ContactPair:
-    """Contact between two velocity fields.
+    """Contact between two velocity fields; friction: law of friction between them.
 
     Attributes
     ----------
@@ -37,8 +37,8 @@ class ContactPair:
     fields, bodies
         Both velocity fields, and the bodies of both.
     impulses, second : ndarray, shape (n, 3)
-        Impulses of this step on the first field at the nodes of `detection`, and the impulses that stop the approach of the
-        velocities mapped again [N s].
+        Impulses of this step on the first field at the nodes of `detection` [N s]. `second`: those that stop the approach of
+        the velocities mapped from the points again.
     touches : bool
         True if the fields are in contact at any node in this step.
     """
@@ -118,15 +118,18 @@ class ContactPair:
         impulses.apply(self._chunks, *self._sides, self._at, impulse, self.impulses)
 
     def gather(self, values: np.ndarray) -> np.ndarray:
-        """Return the values at the contact nodes of all processes, shape (n, 3)."""
+        """Gather values at the contact nodes, shape (n, 3), from all processes: the value of each node comes from the
+        process that owns it."""
         return domain.of_nodes(values, self._at.node)
 
     def sum_works(self, row: int) -> np.ndarray:
-        """Return the work of the impulses of this step as a row of length `row`, see `pellucid.energy.step_work`."""
+        """Return the work of the impulses of this step in the channels of the energy balance [J], a row of length `row`,
+        see `pellucid.energy.step_work`."""
         return self._sum_works(self._sides, self.impulses, row)
 
     def lag_work(self, fields: Collection[VelocityField]) -> float:
-        """Return the contribution of this pair to `ContactPairs.lag_work` [J]. fields: velocity fields to include."""
+        """Return the contribution of this pair to `ContactPairs.lag_work` [J]. fields: velocity fields whose nodes are
+        included."""
         total = 0.0
         if not domain.any(bool(self.impulses.any())):
             return total
@@ -144,9 +147,9 @@ class ContactPair:
             impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
 
     def begin_second(self) -> bool:
-        """Apply the velocity increments of the second impulses to both fields.
+        """Add the velocity increments of the second impulses (`second`) to the nodes of both fields.
 
-        Return True if there are second impulses and all bodies accept them; otherwise nothing is applied.
+        Return True if there are second impulses and all bodies accept them; otherwise nothing is added.
         """
         if not (self.touches and self._takes_second and domain.any(bool(self.second.any()))):
             return False
@@ -155,7 +158,7 @@ class ContactPair:
         return True
 
     def sum_second_works(self, row: int) -> np.ndarray:
-        """Return the work of the second impulses on constrained nodes only, as a row of length `row`; see `sum_works`."""
+        """Return the work of the second impulses on constrained nodes only [J], as a row of length `row`; see `sum_works`."""
         return self._sum_works(self._second_sides, self.second, row)
 
     def _sum_works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
@@ -176,7 +179,7 @@ class ContactWork(NamedTuple):
 class ContactPairs:
     """All contact pairs of velocity fields of a simulation.
 
-    n_supports: number of supports. n_loads: number of columns of loads.
+    n_supports, n_loads: numbers of supports and of loads with an entry of their own in the energy balance.
 
     Attributes
     ----------
@@ -233,11 +236,12 @@ class ContactPairs:
                 pair.resolve(anew)
 
     def _iterate(self, responses: Sequence[ContactResponse]) -> None:
-        """Iterate the responses of bodies and the impulses until the impulses converge.
+        """Repeat the responses of bodies that integrate their own equations of motion, and the impulses, until the impulses
+        converge.
 
-        Impulses that are only compressive, on bodies that separate or stay together, minimize a convex function. A
-        projected gradient method with momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts
-        if it turns back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
+        Impulses that are only compressive, on bodies that separate or stay together, minimize a convex function. A projected
+        gradient method with momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts if it turns
+        back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
         last, weight, ahead = self._copy_impulses(), 1.0, 0.0
         for _ in range(MOST_RESPONSES):
@@ -271,7 +275,8 @@ class ContactPairs:
         self.done = ContactWork(step_work(total, self._columns), named)
 
     def stop_straining(self, fields: Collection[VelocityField]) -> None:
-        """Compute `lag_work` of the given fields, then stop the approach of the strain velocities, which were mapped again."""
+        """Compute `lag_work` of the given fields, then stop the approach of the strain velocities at the contact nodes of
+        all pairs (nodal velocities, mapped from the points again, that strain the points)."""
         self.lag_work = sum(pair.lag_work(fields) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:

@@ -34,7 +34,10 @@ def _along(x, n):
 
 @pointwise
 def _carried(slip, p, n, v, last):
-    """Return the displacement of point p from its sticking position after the previous step, along the surface [m]."""
+    """Return the displacement of point p from its sticking position after the previous step, along the surface [m].
+
+    slip: displacements before that step [m]. n: unit normal. v: sliding velocity [m/s]. last: length of that step [s].
+    """
     c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
     return c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2]
 
@@ -49,21 +52,23 @@ def _limit(f, most):
 
 @pointwise
 def _held(square, spring, most):
-    """Return the largest factor of a displacement with the square `square` [m²] at which its spring [N/m] pulls with at
-    most `most` [N]."""
+    """Return the factor (at most 1) that reduces a displacement so that its spring force is at most `most` [N].
+
+    square: square of the displacement [m²]. spring: stiffness [N/m].
+    """
     longest = most / spring if spring > 0.0 else 0.0
     return min(1.0, longest / max(sqrt(square), TINY))
 
 
 @kernel(inline=True)
 def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
-    """Store the displacement c of point p from its sticking position [m], at most the one that the friction limit `most`
-    [N] holds; return the energy that friction dissipated [J].
+    """Store the friction displacement c of point p [m] in `slip`, for a sliding point at most the one that the friction limit
+    `most` [N] holds; return the energy that friction dissipated [J].
 
-    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since
-    a spring returns its energy only while its point stays in contact. work: work of the friction force in the step [J].
-    damped: energy that the damper of a sticking point dissipated in the step [J]. is_steady: True to keep c whole, as the
-    next equilibrium is searched.
+    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since a
+    spring returns its energy only while its point stays in contact. spring: friction stiffness [N/m]. work: work of the
+    friction force in the step [J]. damped: energy that the damper of a sticking point dissipated in the step [J]. is_steady:
+    True to store the whole displacement until the next equilibrium is found.
     """
     before = (slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1]) + slip[p, 2] * slip[p, 2]
     now = c[0] * c[0] + c[1] * c[1] + c[2] * c[2]
@@ -79,8 +84,12 @@ def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
 
 @kernel()
 def begin_friction(listed, normal, relative, slip, spring, most, last, carried, drag):
-    """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs
-    within the friction limit `most` [N], for dampers that are solved afterwards; write them to `carried` and `drag`."""
+    """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs within
+    the friction limit `most` [N]; write them to `carried` and `drag`, shape (n, 3).
+
+    Friction dampers are solved afterwards. listed, normal, relative: see `pellucid.contact.overlap.Overlap`. slip:
+    displacements before the previous step [m]. spring: stiffness of the friction springs [N/m]. last: length of that step [s].
+    """
     for i in range(len(listed)):
         n, k = (normal[i, 0], normal[i, 1], normal[i, 2]), -spring[i]
         v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
@@ -92,10 +101,11 @@ def begin_friction(listed, normal, relative, slip, spring, most, last, carried, 
 
 @kernel()
 def end_friction(listed, normal, relative, slip, spring, most, last, carried, drag, force, damped):
-    """Store the slip of n points under the friction forces `force`, shape (n, 3) [N]; return the energy that friction
-    dissipated in the last step [J].
+    """Store the displacements of n points from their sticking positions under the friction forces `force`, shape (n, 3) [N];
+    return the energy that friction dissipated in the last step [J].
 
-    carried, drag: results of `begin_friction`. The forces of the dampers of sticking points are added to `damped` [N].
+    Other arguments: see `begin_friction`, with its results `carried` and `drag`. The forces of the dampers of sticking points
+    are added to `damped` [N].
     """
     taken = 0.0
     for i in range(len(listed)):
@@ -111,7 +121,8 @@ def end_friction(listed, normal, relative, slip, spring, most, last, carried, dr
 
 @kernel()
 def limit_slip(listed, slip, limits):
-    """Limit the slip of n points to the displacements at which friction holds them; limits: see `find_point_forces`."""
+    """Reduce the friction displacements `slip` of the listed points to the largest ones at which friction holds the points;
+    limits: see `find_point_forces`."""
     for i in range(len(listed)):
         p = listed[i]
         held = _held(slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1] + slip[p, 2] * slip[p, 2], limits[i, 0], limits[i, 1])
@@ -128,7 +139,8 @@ def find_point_forces(
     Arguments
     ---------
     law, sums
-        Parameters and sums with the indices above; contributions are added to the sums.
+        Parameters of the law and sums over points, at the indices `STIFFNESS` ... and `STORED` ... of this module;
+        contributions are added to the sums.
     share, listed, depth, normal, area, relative, new
         See `pellucid.contact.overlap.Overlap`; an empty `new` means that no point is new.
     extra
@@ -140,7 +152,7 @@ def find_point_forces(
     force, given
         Output: forces, and their damper and friction part without implicit normal forces [N], shape (n, 3).
     limits
-        Output: stiffness [N/m] and limit [N] of friction, shape (n, 2).
+        Output: stiffness of the friction spring [N/m] and friction limit [N] of each point, shape (n, 2).
     """
     friction, is_implicit = law[FRICTION], implicit.shape[1] > 0
     span = 0.5 * (last if last > 0.0 else dt)  # the first step has no previous one: it counts half of its own length

@@ -41,21 +41,22 @@ LEAST_FACING = 1e-6
 class Asking(NamedTuple):
     """Points of one surface that search for another surface; m is their number."""
 
-    place: np.ndarray  # (m, 3) [m]
+    place: np.ndarray  # (m, 3) positions [m]
     normal: np.ndarray  # (m, 3) unit normals
 
 
 class Points(NamedTuple):
     """Points of a surface; m is their number."""
 
-    place: np.ndarray  # (m, 3) [m]
+    place: np.ndarray  # (m, 3) positions [m]
     normal: np.ndarray  # (m, 3) unit normals
-    area: np.ndarray  # (m,) [m²]
+    area: np.ndarray  # (m,) areas [m²]
     reach: np.ndarray  # (m,) radius of the weights of a point along the surface [m]
 
 
 class Candidates(NamedTuple):
-    """Points of one surface that are near the other surface, and for each the points of the other within the search radius.
+    """Points of one surface that are near the other surface (candidates), and for each the points of the other surface within
+    the search radius.
 
     Indices are in ascending order.
     """
@@ -73,7 +74,7 @@ class Meeting(NamedTuple):
     dimension: int  # dimension of the surfaces: 2 in 3-D, 1 in the plane, 0 along a line
     thickness: float  # thickness of a slice [m]
     any_way: bool = False  # True to ignore the direction of normals: nodes of a sheet
-    slack: float = 0.0  # largest depth of points outside the plane of the nearest point [m]
+    slack: float = 0.0  # excess of a depth over the height above the nearest point's plane that still counts as contact [m]
 
 
 class Found(NamedTuple):
@@ -82,19 +83,19 @@ class Found(NamedTuple):
     The data of the feet are in the order of the candidates; `pellucid.contact.overlap.Overlap` describes them.
     """
 
-    beside: np.ndarray  # (n, COLUMNS) results at the candidates
+    beside: np.ndarray  # (n, COLUMNS) distance, factor of the contact area, weights and normal of candidates, see `GAP`
     weight: np.ndarray  # (k,) weights of the points in the lists
     candidate: np.ndarray  # (n,) candidate of each foot
     place: np.ndarray  # (n, 3) positions of the feet [m]
     first: np.ndarray  # (n + 1,) start of the entries of each foot in `point` and `share`
     point: np.ndarray  # (k,) points of the other surface
-    share: np.ndarray  # (k,)
-    listed: np.ndarray  # (n,)
-    depth: np.ndarray  # (n,) [m]
-    normal: np.ndarray  # (n, 3)
-    area: np.ndarray  # (n,) [m²]
-    relative: np.ndarray  # (n, 3) [m/s]
-    new: np.ndarray  # (n,)
+    share: np.ndarray  # (k,) weights of these points in the position of a foot
+    listed: np.ndarray  # (n,) indices of the overlapping points
+    depth: np.ndarray  # (n,) depths [m]
+    normal: np.ndarray  # (n, 3) outward unit normals of the other surface
+    area: np.ndarray  # (n,) effective areas [m²]
+    relative: np.ndarray  # (n, 3) velocities relative to the other surface [m/s]
+    new: np.ndarray  # (n,) mask of the points without force in the previous step
 
 
 def make_room(n: int, k: int) -> Found:
@@ -123,11 +124,12 @@ def _beside(other, q, x):
 
 @pointwise
 def _weight(other, meeting, q, square, along, n, gain):
-    """Return the weight of point q of the other surface at a place with normal n, and the normal of q on the side of the
-    place.
+    """Return the weight of point q of the other surface in the mean planes at a place, and the normal of q, reversed if needed
+    so that it points to the side of the place.
 
-    square, along: results of `_beside`. gain: factor of the cosine between the normals for nodes of a sheet, with which the
-    best aligned point has full weight.
+    meeting: a `Meeting`. square, along: squared distance and height of the place, see `_beside`. n: normal of the surface point
+    at the place. gain: for nodes of a sheet, factor of the cosine between the normals, with which the best aligned point has
+    full weight.
     """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
     m, reach = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2]), other.reach[q]
@@ -150,16 +152,16 @@ def _weight(other, meeting, q, square, along, n, gain):
 
 @pointwise
 def _asking(one, p):
-    """Return position [m] and normal of point p."""
+    """Return the position [m] and the normal of point p of the surface `one` (an `Asking`)."""
     return (one.place[p, 0], one.place[p, 1], one.place[p, 2]), (one.normal[p, 0], one.normal[p, 1], one.normal[p, 2])
 
 
 @kernel(inner=True)
 def _gain(about, candidates, e, x, n):
-    """Return the reciprocal of the largest cosine between the normal of a sheet node and the normals of the points with
-    weight.
+    """Return the reciprocal of the largest cosine between the normal n of a sheet node at x and the normals of the points of
+    the other surface with weight; 0 if all cosines are zero: then all points have full weight.
 
-    Return 0 if all cosines are zero; then all points have full weight.
+    about: a `Neighbourhood`. e: index of the node in `candidates`.
     """
     other, meeting, largest = about.other, about.meeting, 0.0
     for r in range(candidates.first[e], candidates.first[e + 1]):
@@ -173,11 +175,11 @@ def _gain(about, candidates, e, x, n):
 
 @kernel(inner=True)
 def _sum_moments(about, candidates, e, clear, s, weight):
-    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d, where the
-    points of the other surface have the weights w, the normals m and the vectors d to the candidate.
+    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d, where the points
+    of the other surface have the weights w, the normals m and the vectors d to the candidate.
 
-    Return the nearest point of the other surface, and the height of the candidate above the plane of this point [m]. The
-    weights are stored in `weight`.
+    Return the index of the nearest point of the other surface, and the height of the candidate above the plane of this point
+    [m]. about: a `Neighbourhood`. clear: see `find_beside`. The weights are stored in `weight`.
     """
     other = about.other
     x, n = _asking(about.one, uintp(candidates.asks[e]))
@@ -207,10 +209,11 @@ def _sum_moments(about, candidates, e, clear, s, weight):
 
 @parallel_loop()
 def find_beside(chunk, about, candidates, clear, results):
-    """Compute distance, normal and weights of the other surface at the candidates of one surface.
+    """Compute, for each candidate of one surface, its distance from the other surface, the normal of that surface, the weights
+    of its points and the factor of the contact area.
 
-    about: a `Neighbourhood`. candidates: its `Candidates`. clear: largest distance that counts as an overlap [m]. results:
-    a `Found`, which is filled.
+    about: a `Neighbourhood`. candidates: a `Candidates`. clear: distance of the surfaces below which they overlap [m]. results:
+    a `Found`, whose `beside` and `weight` are filled.
     """
     other, meeting, found, s = about.other, about.meeting, results.beside, zeros(17)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
@@ -237,11 +240,11 @@ def find_beside(chunk, about, candidates, clear, results):
 
 @kernel(inline=True)
 def _find_slope(p, s, n, e, alone, dimension, found):
-    """Compute the linear correction c of the weights w of the points of the other surface, such that Σ w (1 + c·(d - e)) d
-    = 0 along the surface, with the vectors d from these points to point p.
+    """Compute the linear correction c of the weights w of the points of the other surface, such that Σ w (1 + c·(d - e)) d = 0
+    along the surface, with the vectors d from these points to point p; store it in row p of `found` (`Found.beside`).
 
-    s: moments of the weights. n: normal of the surface. e: weighted mean of d. alone: square of a distance [m²]; if the
-    points are closer together, the correction tends to zero.
+    s: moments of the weights, see `_sum_moments`. n: normal of the surface. e: weighted mean of d. alone: square of a distance
+    [m²]; if the points are closer together, the correction tends to zero.
     """
     found[p, LEVEL] = 1.0
     for a in range(3):
@@ -280,19 +283,19 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 @pointwise
 def _corrected(w, found, p, d):
-    """Return the corrected weight of a point of the other surface at a vector d from point p. The corrected weights have
-    the sum one, and the mean position with these weights is the foot of point p."""
+    """Return the corrected weight of a point of the other surface with weight w at a vector d from point p. The corrected
+    weights have the sum one, and the mean position with these weights is the foot of point p. found: `Found.beside`."""
     along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
     return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
 
 
 @kernel()
 def find_feet(about, candidates, results, counts, most):
-    """Compute the feet on the other surface of the candidates whose distance is below `most` [m]; return (feet, shares).
+    """Compute the feet (projections on the other surface) of the candidates whose distance from it is below `most` [m].
 
-    The results are the number of feet and the number of their shares in points of the other surface
-    (`pellucid.contact.feet`). results: a `Found` filled by `find_beside`. counts: factors of the contact areas of the
-    points, shape (m,).
+    Return the number of feet and the number of their weights in points of the other surface (`pellucid.contact.feet`). about: a
+    `Neighbourhood`. results: a `Found` filled by `find_beside`. counts: factors of the contact areas of the points, shape (m,);
+    points with the factor 0 are omitted.
     """
     other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
@@ -318,14 +321,15 @@ def find_feet(about, candidates, results, counts, most):
 
 @kernel()
 def measure_depths(about, candidates, results, counts, weights, velocity, of_other, width, most, from_feet, by_own_normals):
-    """Compute the depths of the candidates whose distance from the other surface is below `most` [m]; return their number.
+    """Compute the depths, contact areas and relative velocities of the candidates whose distance from the other surface is
+    below `most` [m], and write them to `results`; return the number of these candidates.
 
     Parameters
     ----------
     about, candidates, results, counts, most
         See `find_feet`.
     weights
-        Areas of the points of the one surface [m²].
+        Areas of the points of the surface with the candidates [m²].
     velocity, of_other
         Velocities of the points of both surfaces [m/s].
     width
@@ -334,7 +338,7 @@ def measure_depths(about, candidates, results, counts, weights, velocity, of_oth
         True to measure depths from the feet, on which the forces act: with another distance a surface that bends and
         vibrates would gain energy.
     by_own_normals
-        True to measure depths along the normals of the points.
+        True to measure depths along the normals of the points instead of those of the other surface.
     """
     n, _ = find_feet(about, candidates, results, counts, most)
     one, found = about.one, results.beside
@@ -364,10 +368,10 @@ def measure_depths(about, candidates, results, counts, weights, velocity, of_oth
 
 @kernel()
 def keep_touching(results, n, pushed, step, ahead):
-    """Remove the points without overlap from the results; return the number of remaining points and of shares of their
-    feet.
+    """Remove the points without overlap from the first n points of `results`; return the number of remaining points and the
+    number of weights of their feet.
 
-    pushed: points that had forces in the previous step, in ascending order; other points are new. ahead: True to keep the
+    pushed: points that had forces in the previous step, in ascending order; other points are new. ahead: True to keep also the
     points of `pushed` and points that would enter within 1.5 steps. step: step size [s].
     """
     first, kept, k, r = results.first, 0, 0, 0

@@ -18,10 +18,10 @@ from pellucid.contact.contact_surface import ContactSurface
 
 
 class ContactLead:
-    """Leads of the contact points of a deforming surface [m]: distances ahead of the surface at which contact acts, so that
-    no overlap remains in a steady state.
+    """Contact leads of a deforming surface: distances ahead of the surface at which contact acts [m], so that no overlap
+    remains in a steady state. Each corner (mesh vertex) has one.
 
-    surface: surface of the points; its `corner_shares` are the weights of the corners in the points.
+    surface: surface of the contact points; its `corner_shares` are the weights of the corners in the position of each point.
     """
 
     def __init__(self, surface: ContactSurface) -> None:
@@ -42,10 +42,10 @@ class ContactLead:
         return float(self._corners.max(initial=0.0))
 
     def applied(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the depths of the listed points including their leads [m], and the energy gained by an update of the
-        leads, divided by the contact stiffness [m³].
+        """Return the depths of the listed points including their leads [m], and the energy that the overlap gained by an update
+        of the leads, divided by the contact stiffness [m³].
 
-        The leads are updated if `is_due` is set; otherwise the energy is 0. depth, area: see `renew`.
+        The leads are updated if `is_due` is set; otherwise this energy is 0. depth, area: see `renew`.
         """
         led = depth + self.points[listed]
         if not self.is_due:
@@ -71,12 +71,12 @@ class ContactLead:
         self.points[:] = self._shares @ new
 
     def state_numbers(self) -> list[object]:
-        """Return the state for a checkpoint."""
+        """Return the leads of the corners and the state of their update, for a checkpoint."""
         (at,) = np.nonzero(self._corners)
         return [self.is_due, self.change, at.tolist(), self._corners[at].tolist()]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Restore the state from a checkpoint."""
+        """Restore the leads, the result of `state_numbers`, from a checkpoint."""
         self.is_due, self.change, at, lead = numbers
         self._corners.fill(0.0)
         self._corners[np.array(at, np.int64)] = lead

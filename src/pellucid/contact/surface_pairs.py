@@ -42,9 +42,10 @@ class SurfacePair(PointContact):
 
     If exactly one of them is a sheet, only the points of the sheet are tested against the other surface. With points of both
     surfaces, one side may have no overlap, and the fraction of the damper that belongs to the other side would not stop the
-    nodes of the sheet. friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension
-    of the surfaces, 2 in 3-D, 1 in the plane, 0 along a line. thickness: thickness of a slice [m]. seams: seams of a
-    periodic grid.
+    nodes of the sheet.
+
+    friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension of the surfaces, 2 in 3-D, 1 in the plane, 0
+    along a line. thickness: thickness of a slice in a plane problem [m]. name: see `Touch`. seams: seams of a periodic grid.
     """
 
     sides: list[SurfaceSide]  # type: ignore[assignment]
@@ -102,8 +103,8 @@ class SurfacePair(PointContact):
 
 
 def _deepest(surface: ContactSurface) -> float:
-    """Return the largest depth [m] at which a point behind a surface is in contact with it; for a body that is not
-    two-sided, less than half of its smallest extent."""
+    """Return the largest depth [m] at which a point behind a surface counts as in contact with it: the radius that a
+    surface point represents, and for a body that is not two-sided at most 0.4 of its smallest extent."""
     extent = np.ptp(surface.place, axis=0)
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
@@ -114,7 +115,10 @@ class SurfacePairs:
     """All surfaces of a simulation that can be in contact with each other or with walls."""
 
     def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
-        """Parameters: contacts, planes of symmetry, and seams of a periodic grid."""
+        """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
+
+        planes: planes of symmetry. seams: seams of a periodic grid.
+        """
         self._pairs, self._planes, self._seams = pairs, planes, seams
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
@@ -179,7 +183,8 @@ class SurfacePairs:
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
     def _cleared(self, surface: ContactSurface, n: int) -> np.ndarray:
-        """Return a zero array of n forces, shape (n, 3); the array is reused from step to step."""
+        """Return an array of zero forces for the n points of a surface, shape (n, 3); the array is reused from step to
+        step."""
         kept = self._forces.get(id(surface))
         if kept is None or len(kept) != n:
             kept = self._forces[id(surface)] = np.zeros((n, 3))
@@ -188,7 +193,10 @@ class SurfacePairs:
         return kept
 
     def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
-        """Iterate the contact forces on flat sides of rigid bodies if bodies have several such contacts, as in a stack."""
+        """Iterate the contact forces on flat sides of rigid bodies if bodies have several such contacts, as in a stack.
+
+        touching: contacts with an overlap. dt, last: lengths of this and of the previous step [s].
+        """
         if not any(surface.pushed_along for surface in self.surfaces):
             return
         apart = [pair for pair in touching if pair.stops_apart]
@@ -211,8 +219,8 @@ class SurfacePairs:
     # steady states
 
     def begin_steady(self) -> None:
-        """Switch to the search for equilibria: remove overlaps, and update friction and initial overlaps in equilibria
-        only."""
+        """Switch to the search for equilibria: use contact leads, which remove overlaps, and update friction and initial
+        overlaps in equilibria only."""
         self._is_steady = True
         for pair in self._pairs:
             pair.begin_steady()
@@ -305,19 +313,21 @@ class SurfacePairs:
         return total
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays of a checkpoint: the sides on which triangulated surfaces touch each other."""
+        """Return the arrays of a checkpoint: for triangulated surfaces, the triangle and the side that each point may
+        touch."""
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the sides on which triangulated surfaces touch each other from the arrays of a checkpoint."""
+        """Restore the state of contact between triangulated surfaces from the arrays of a checkpoint."""
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
 
     def state_numbers(self) -> dict[str, object]:
-        """Return the numbers for a checkpoint."""
+        """Return the numbers for a checkpoint: contact energy, dampers, initial overlaps, previous forces, and leads of
+        steady states."""
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         starts = [start.state_numbers() for start in self._start_overlaps()]
         given = [given.state_numbers() for given in self._previous_forces()]
@@ -336,7 +346,7 @@ class SurfacePairs:
         return [start for pair in self._pairs for start in pair.start_overlaps()]
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the numbers of a checkpoint."""
+        """Restore the result of `state_numbers` from a checkpoint."""
         self.energy.restore(numbers["energy"])
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
@@ -357,7 +367,8 @@ class SurfacePairs:
 
 @kernel()
 def _let_go(slip, touched):
-    """Reset the tangential displacements of points without contact, shape (m, 3) and mask (m,)."""
+    """Set the friction displacements `slip` [m], shape (m, 3), to zero at points that touch nothing; touched: mask, shape
+    (m,)."""
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0

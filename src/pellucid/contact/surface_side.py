@@ -22,10 +22,10 @@ ROOM = 1.5  # size of arrays over the number of points, so that few searches nee
 
 
 class SurfaceSide(ContactSide):
-    """Points of one surface that may overlap with another surface; `share` is their fraction of the stiffness.
+    """Points of one surface that may overlap with another surface (`other`); `share` is their fraction of the stiffness.
 
-    by_edges: True to include edge points, for bodies that do not deform; edge points have the full stiffness. seams: seams
-    of a periodic grid. ahead: True if the contact law is implicit initially.
+    meeting: parameters of the contact. by_edges: True to include edge points, for bodies that do not deform; edge points have
+    the full stiffness. seams: seams of a periodic grid. ahead: True if the contact law is implicit initially.
     """
 
     other: ContactSurface
@@ -96,8 +96,8 @@ class SurfaceSide(ContactSide):
         return Overlap(self.one, listed, *points, self.share, apart, new)
 
     def _measure(self, one: Described, other: Described) -> int:
-        """Compute the depths of the points near the other surface and their feet (projections) on it; return the number
-        of points."""
+        """Compute the depths of the points of `one` near `other` and their feet (projections on it); return the number of
+        points."""
         candidates, width = self._following.candidates, self.one.half_width + self.other.half_width
         arrays = one.place, one.normal, other.place, other.normal, other.size, other.reach
         if self._about is None or any(new is not old for new, old in zip(arrays, self._arrays, strict=True)):

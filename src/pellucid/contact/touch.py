@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 
 class Touch(ABC):
-    """Contact of a body with another body or a wall. `impulse`: impulse on the first surface in this step [N s], shape
-    (3,)."""
+    """Contact of a body with another body or a wall. `impulse`: impulse on the first surface in this step [N s], shape (3,).
+
+    surfaces: the surface or the two surfaces in contact. law: force law of their overlap. name: name of the contact force for
+    probes; None if no probe reads it.
+    """
 
     def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
         self.surfaces, self.name = surfaces, name
@@ -58,16 +61,17 @@ class Touch(ABC):
         """
 
     def way(self) -> np.ndarray:
-        """Return the unit vector along which the overlap pushes (its mean normal), shape (3,); its sign has no meaning. Zero
-        if this contact pushes no rigid body."""
+        """Return the mean normal of the overlap, along which this contact pushes a rigid body, as a unit vector, shape
+        (3,); its sign has no meaning. Zero if this contact pushes no rigid body."""
         return np.zeros(3)
 
     def overlaps(self) -> list[Overlap]:
-        """Return the overlaps found in this step; empty if contacts are stored in slots, without lists of points."""
+        """Return the overlaps found in this step; empty for contact between triangulated surfaces, which has no lists of
+        points."""
         return []
 
     def start_overlaps(self) -> list[StartOverlap]:
-        """Return the initial overlaps that exert no pressure."""
+        """Return the records of initial overlaps, which exert no pressure."""
         return []
 
     def previous_forces(self) -> "list[PreviousForces]":
@@ -103,14 +107,14 @@ class Touch(ABC):
 
     @abstractmethod
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
-        """Add the contact forces of a step dt [s] to `forces` [N].
+        """Compute the contact forces of a step dt [s] and add them to `forces` [N].
 
-        last: length of the previous step [s]. forces: force arrays of the surfaces, by `id`. touched: masks of the points
-        that friction holds, by `id`; points of this contact are marked.
+        last: length of the previous step [s]. forces: force arrays of the surfaces, shape (m, 3), by `id`. touched: masks of
+        the points that friction holds, by `id`; points of this contact are marked.
         """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays of the contact that a checkpoint stores."""
+        """Return the arrays of the contact by name, for a checkpoint; empty if it has none."""
         return {}
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:

@@ -12,7 +12,7 @@ from pellucid.contact.wall_plane import WallPlane
 
 
 class BehindPlane(ContactSide):
-    """Points of a surface that lie behind a plane and whose normals face it."""
+    """Points of the surface `one` that lie behind a plane and, unless both sides can be in contact, whose normals face it."""
 
     def __init__(self, one: ContactSurface, plane: WallPlane) -> None:
         start = None if one.is_hard or one.drag is not None else StartOverlap(float(one.reach.max()))
@@ -56,7 +56,8 @@ class BehindPlane(ContactSide):
 
 
 class WallContact(PointContact):
-    """Contact of a surface with a plane. friction, courant, swing, cell, step: see `OverlapLaw`."""
+    """Contact of a surface with a wall, a plane without a body. friction, courant, swing, cell, step: see `OverlapLaw`.
+    name: see `Touch`."""
 
     def __init__(
         self,

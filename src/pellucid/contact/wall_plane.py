@@ -16,7 +16,7 @@ class WallPlane:
         self.go_to(0.0, 1.0)
 
     def go_to(self, time: float, rate: float) -> None:
-        """Move the plane to its position at a load time [s].
+        """Move the plane to its position at the load time `time` [s], at which prescribed motions are evaluated.
 
         rate: increment of the load time per increment of the step time; the velocity of the plane is 0 if the rate is 0.
         """
@@ -24,5 +24,5 @@ class WallPlane:
         self.level = float(np.sum(self.normal * (self._point + time * self._full_velocity)))
 
     def height(self, place: np.ndarray) -> np.ndarray:
-        """Return the heights of positions [m], shape (n, 3), above the plane [m], shape (n,)."""
+        """Return the heights above the plane [m], shape (n,), of the positions `place` [m], shape (n, 3)."""
         return np.asarray(np.sum(place * self.normal, axis=1) - self.level)

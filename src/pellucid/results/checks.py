@@ -24,8 +24,8 @@ ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Metric:
     """Evaluate a check of the case on the history and return its metric: computed value, reference value, error, tolerance.
 
-    asked: the check. units: unit of each column of the history. If a file with a reference curve cannot be read, the error of
-    the metric is infinite.
+    asked: the check. readings: columns of the history. units: unit of each column. If a file with a reference curve cannot be
+    read, the error of the metric is infinite.
     """
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
@@ -49,11 +49,11 @@ def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> f
 
 
 def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:
-    """Evaluate a check at `instant` [s], or over all rows if `instant` is None.
+    """Evaluate the check `asked` at the time `instant` [s], or over all rows of the history if `instant` is None.
 
-    Returns the computed value, the reference value, the error, the magnitude of the reference, and a description of the
-    evaluation. For a reference curve, computed value and error are the root mean square of the difference from the curve. unit:
-    SI unit of the result.
+    Returns the computed value, the reference value, the error, the magnitude of the reference (for the relative tolerance), and
+    a description of the comparison. For a reference curve, computed value and error are the root mean square of the difference
+    from the curve. unit: SI unit of the result.
     """
     times, values = readings.curve(asked.column)
     if asked.curve is None:

@@ -7,7 +7,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Metric:
-    """A computed value of a run with its reference value, the error and the tolerance."""
+    """A computed value of a run (`value`) with its `reference`, the `error` and the `tolerance` of the error; `meaning`
+    describes the comparison for the report."""
 
     value: float
     reference: float

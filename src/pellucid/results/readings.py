@@ -34,13 +34,13 @@ class Readings:
     def curve(self, y: str, x: str = "time", whole: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return the column `y` against the column `x`, both at the same instants.
 
-        These are the instants of the rows, or the middles of the intervals between them if one of the two is a mean. Values at
-        rows are averaged to the middles.
+        If one of the two columns is a mean since the previous row, the instants are the middles of the intervals between rows,
+        and values at rows are averaged to the middles. Otherwise they are the instants of the rows.
 
         Parameters
         ----------
         whole
-            Whether means are continued linearly to the first and the last row.
+            True to extrapolate the values at the middles linearly to the first and the last row.
 
         Returns
         -------
@@ -51,7 +51,7 @@ class Readings:
         return self._at_middles(x, whole), self._at_middles(y, whole)
 
     def at(self, y: str, instants: "np.ndarray | float") -> np.ndarray:
-        """Return a column interpolated at times [s], NaN outside the history.
+        """Return the column `y` interpolated at times [s] (`instants`), NaN outside the history.
 
         The interpolation is linear, in a steady analysis a cubic spline.
         """
@@ -64,7 +64,7 @@ class Readings:
         return np.where(np.isnan(linear), np.nan, CubicSpline(times, values)(instants))
 
     def first_time(self, y: str, value: float) -> float:
-        """Return the first time [s] at which a column, interpolated as in `at`, has a value; NaN if it never has."""
+        """Return the first time [s] at which a column, interpolated as in `at`, equals `value`; NaN if it never does."""
         times, values = self.curve(y, whole=True)
         above = values - value
         rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
@@ -98,6 +98,8 @@ class Readings:
 
 
 def mean_columns(probes: Collection[tuple[str, str]], is_steady: bool) -> tuple[str, ...]:
-    """Return the names of the history columns whose values are means since the previous row. probes: names and
-    quantities of the probes."""
+    """Return the names of the history columns whose values are means since the previous row; none in a steady analysis.
+
+    probes: name and quantity of each probe.
+    """
     return () if is_steady else tuple(name for name, quantity in probes if quantity in MEAN_QUANTITIES)

@@ -331,8 +331,8 @@ def seen(progress: Progress | bool | None) -> Progress:
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
-    """Compute the share of one process other than the first in a simulation, and wait until the first process has written the
-    results. Arguments as in `run_case`."""
+    """Compute the share of one process other than the first in a simulation, and wait until the first process has written
+    the results. recorder: writer of the rows and checkpoints. Other arguments as in `run_case`."""
     if foretell:
         foretold(simulation, until, WarningsOnly())
     simulation.run(recorder, until=until)

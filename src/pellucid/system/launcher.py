@@ -15,8 +15,8 @@ INSTALL = f"Run {install_command('mpi')}, or install mpi4py for the MPI of the m
 
 
 def start_together(processes: int, arguments: Sequence[str]) -> None:
-    """Replace this process by the MPI launcher of `processes` processes with the same command line; do nothing for one
-    process.
+    """Replace this process by the MPI launcher, which starts `processes` processes of this program with the command line
+    `arguments`; do nothing for one process.
 
     Raises UsageError if MPI is not installed.
     """

@@ -28,18 +28,19 @@ class Facets(NamedTuple):
     """Triangulated surface with T triangles and n vertices; the triangles and vertices of images are included."""
 
     triangle: np.ndarray  # (T, 3) vertices
-    place: np.ndarray  # (n, 3) [m]
-    velocity: np.ndarray  # (n, 3) [m/s]
-    normal: np.ndarray  # (T, 3) unit normals
+    place: np.ndarray  # (n, 3) positions of the vertices [m]
+    velocity: np.ndarray  # (n, 3) velocities of the vertices [m/s]
+    normal: np.ndarray  # (T, 3) unit normals of the triangles
     vertex_normal: np.ndarray  # (n, 3) sums of normals weighted by angles; zero on the rim of an open surface
-    beside: np.ndarray  # (T, 3) neighbour triangle at edge i, -1 on the rim
+    beside: np.ndarray  # (T, 3) neighbour triangle at each edge, -1 on the rim
     first: np.ndarray  # (T + 1,) start of the list of each triangle in `neighbour`
     neighbour: np.ndarray  # triangles that share a vertex, in ascending order, including the triangle itself
 
 
 @pointwise
 def closest_shares(x, a, b, c):
-    """Return the barycentric coordinates of the point of triangle abc that is closest to x, and its region."""
+    """Return the barycentric coordinates of the point of triangle abc that is closest to x, and its region: `INSIDE` the
+    triangle, `EDGE` plus the number of the edge, or `CORNER` plus the number of the corner."""
     ab, ac = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
     p = (x[0] - a[0], x[1] - a[1], x[2] - a[2])
     d1, d2 = ab[0] * p[0] + ab[1] * p[1] + ab[2] * p[2], ac[0] * p[0] + ac[1] * p[1] + ac[2] * p[2]
@@ -71,7 +72,7 @@ def closest_shares(x, a, b, c):
 
 @pointwise
 def row_of(values, i):
-    """Return row i of an array of vectors."""
+    """Return row i of an array of vectors, shape (n, 3), as three numbers."""
     return values[i, 0], values[i, 1], values[i, 2]
 
 
@@ -88,8 +89,8 @@ def at_foot(values, triangle, t, u, v, w):
 
 @pointwise
 def closest_on(facets, t, x):
-    """Return the barycentric coordinates of the point of triangle t closest to x, its region, and the squared distance
-    [m²]."""
+    """Return the barycentric coordinates of the point of triangle t closest to x, its region (see `closest_shares`), and
+    the squared distance [m²]."""
     triangle, place = facets.triangle, facets.place
     a, b, c = row_of(place, triangle[t, 0]), row_of(place, triangle[t, 1]), row_of(place, triangle[t, 2])
     u, v, w, region = closest_shares(x, a, b, c)
@@ -101,7 +102,11 @@ def closest_on(facets, t, x):
 
 @pointwise
 def normal_at(facets, t, region):
-    """Return a normal vector that defines the sign of the distance at a closest point of triangle t; zero on the rim."""
+    """Return a normal vector of any length that defines the sign of the distance at a closest point of triangle t; zero on the
+    rim.
+
+    region: part of the triangle with the closest point, see `closest_shares`.
+    """
     n = row_of(facets.normal, t)
     if region == INSIDE:
         return n
@@ -115,10 +120,12 @@ def normal_at(facets, t, region):
 
 @kernel()
 def find_normals(triangle, place, representative, on_rim, normal, vertex_normal):
-    """Compute the unit normals of triangles, and at each vertex the sum of the adjacent normals weighted by angles.
+    """Compute the unit normals of triangles, and at each vertex the sum of the adjacent normals weighted by angles; write them
+    to `normal` and `vertex_normal`.
 
-    representative: number of the vertex that represents all vertices at the same position on a plane of symmetry or a seam,
-    shape (n,). on_rim: mask of the vertices on the rim, shape (n,); their sum is zero.
+    triangle, place: vertices of the triangles, and positions of the n vertices [m]. representative: number of the vertex that
+    represents all vertices at the same position on a plane of symmetry or a seam, shape (n,). on_rim: mask of the vertices on
+    the rim, shape (n,); their sum is set to zero.
     """
     for i in range(len(place)):
         vertex_normal[i, 0] = vertex_normal[i, 1] = vertex_normal[i, 2] = 0.0

@@ -135,7 +135,8 @@ class TriangleMesh:
         return np.asarray(np.einsum("ij,ij->i", one, two) / np.maximum(sizes, TINY))
 
     def find_sharpest_fold(self) -> tuple[float, np.ndarray]:
-        """Return the largest angle between the normals of two neighbouring triangles [degrees], and the place of one [m], (3,).
+        """Return the largest angle between the normals of two neighbouring triangles [degrees], and the position of such a
+        triangle [m], shape (3,).
 
         Edges at which the surface was folded by more than 90 degrees at the start do not count.
         """
@@ -213,8 +214,8 @@ class TriangleMesh:
         np.einsum("mc,mcd->md", points.share, of_points[points.corner], out=points.normal)
 
     def boxes(self, far: float, lower: np.ndarray, upper: np.ndarray) -> Boxes:
-        """Return the triangles sorted by boxes between two corners [m]; each triangle is in all boxes within the distance
-        `far` [m]."""
+        """Return the triangles sorted by the boxes of a lattice between the corners `lower` and `upper` [m]; each triangle
+        is in all boxes within the distance `far` [m]."""
         corners = self.facets.place[self.facets.triangle]
         low, high = corners.min(axis=1) - far, corners.max(axis=1) + far
         return make_boxes(low, high, lower, upper, max(far, self.edge))
@@ -269,7 +270,8 @@ def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
     """Return for each vertex and image the number of the vertex that represents all vertices at its position.
 
     It is the first one among the images of one vertex, or a vertex of the surface itself if an image of another vertex
-    coincides with it.
+    coincides with it. place: positions of the n vertices and then of their images [m]. same: distance below which positions
+    coincide [m].
     """
     number = np.arange(len(place))
     copies = place.reshape(-1, n, 3)

@@ -9,7 +9,7 @@ with the barycentric coordinates of the closest point. Both forces derive from Â
 include points that would overlap within the next steps. An impact therefore stops at the contact distance for any speed,
 and at rest the surfaces hardly overlap. All contacts of a pair form one system, together with the motion of the vertices
 under nodal forces. Friction is a spring along the surface with a damper, limited by the coefficient of friction times the
-normal force; each slot stores its own slip.
+normal force; each contact of a point with a triangle (slot) stores its own slip.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,7 +40,8 @@ class TriangleSide(ContactSurface):
     """Points of one surface that search for triangles of another or of the same surface; each slot of a point stores one
     contact with a triangle.
 
-    share: fraction of the contact stiffness.
+    one, other: triangle meshes of the points and of the triangles. sides: contact surfaces with these meshes. share: fraction
+    of the contact stiffness.
     """
 
     def __init__(
@@ -61,8 +62,8 @@ class TriangleSide(ContactSurface):
         before the first)."""
 
     def follow(self, last: float) -> float:
-        """Add the largest approach of the surfaces in the previous step to its bound; return the power of the forces of
-        that step at the current velocities [W].
+        """Increase the upper bound of the distance by which the surfaces have approached by their motion in the previous step;
+        return the power of the forces of that step at the current velocities [W].
 
         last: length of the previous step [s]. Both meshes must have been updated from their bodies before.
         """
@@ -154,7 +155,8 @@ class TriangleSide(ContactSurface):
         return np.maximum(-np.einsum("ij,ij->i", lossy, normal), 0.0)
 
     def keep(self, given: np.ndarray) -> None:
-        """Store the forces on the overlapping points whose power is counted after the step [N], shape (n, 3)."""
+        """Store the forces of this step on the overlapping points that dissipate energy [N], shape (n, 3), for `follow` in
+        the next step."""
         self.slots.lossy[self._at] = given
 
     def add_forces(self, force: np.ndarray) -> None:
@@ -235,8 +237,8 @@ class TrianglePair(Touch):
         return [side.start for side in self.sides if side.start is not None]
 
     def start_depth(self) -> float:
-        """Return the initial overlap of the surfaces [m]; for self-contact, the largest initial overlap of a slot, i.e.
-        of a point with a triangle."""
+        """Return the initial overlap of the surfaces [m]; for self-contact, the largest initial overlap of a point with a
+        triangle."""
         return super().start_depth() if len(self.surfaces) == 2 else max(float(side.slots.born.max()) for side in self.sides)
 
     def follow(self, last: float) -> None:
@@ -245,10 +247,10 @@ class TrianglePair(Touch):
         self.before = sum(side.follow(last) for side in self.sides)
 
     def place_without_side(self) -> np.ndarray | None:
-        """Return an initial position at which layers of a surface coincide, so that the side on which they touch is
-        undefined [m], shape (3,); None if there is no such position.
+        """Return an initial position at which layers of a surface coincide, so that the side on which they touch is undefined
+        [m], shape (3,); None if there is no such position.
 
-        Fills the slots.
+        Fills the slots, i.e. finds the triangles that each point may touch.
         """
         self.follow(0.0)
         self.find({})
@@ -291,7 +293,8 @@ class TrianglePair(Touch):
         return solve_forces(factor, ahead, stiffness, [side.given_normal() for side in sides], self.law.is_steady)
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays of a checkpoint: sides, slots, and displacements of the surfaces.
+        """Return the arrays of a checkpoint: the slots (contacts of points with triangles) of both sides, and the bounds of the
+        approach of the surfaces.
 
         For self-contact the result is empty: these arrays are stored with the body.
         """

@@ -44,23 +44,23 @@ OVER_RIM = 0.95  # cosine between the normal and the direction to a point below 
 class ContactPoints(NamedTuple):
     """Points of a surface, each in a triangle of that surface; m is their number."""
 
-    place: np.ndarray  # (m, 3) [m]
-    velocity: np.ndarray  # (m, 3) [m/s]
+    place: np.ndarray  # (m, 3) positions [m]
+    velocity: np.ndarray  # (m, 3) velocities [m/s]
     normal: np.ndarray  # (m, 3) normals of any length
-    corner: np.ndarray  # (m, 3) vertices
-    share: np.ndarray  # (m, 3) barycentric coordinates
+    corner: np.ndarray  # (m, 3) vertices of the triangle of each point
+    share: np.ndarray  # (m, 3) barycentric coordinates in this triangle
     area: np.ndarray  # (m,) initial areas [m²]
     first: np.ndarray  # (m + 1,) start of the list of each point in `excluded`
     excluded: np.ndarray  # triangles excluded from contact with a point, in ascending order
 
 
 class Slots(NamedTuple):
-    """State of s slots of each of m points, which a checkpoint stores. A slot stores the contact of a point with a
+    """State of s slots of each of m points, which a checkpoint stores. A slot stores the contact of a point with one
     triangle of the other surface."""
 
     triangle: np.ndarray  # (m, s) triangle; -1 for an empty slot
     side: np.ndarray  # (m, s) side of the triangle: +1 or -1; 0 beyond a rim
-    state: np.ndarray  # (m, s) APART, STAYS or ENTERS
+    state: np.ndarray  # (m, s) no overlap (APART), overlap (STAYS) or first step of an overlap (ENTERS)
     clear: np.ndarray  # (m, s) bound of the approach of the surfaces below which no overlap is possible [m]
     born: np.ndarray  # (m, s) depth at the start of the contact, which exerts no force; reduced as the point moves out [m]
     depth: np.ndarray  # (m, s) overlap; before contact, minus the distance to contact [m]
@@ -71,7 +71,7 @@ class Slots(NamedTuple):
 
 
 def make_slots(m: int, s: int) -> Slots:
-    """Return s empty slots for each of m points, see `Slots`."""
+    """Return s empty slots (records of the contact with a triangle) for each of m points, see `Slots`."""
     whole = [np.full((m, s), -1), np.zeros((m, s), np.int64), np.zeros((m, s), np.int64)]
     return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(4)))
 
@@ -89,7 +89,8 @@ class Sight(NamedTuple):
 
 @pointwise
 def _is_among(first, listed, i, q):
-    """Return True if q is in list i; lists are short and in ascending order."""
+    """Return True if triangle q is in list i; first: start of each list in `listed`. Lists are short and in ascending
+    order."""
     for r in range(first[i], first[i + 1]):
         if listed[r] >= q:
             return listed[r] == q
@@ -98,7 +99,8 @@ def _is_among(first, listed, i, q):
 
 @pointwise
 def _looks_away(points, facets, sight, p, q):
-    """Return True if triangle q of a solid does not face point p of a solid."""
+    """Return True if point p and triangle q belong to solids and the triangle does not face the point; False if one surface
+    is a sheet (see `Sight.faces`)."""
     if not sight.faces:
         return False
     m, n = row_of(points.normal, p), row_of(facets.normal, q)
@@ -127,9 +129,11 @@ def _leads_to_excluded(points, facets, sight, p, q, foot):
 
 @kernel(inner=True)
 def _walk(points, facets, sight, p, x, t):
-    """Return the triangle closest to a point, found by a walk from triangle t, with the data of the closest point.
+    """Return the triangle closest to point p at position x, found by a walk over neighbours from triangle t, with the
+    barycentric coordinates and the region of the closest point and its squared distance [m²].
 
-    The triangle is -1 if the walk reaches a triangle that is excluded for the point.
+    The triangle is -1 if the walk reaches a triangle that is excluded for the point, or if t does not face the point. points,
+    facets, sight: `ContactPoints`, `Facets` of the other surface, `Sight`.
     """
     u, v, w, region, square = closest_on(facets, t, x)
     if _looks_away(points, facets, sight, p, t):
@@ -157,8 +161,9 @@ def _walk(points, facets, sight, p, x, t):
 
 @kernel(inner=True)
 def _search(points, facets, boxes, sight, p, x, hand, held, square):
-    """Return the triangle closest to point p, if it lies within a distance given by its square [m²]; else -1.
+    """Return the triangle closest to point p at position x, if it lies within a distance with the given square [m²]; else -1.
 
+    points, facets, boxes, sight: `ContactPoints`, `Facets` of the other surface, its triangles sorted by `Boxes`, `Sight`.
     hand: side of the point's own surface on which to search, 1 or -1; 0 for both. held: triangle in the other slot of the
     point, or -1.
     """
@@ -201,8 +206,8 @@ def _empty(slots, p, k):
 
 @pointwise
 def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
-    """Store the closest point of a triangle in slot k of point p; return the signed distance of point p from the surface
-    at this point [m]."""
+    """Store the closest point of triangle t, with barycentric coordinates u, v, w, its region and squared distance [m²], in
+    slot k of point p at position x; return the signed distance of the point from the surface [m]."""
     n = normal_at(facets, t, region)
     f = at_foot(facets.place, facets.triangle, t, u, v, w)
     away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
@@ -236,7 +241,7 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
 
 @pointwise
 def relative_velocity(points, facets, slots, p, k):
-    """Return the velocity of a point relative to the closest point of the other surface [m/s]."""
+    """Return the velocity of point p relative to the closest point of the other surface in its slot k [m/s]."""
     u, v, w = slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2]
     of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], u, v, w)
     v = row_of(points.velocity, p)
@@ -245,7 +250,8 @@ def relative_velocity(points, facets, slots, p, k):
 
 @kernel()
 def find_power(points, facets, slots):
-    """Return the power of the forces `lossy` at the current velocities [W]."""
+    """Return the power of the forces `Slots.lossy` at the current velocities of the points relative to the other surface
+    [W]."""
     power = 0.0
     for p in range(len(points.place)):
         for k in range(slots.triangle.shape[1]):
@@ -260,8 +266,9 @@ def find_power(points, facets, slots):
 def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
     """Update the closest points and the overlap in the slots of the points.
 
-    way: largest distance by which the surfaces may have approached since the start of the run [m]. ahead: time for which an
-    overlap is predicted [s], or 0. coming: largest approach within this time [m]. looks: True to search for new triangles.
+    points, facets, boxes, sight: as in `_search`. way: largest distance by which the surfaces may have approached since the
+    start of the run [m]. ahead: time for which an overlap is predicted [s], or 0. coming: largest approach within this time
+    [m]. looks: True to search for new triangles.
     """
     n_slots = slots.triangle.shape[1]
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):

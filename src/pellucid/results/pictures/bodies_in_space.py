@@ -57,7 +57,8 @@ class SpaceStage:
     """Drawing of bodies in space from one direction, with the same scales in all pictures of a figure (a `Stage`).
 
     Bodies that are lines are not drawn. If a body surrounds another, the picture shows only the material behind a plane through
-    the middle of the surrounded body, unless the look sets the cut plane.
+    the middle of the surrounded body, unless the look sets the cut plane. look: settings of the picture. times: times of all
+    pictures [s], from which the scales follow.
     """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:

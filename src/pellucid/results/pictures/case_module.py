@@ -12,7 +12,8 @@ from pellucid.results.storage.files import OutputError
 
 
 def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
-    """Return what the Python module of the gallery case provides under `kind`, "figures" or "films", by name.
+    """Return the figures or the films (`kind`: "figures" or "films") that the Python module of the gallery case defines, by
+    name.
 
     A figure is a matplotlib figure or a function that returns one; a film is an `Animation`. The result is empty if the case
     has no module. It is also empty, with a warning, if the module cannot draw this run.

@@ -25,7 +25,10 @@ def _is_curve(run: Run, name: str) -> bool:
 
 class CurveStage:
     """Drawing of films that are curves, with arrows of their velocity and the same scales in all pictures of a figure (a
-    `Stage`)."""
+    `Stage`).
+
+    look: settings of the picture. times: times of all pictures [s], from which the scales follow.
+    """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         self._run, self._look = run, look

@@ -83,8 +83,8 @@ def bodies(run: Run) -> dict[str, Draw]:
     Bodies are coloured by speed (in a steady analysis by displacement), and in a second figure by pressure or stress. Solids in
     space have a third and a fourth figure, in which the material in front of a plane through their middle is not drawn; these
     are omitted if a plane of symmetry shows the inside. A case in one dimension has profiles of the fields in the last frame.
-    Films that are curves are coloured by density. Bodies at rest have no figure of the speed. A run whose bodies are all other
-    lines has no figure.
+    Films that are curves are coloured by density. Bodies at rest have no figure of the speed. If all bodies are lines that are
+    not films, there is no figure.
     """
     if are_curves(run):
         return {"bodies": partial(bodies_at, run, Look("load"))}
@@ -109,10 +109,11 @@ def energy_columns(run: Run) -> list[str]:
 
 
 def condition_columns(run: Run) -> list[str]:
-    """Return the names of the history columns that conditions write and that no other figure shows.
+    """Return the names of the history columns that conditions (supports, loads and others) write and that no other figure
+    shows.
 
-    Examples are columns of enclosed gas, prescribed volumes and points at open faces. A column is omitted if it is
-    constant, or if a plotted column in the same unit has the same shape (as absolute and gauge pressure have).
+    Examples are columns of enclosed gas, prescribed volumes and points at open faces. A column is omitted if it is constant, or
+    if a column that is already plotted has the same unit and the same shape (e.g. absolute and gauge pressure).
     """
     plotted = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
     known = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *plotted}
@@ -182,11 +183,11 @@ def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
 
 
 def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """Return the curves of the energy balance [J] by label, and the maximum magnitudes [J] of entries too small to be
-    visible.
+    """Return the curves of the energy balance [J] by label, and the maximum magnitudes [J] of the entries that are too small to
+    be visible and are not drawn, by label.
 
-    The internal energy, and a strain energy that is not zero at the start, are shown as the change since the start: the
-    stored energy of a stiff liquid or of a prestrained body can be a million times the kinetic energy.
+    The internal energy, and a strain energy that is not zero at the start, are shown as the change since the start: the stored
+    energy of a stiff liquid or of a prestrained body can be a million times the kinetic energy.
     """
     curves = {}
     for name in energy_columns(run):
@@ -236,8 +237,8 @@ def _line(run: Run, number: int = 0) -> str:
 
 
 def _told_apart(run: Run, other: Run) -> str:
-    """Return the label of a run in a comparison with `other`: the kinds of the bodies that differ, otherwise the name of its
-    folder."""
+    """Return the label of `run` in a comparison with `other`: the kinds of the bodies in which it differs, otherwise the
+    name of its folder."""
     kinds = {body.name: body.kind for body in other.stored.bodies}
     differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]
     return ", ".join(differing) or run.out.name

@@ -6,12 +6,12 @@ import numpy as np
 
 
 def evenly(times: np.ndarray, most: int) -> np.ndarray:
-    """Choose at most `most` instants at even intervals, including the first and the last; for `most` = 1, the last."""
+    """Choose at most `most` of the times [s] at even intervals, including the first and the last; for `most` = 1, the last."""
     return times[-1:] if most == 1 else times[np.unique(np.linspace(0, len(times) - 1, most).round().astype(int))]
 
 
 def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:
-    """Return the times of the frames nearest to the given times [s], without duplicates; given times that the run did
-    not reach are omitted."""
+    """Return the times of the frames nearest to given times [s], without duplicates; given times that the run did not reach
+    are omitted. If it reached none of them, the last frame is returned. frames: times of all frames [s]."""
     reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
     return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])

@@ -86,8 +86,8 @@ def _whole(mesh: SimplexMesh) -> _Shown:
 
 
 def _opened(mesh: SimplexMesh) -> _Shown:
-    """Return the half of a mesh of tetrahedra that is far from the viewer: those whose centroid has a y coordinate in the upper
-    half of the mesh."""
+    """Return the half of a mesh of tetrahedra that is far from the viewer, i.e. the tetrahedra whose centroid has a y
+    coordinate in the upper half of the mesh."""
     depth = mesh.nodes[mesh.cells].mean(axis=1)[:, 1]
     behind = depth >= 0.5 * (mesh.nodes[:, 1].min() + mesh.nodes[:, 1].max())
     return _whole(SimplexMesh(mesh.nodes, mesh.cells[behind]))

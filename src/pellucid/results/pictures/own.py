@@ -38,7 +38,7 @@ def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
 
 
 def picture(run: Run, asked: Picture) -> Figure:
-    """Draw a picture of the bodies that the case requests (table `picture`), and return the figure."""
+    """Draw a picture of the bodies that the case requests (`asked`, an entry of `picture`), and return the figure."""
     look = _look(run, asked)
     frames = _frames(run, look)
     times = [*asked.times, *_extremes(run, asked)]
@@ -100,8 +100,8 @@ def _extremes(run: Run, asked: Picture) -> Iterator[float]:
 
 
 def plot(run: Run, asked: Plot) -> Figure:
-    """Draw a plot that the case requests (table `plot`), and return the figure: columns of the history, curves from files, and
-    below, if requested, the difference of the columns from the first of these curves."""
+    """Draw a plot that the case requests (`asked`, an entry of `plot`), and return the figure: columns of the history,
+    curves from files, and below, if requested, the difference of the columns from the first of these curves."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
     room: dict[str, Any] = {"squeeze": False, "height_ratios": (3, 1)[:rows]}
@@ -119,9 +119,9 @@ def plot(run: Run, asked: Plot) -> Figure:
 
 
 def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
-    """Draw the columns of the history and the measured curves (curves from files) of one panel of a plot.
+    """Draw the columns of the history and the measured curves (curves from files) of the panel `asked` of a plot.
 
-    narrow: the panel has little width; a legend of more than two entries is placed above it.
+    narrow: True if the panel has little width; a legend of more than two entries is then placed above it.
     """
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     lines, marks, reach = cycle(LINES), cycle(MARKS), run.history[asked.x]
@@ -151,7 +151,7 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
 
 
 def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
-    """Plot the columns of a panel minus its first measured curve, where both are defined."""
+    """Plot the columns of the panel `asked` minus its first measured curve, where both are defined."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     x, y, _ = asked.measured[0].read(x_si, y_si)
     for name in asked.y:

@@ -109,7 +109,8 @@ def write_pictures(
 
 
 def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
-    """Start worker processes that draw; return an empty list if the run has too few points for them to save time."""
+    """Start worker processes that draw the pictures of a run; return an empty list if the run has too few points for them
+    to save time. beside: another run, whose probes are drawn with those of the run."""
     has_film = len(run.stored.film) > 0 or hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
         return []

@@ -77,7 +77,7 @@ class Limits(NamedTuple):
 
 
 def is_still(body: StoredBody) -> bool:
-    """Return True if bodies of this kind never move, as those of pure diffusion."""
+    """Return True if the points of bodies of this kind never move, as in pure diffusion."""
     return body.kind in BODIES.entries and not BODIES.entries[body.kind].moves
 
 

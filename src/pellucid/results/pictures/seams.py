@@ -26,7 +26,7 @@ def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: Grid
 
 
 def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> np.ndarray:
-    """Return the displacement that moves points into the periodic box [m], shape (n, 3): multiples of the periods.
+    """Return the displacement that moves points into the box of a periodic grid [m], shape (n, 3): multiples of its periods.
 
     position: [m], shape (n, 3). cells: cells of the body; a body with cells is moved as a whole.
     """

@@ -65,9 +65,9 @@ def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "cons
 def new_panels(
     rows: int = 1, columns: int = 1, width: float = WIDTH, height: float = 3.6, title: str = "", **shared: Any
 ) -> tuple[Figure, Any]:
-    """Return a new figure and its axes, in the form that `Figure.subplots` returns.
+    """Return a new figure and its axes in `rows` and `columns`, in the form that `Figure.subplots` returns.
 
-    title: title of the figure. shared: further arguments of `Figure.subplots`.
+    width, height: of the figure [inch]. title: title of the figure. shared: further arguments of `Figure.subplots`.
     """
     figure = new_figure(width, height)
     if title:
@@ -127,7 +127,8 @@ def settle(figure: Figure) -> None:
 def label(
     axes: Axes, x: str, y: str, x_unit: str = "", y_unit: str = "", title: str | None = None, legend: bool = False
 ) -> None:
-    """Label both axes with their units; optionally set the title and draw a legend of the curves so far."""
+    """Label both axes with their names x and y and their units; optionally set the title and draw a legend of the curves so
+    far."""
     axes.set(xlabel=with_unit(x, x_unit), ylabel=with_unit(y, y_unit))
     if title is not None:
         axes.set_title(title)

@@ -89,7 +89,8 @@ def fan_of(corners: int) -> np.ndarray:
 
 
 def around(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of a box, extended on each side by BEYOND times its longest edge [m]."""
+    """Return the lower and upper corner of a box with the corners `low` and `high` [m], extended on each side by BEYOND
+    times its longest edge."""
     gap = BEYOND * float((high - low).max())
     return low - gap, high + gap
 

@@ -57,7 +57,10 @@ def next_serial(folder: Path) -> int:
 
 def write_part(folder: Path, arrays: Mapping[str, np.ndarray], process: int, serial: int) -> str:
     """Write the rows of shared arrays that one process computes, as its part of a checkpoint that the first process writes;
-    return the file name. process: number of the process. Raises as `write` does."""
+    return the file name.
+
+    process: number of the process. serial: serial number of the checkpoint. Raises as `write` does.
+    """
     with explained(folder.parent):
         return _written(folder, f"{DRAFT}-{process}", arrays, f"{serial:06d}-{process}-{{}}.part").name
 
@@ -83,7 +86,8 @@ def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], na
 
 
 class RowsInParts:
-    """An array whose rows are stored in several files and read on request, so that no process loads the whole array."""
+    """The array `name` of a checkpoint, whose rows are stored in several files (`paths`, in the order of the rows) and read
+    on request, so that no process loads the whole array."""
 
     def __init__(self, name: str, paths: Sequence[Path]) -> None:
         self._name, self._paths = name, paths

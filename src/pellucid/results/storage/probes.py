@@ -19,8 +19,8 @@ NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 
 
 class ProbeReader:
-    """Evaluates the probes of a case. It stores the followed points, the initial values and the impulses at the previous row of
-    the history.
+    """Evaluates the probes of a case. It stores the points that probes follow, the initial values that they subtract, and the
+    impulses at the previous row of the history.
 
     data: the state from a checkpoint, or None. periods: periods of the grid [m], see `GridCase.periods`. Functions of users
     receive fields in the order of the point numbers; functions of the package receive fields in storage order, because their
@@ -30,11 +30,11 @@ class ProbeReader:
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None, periods: Vector = NOT_PERIODIC) -> None:
         self._probes, self._periods = probes, periods
         kept = data or {"followed": {}, "initial": {}, "impulses": {}, "turning": {}, "time": 0.0}
-        self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
-        self._initial: dict[str, float] = dict(kept["initial"])  # what is subtracted
-        self._impulses: dict[str, list[float]] = dict(kept["impulses"])  # at the row before [N s]
-        self._turning: dict[str, list[float]] = dict(kept["turning"])  # of angular impulses [N m s]
-        self._time: float = kept["time"]  # of the row before [s]
+        self._followed: dict[str, int] = dict(kept["followed"])  # number of the followed point, by name of the probe
+        self._initial: dict[str, float] = dict(kept["initial"])  # value that is subtracted, by name of the probe
+        self._impulses: dict[str, list[float]] = dict(kept["impulses"])  # impulses up to the previous row [N s]
+        self._turning: dict[str, list[float]] = dict(kept["turning"])  # angular impulses up to the previous row [N m s]
+        self._time: float = kept["time"]  # time of the previous row [s]
 
     def start(self, bodies: Sequence[Any]) -> None:
         """Store the values in the initial state that probes need later, such as the points that a probe follows."""
@@ -124,10 +124,10 @@ def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] 
 
 
 def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return a position [m], shape (3,), after the rigid motion that best fits the motion of points.
+    """Return the position [m], shape (3,), of a material place after the rigid motion that best fits the motion of points.
 
-    start, now: positions of the points before and after the motion [m], shape (n, 3). place: the position before it. The
-    rotation is the least-squares fit (Kabsch 1976, Acta Cryst. A 32, 922).
+    start, now: positions of the points before and after the motion [m], shape (n, 3). place: position of the material place
+    before the motion [m]. The rotation is the least-squares fit (Kabsch 1976, Acta Cryst. A 32, 922).
     """
     middle, arm = start.mean(axis=0), start - start.mean(axis=0)
     left, _, right = np.linalg.svd(np.einsum("pi,pj->ij", now - now.mean(axis=0), arm))

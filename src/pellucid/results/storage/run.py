@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """Results in a run folder. If `temporary`, the folder is deleted with this object.
+    """Results in the run folder `out`. If `temporary`, the folder is deleted with this object.
 
-    Files are read on first use. Unknown names of columns, fields, bodies and metrics raise `UnknownName`, a `UsageError`
-    and `KeyError` that lists the known names.
+    Files are read on first use. Unknown names of columns, fields, bodies and metrics raise `UnknownName`, a `UsageError` and
+    `KeyError` that lists the known names.
     """
 
     def __init__(self, out: Path | str, temporary: bool = False) -> None:

@@ -40,5 +40,6 @@ class Schedule:
 
 
 def capacity(end: float, interval: float) -> int:
-    """Return the largest number of outputs of a run to `end` [s]: start, end and one early stop included."""
+    """Return the largest number of outputs of a run to `end` [s] with an output every `interval` [s], including the first,
+    the last and one at an early stop."""
     return math.floor(end / interval + CLOSE) + 3

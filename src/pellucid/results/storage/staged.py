@@ -23,8 +23,8 @@ class StagedFile:
             put(self._raw, start, data)
 
     def commit_at_once(self) -> None:
-        """Write the whole range of bytes from the first to the last changed byte in a single write, so that either all
-        changes take effect or none."""
+        """Write the whole range of bytes from the first to the last changed byte in a single call of the system, so that
+        the file changes completely or not at all."""
         start = min(first for first, _ in self._changes)
         end = max(first + len(data) for first, data in self._changes)
         put(self._raw, start, self._read(start, end))

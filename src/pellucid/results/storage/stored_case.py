@@ -79,7 +79,7 @@ class StoredCase(BaseModel):
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
-        """Axes that are one cell thick; all False without a grid."""
+        """Mask of the axes along which the grid is one cell thick; all False without a grid."""
         return (False, False, False) if self.grid is None else self.grid.thin()
 
 

@@ -167,8 +167,8 @@ def _corners(kind: str) -> int:
 
 
 def _place(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype, most: int | None = None) -> None:
-    """Create a dataset `name` with a fixed location in an HDF5 group, whose bytes are written later; a vector may grow to
-    `most` entries."""
+    """Create a dataset with a fixed location in an HDF5 group; its bytes are written later. most: number of entries up to
+    which a vector may grow."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     if most:
         plan.set_chunk((most,))  # one chunk with room for all, so that growing changes its length and nothing else

@@ -25,10 +25,10 @@ Fields = dict[str, np.ndarray]
 
 
 class Actor:
-    """A body in the interactive view, with at most `most` of its points.
+    """The body `name` of a run in the interactive view, with at most `most` of its points.
 
-    If points are omitted, the cells are omitted too. The points are selected at random, the same in every page, because a
-    regular selection from a lattice would show stripes.
+    If points are omitted, only the selected points are shown, without the surface or lines of the body. They are selected at
+    random, the same in every page, because a regular selection from a lattice would show stripes.
     """
 
     def __init__(self, run: Run, name: str, most: int) -> None:

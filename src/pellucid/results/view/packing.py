@@ -48,8 +48,8 @@ class Pack:
         self._last: dict[object, np.ndarray] = {}
 
     def add(self, values: np.ndarray, key: object = None) -> None:
-        """Append an array of unsigned integers of one, two or four bytes. key: name of the sequence of similar arrays, such as
-        positions at successive times, to which it belongs."""
+        """Append the array `values` of unsigned integers of one, two or four bytes. key: name of the sequence of similar
+        arrays, such as positions at successive times, to which it belongs."""
         flat = np.ascontiguousarray(values).ravel()
         before = self._last.get(key)
         if before is None:

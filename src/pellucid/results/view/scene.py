@@ -31,14 +31,15 @@ FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
 
 
 class Scene(NamedTuple):
-    """Contents of the page: metadata as JSON values (`told`) and packed arrays (`packed`)."""
+    """Contents of the interactive view: metadata as JSON values (`told`) and compressed arrays (`packed`)."""
 
     told: dict[str, Any]
     packed: bytes
 
 
 class _Instant(NamedTuple):
-    """A body at one time: positions [m], masks of existing and of failed points, and scalar fields."""
+    """A body at one time: positions [m], shape (n, 3), masks of the points inside the grid (`there`) and of the points of a
+    membrane that have failed and carry no stress (`failed`), and scalar fields by name (`shown`)."""
 
     position: np.ndarray
     there: np.ndarray

@@ -1,8 +1,8 @@
 """Wall-clock time per step on this machine, learned from previous runs.
 
-Each run stores its time per step and the size of its case, the memory of bodies and grid. Runs that need the same kernels, i.e.
-the same kinds of bodies, laws, functions and conditions, predict the time of another run of about the same size, or of a size
-between two of them.
+Each run stores its time per step and the size of its case, i.e. the memory of bodies and grid. The time of another run is
+predicted from runs that need the same kernels, i.e. have the same kinds of bodies, laws, functions and conditions, if one of
+them has about its size or if its size is between those of two of them.
 """
 
 import json

@@ -51,11 +51,13 @@ class Camera(NamedTuple):
         return int(rows), int(columns)
 
     def project(self, position: np.ndarray) -> np.ndarray:
-        """Return pixel coordinates and depth, shape (n, 3), of positions [m], shape (n, 3)."""
+        """Return the pixel coordinates x, y and the depth towards the eye [pixels], shape (n, 3), of positions [m], shape
+        (n, 3)."""
         return np.asarray((position @ self.axes.T - np.append(self.low, 0.0)) * self.scale)
 
     def depth_of(self, plane: Plane, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the depth of a plane at pixel coordinates [pixels]. The plane must not be parallel to the line of sight."""
+        """Return the depth of a plane towards the eye [pixels] at the pixel coordinates x, y. The plane must not be
+        parallel to the line of sight."""
         (nx, ny, nz), offset = self._projected(plane)
         return (offset - nx * x - ny * y) / nz
 
@@ -66,7 +68,8 @@ class Camera(NamedTuple):
         return nx * x + ny * y + nz * depth <= offset
 
     def position(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Return the positions [m], shape (n, 3), of pixel coordinates and depths."""
+        """Return the positions [m], shape (n, 3), of the pixel coordinates x, y and depths towards the eye [pixels], shape
+        (n,) each."""
         paper = np.stack([x, y, depth], axis=-1) / self.scale + np.append(self.low, 0.0)
         return np.asarray(paper @ self.axes)
 

@@ -20,7 +20,7 @@ Fragments = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 class Canvas:
     """A depth buffer: for every pixel the depth of the nearest fragment, the drawn object to which it belongs (its part)
-    and the number of its primitive (triangle, ball or pixel) in this part."""
+    and the number of its primitive (triangle, ball or pixel) in this part. shape: numbers of rows and columns of pixels."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.shape = shape
@@ -53,7 +53,7 @@ class Canvas:
         return (self._key >= 0).reshape(self.shape)
 
     def depth(self) -> np.ndarray:
-        """Return the depth towards the eye [pixels] of what each pixel shows, with the canvas's shape."""
+        """Return the depth towards the eye [pixels] of the object that each pixel shows, with the canvas's shape."""
         return ((self._key >> SHIFT) * (2 * REACH / DEPTHS) - REACH).reshape(self.shape)
 
 
