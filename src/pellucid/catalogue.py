@@ -16,14 +16,15 @@ GALLERY = "pellucid.gallery"
 
 @cache
 def ids() -> tuple[str, ...]:
-    """Return the ids of all gallery cases, such as "gan2011/shock-tube", sorted."""
+    """Return the ids of all cases of the gallery (the cases that the package contains), such as "gan2011/shock-tube",
+    sorted."""
     groups = (group for group in files(GALLERY).iterdir() if group.is_dir())
     found = (f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml"))
     return tuple(sorted(found))
 
 
 def has(case: str) -> bool:
-    """Return True if the gallery has a case with this id."""
+    """Return True if the gallery (the cases that the package contains) has a case with this id."""
     return case in ids()
 
 

@@ -79,7 +79,7 @@ class TerminalProgress(Progress):
         from rich.text import Text
 
         class Taken(ProgressColumn):
-            """Column with the duration of the phase, which also advances between updates."""
+            """Column of the live progress line with the duration of the phase; it also advances between updates."""
 
             def render(_self, task: Any) -> Text:
                 return Text(clock(self._taken()))
@@ -167,7 +167,7 @@ class Pace:
         self._excluded = 0.0
 
     def leave_out(self, seconds: float) -> None:
-        """Exclude a wall-clock time [s] that was not spent in steps, such as compilation."""
+        """Exclude a wall-clock time [s] that was not spent in steps, such as compilation, from the speed of the run."""
         self._excluded += seconds
 
     def add(self, now: float, step: int, time: float) -> None:

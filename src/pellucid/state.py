@@ -78,5 +78,6 @@ def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def of_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return those values that belong to an owner, without the prefix of their names; inverse of `with_owner`."""
+    """Return those values, such as state arrays, whose names begin with the name of an owner (a body, the clock), by names
+    without this beginning; inverse of `with_owner`."""
     return {name.removeprefix(f"{owner}/"): value for name, value in values.items() if name.startswith(f"{owner}/")}

@@ -23,8 +23,9 @@ class NodalActions:
     """External forces, absorption and driven nodes of a velocity field (grid nodes shared by some bodies), and the supports
     that constrain it.
 
-    Arrays that no condition requests have no rows, and the kernels skip them. Requested arrays are zero at first; external
-    forces and the sums of driven points are reset to zero before the conditions of each step.
+    n_loads: number of channels of external forces (entries of the energy balance for their work). Arrays that no condition
+    requests have no rows, and the kernels skip them. Requested arrays are zero at first; external forces and the sums of
+    driven points (points with a prescribed motion) are reset to zero before the conditions of each step.
     """
 
     supports: Supports

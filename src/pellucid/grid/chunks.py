@@ -19,7 +19,7 @@ class ChunkedNodes(NamedTuple):
 
     @property
     def n(self) -> int:
-        """Number of chunks."""
+        """Number of chunks (ranges of grid nodes, each processed by one thread)."""
         return len(self.edges) - 1
 
 
@@ -32,13 +32,14 @@ class NodesByRow(NamedTuple):
 
 
 def chunked(node: np.ndarray) -> ChunkedNodes:
-    """Divide a list of nodes, shape (m,), into chunks for loops that compute no sums. Such chunks may extend over several rows
-    of slabs."""
+    """Divide a list of nodes, shape (m,), into chunks for loops that compute no sums. Such chunks may extend over several
+    rows of slabs (blocks of grid cells)."""
     return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
 
 
 def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> NodesByRow:
-    """Divide all nodes, or a sorted list of nodes, shape (m,), into chunks that each lie within one row of slabs.
+    """Divide all nodes, or a sorted list of nodes, shape (m,), into chunks that each lie within one row of slabs (blocks of
+    grid cells).
 
     rows, shape (rows + 1,): the first node of each row of slabs, and the end of the last row; most: largest number of nodes
     in a chunk.
@@ -50,8 +51,8 @@ def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> Nodes
 
 @kernel()
 def _divide(rows, node, is_all, most, edges, of_row):
-    """Fill `edges` with the start of each chunk and the end of the last, and `of_row` with the first chunk of each row of slabs
-    and the end; return the number of chunks.
+    """Divide grid nodes into chunks: fill `edges` with the start of each chunk and the end of the last, and `of_row` with
+    the first chunk of each row of slabs (blocks of grid cells) and the end; return the number of chunks.
 
     is_all: True to divide all nodes instead of the list `node`; the other arguments are those of `by_row`.
     """

@@ -44,10 +44,11 @@ def _clear(chunk, cleared, width, chunks):
 
 
 class Clearing:
-    """Resets nodal arrays to zero: those fields of several sets (`sets`) that are declared to be cleared at the time `cleared`,
-    such as STEP (at the start of each step).
+    """Resets nodal arrays to zero: of the given sets of nodal arrays (`sets`, named tuples), all fields that are declared
+    to be reset at the time `cleared`, such as STEP (at the start of each step); see `NodalField.cleared`.
 
-    rows: first node of each row of slabs of the grid, and the end of the last row, see `pellucid.grid.chunks.by_row`.
+    rows: first node of each row of slabs (blocks of cells) of the grid, and the end of the last row, see
+    `pellucid.grid.chunks.by_row`.
     """
 
     def __init__(self, cleared: Cleared, rows: np.ndarray, *sets: tuple[Any, ...]) -> None:
@@ -85,7 +86,10 @@ class Clearing:
             _clear(chunks.n, self._rows, self._width, chunks)
 
     def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
-        """Return the data for clearing a range of nodes (`nodes`): its chunks, with the first node of each and the end
-        (`edges`), and for each array outside the row storage a view of the range with its initial value."""
+        """Return the data for resetting the nodal arrays of a range of nodes (`nodes`): its chunks (`ChunkedNodes`), and,
+        for each array that is not stored in rows of four numbers, a view of the range with its initial value.
+
+        edges: first node of each chunk, and the end of the last.
+        """
         others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
         return ChunkedNodes(ALL, edges), others

@@ -17,11 +17,12 @@ from pellucid.jit import generic, point_function, pointwise
 
 
 class Walled(NamedTuple):
-    """Option for a grid without periodic axes."""
+    """Option for a grid without periodic axes: no two nodes are identical."""
 
 
 class Folded(NamedTuple):
-    """Option for a grid with at least one periodic axis."""
+    """Option for a grid with at least one periodic axis: the periods, and the table that maps each node beyond a period to
+    the identical node within it."""
 
     real: np.ndarray  # (nodes,) index of the identical node within the period
     periods: tuple[float, float, float]  # period along each axis [cells], infinite along other axes

@@ -44,7 +44,8 @@ LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on
 
 
 class CellGrid(NamedTuple):
-    """Arguments of the kernels (`grid` below): the cells, with the sums over their points, and the nodes of the grid."""
+    """Arguments of the kernels that average the pressure in full cells (cells that a fluid fills): the cells, with the sums
+    over their points, and the nodes of the grid."""
 
     lattice: Lattice
     cells: FullCells
@@ -63,9 +64,10 @@ def _pressure(stress, p):
 
 @parallel_loop_by_colour(gives="sums")
 def sum_cells(s, mapped, sums):
-    """Add the volume of each point of slab s (see `Slabs`), and its pressure times volume, to the sums of its cell.
+    """Add the volume of each point of slab s (see `Slabs`), and its pressure times volume, to the sums of the grid cell
+    that contains it.
 
-    mapped: the points (`MappedPoints`); sums: see `FullCells`.
+    mapped: the points (`MappedPoints`); sums: sums over the points of each cell, see `FullCells.sums`.
     """
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -77,11 +79,12 @@ def sum_cells(s, mapped, sums):
 
 @parallel_loop()
 def apply_volume_correction(s, mapped, found, energy, dt):
-    """Subtract the work of each point's pressure on its volume shift (the growth over the step dt [s] that it lacks compared
-    with its full cell) from its specific internal energy `energy` [J/kg], shape (points,). Stores the energy gained by slab
-    s in GAINED of the sums [J].
+    """Correct the specific internal energy `energy` [J/kg], shape (points,), of the points of slab s (a block of grid
+    cells): subtract the work of each point's pressure on the volume growth over the step dt [s] that the point lacks
+    compared with its full cell (a cell that the fluid fills). Stores the energy gained by the slab in the column GAINED of
+    `Slabs.sums` [J].
 
-    mapped: the points (`MappedPoints`); found: see `FullCells`.
+    mapped: the points (`MappedPoints`); found: values of each cell, see `FullCells.found`.
     """
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     gained = 0.0
@@ -241,8 +244,8 @@ def _growth(grid, i, j, k):
 
 @pointwise
 def _push(grid, i, j, k, cell):
-    """Compute the mean pressure [Pa] of the full cell (i, j, k), store it, and add its forces in the cell and in the holes
-    (empty cells inside the fluid) that belong to it to the nodes.
+    """Compute the mean pressure [Pa] of the full cell (a cell that the fluid fills) with the indices i, j, k, store it, and
+    add its forces in the cell and in the holes (empty cells inside the fluid) that belong to it to the nodes.
 
     grid: `CellGrid`; cell: storage index of the cell.
     """
@@ -257,8 +260,8 @@ def _push(grid, i, j, k, cell):
 
 @pointwise
 def _grow(grid, i, j, k, cell):
-    """Compute and store the relative volume growth rate [1/s] of the full cell (i, j, k) with the holes (empty cells inside the
-    fluid) that belong to it.
+    """Compute and store the relative volume growth rate [1/s] of the full cell (a cell that the fluid fills) with the
+    indices i, j, k, together with the holes (empty cells inside the fluid) that belong to it.
 
     grid: `CellGrid`; cell: storage index of the cell.
     """
@@ -301,8 +304,8 @@ def _grow_cells(chunk, grid):
 
 
 def _chunk_edges(grid: Grid) -> np.ndarray:
-    """Return the first layer of each chunk of cells along the slab axis, and the end of the last. On a periodic axis the first
-    chunk follows the last across the seam, so the number of chunks is even or 1."""
+    """Return the first layer of each chunk of cells along the axis of the slabs (blocks of grid cells), and the end of the
+    last. On a periodic axis the first chunk follows the last across the seam, so the number of chunks is even or 1."""
     axis = grid.lattice.slab_axis
     n = grid.lattice.counts[axis]
     if not grid.periodic[axis]:
@@ -313,8 +316,8 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """Interface of a fluid body for `CellPressure`: its points get the mean pressure of their full cell (a cell that the fluid
-    fills)."""
+    """Interface of a fluid body whose points get the mean pressure of their full cell (a cell that the fluid fills), for
+    `CellPressure`: shape functions along x, y, z, number of slabs, and bundle of `MappedPoints`."""
 
     functions: GridFunctions
     n_slabs: int
@@ -327,8 +330,8 @@ class Filling(Protocol):
 
 
 class CellPressure:
-    """Mean pressures of full cells, their nodal forces, and the volume growth of their points (see the module). All bodies
-    share one velocity field."""
+    """Computes, for the fluid bodies of one velocity field, the mean pressures of full cells (cells that the fluid fills),
+    their forces on the nodes, and the volume growth of the points in these cells; see `pellucid.grid.full_cells`."""
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
@@ -344,7 +347,8 @@ class CellPressure:
             body.share_cells(self.cells)
 
     def clear(self) -> None:
-        """Reset the sums over the points of each cell before a step."""
+        """Reset the sums over the points of each cell (volume, pressure times volume, growth rate of the volume) to zero
+        before a step."""
         self._clear()
 
     def find_pressures(self) -> None:
@@ -362,9 +366,9 @@ class CellPressure:
         _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:
-        """Compute the relative volume growth rate [1/s] that the points of each full cell lack compared with the cell (column
-        SHIFT), and add the work of this growth over the step dt [s] to the energy of the points. Called after the growth
-        rates of the points are summed."""
+        """Compute the relative volume growth rate [1/s] that the points of each full cell (a cell that the fluid fills)
+        lack compared with the cell, in the column SHIFT of `FullCells.found`, and add the work of this growth over the step
+        dt [s] to the energy of the points. Called after the growth rates of the points are summed."""
         sums, found, full = self.cells.sums, self.cells.found, self.cells.full
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])

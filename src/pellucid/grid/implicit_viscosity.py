@@ -82,7 +82,8 @@ class Viscous(Protocol):
 
 
 class ImplicitViscosity:
-    """Solver for the viscous stresses of all fluids with implicit viscosity in a velocity field, see the module."""
+    """Solver (conjugate gradients) for the viscous stresses of all fluids with implicit viscosity in a velocity field, see
+    `pellucid.grid.implicit_viscosity`."""
 
     def __init__(self, field: VelocityField, bodies: Sequence[Viscous]) -> None:
         self.field, self._bodies = field, bodies
@@ -138,7 +139,10 @@ class ImplicitViscosity:
 
     def _map(self, passes: Sequence[Bundle]) -> None:
         """Compute the viscous stresses of the points in a nodal velocity field, and add their forces to the nodal array of
-        viscous forces; passes: one loop over the points for each body."""
+        viscous forces.
+
+        passes: for each body, the loop over its points (see `straining_by_viscosity`), which also holds the velocity field.
+        """
         for one in passes:
             each_point(one, 0.0, FIRST)
 
@@ -146,8 +150,8 @@ class ImplicitViscosity:
         return self.field.momentum.sum_of_near(self._sums)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise RunStopped, naming the step and the time [s] at its end, if the iterations did not converge; n_steps: number of
-        the step."""
+        """Raise RunStopped if the conjugate gradient iterations for the viscous stresses did not converge in step
+        `n_steps`, which ended at `time` [s]."""
         if self._wrong is None:
             return
         text = (
@@ -168,6 +172,7 @@ class ImplicitViscosity:
         return done
 
     def facts(self) -> dict[str, Any]:
-        """Return mean and largest number of iterations in a step, and the tolerance, for the summary of the run."""
+        """Return the mean and the largest number of conjugate gradient iterations in a step, and the relative tolerance of
+        the viscous forces, by name, for the summary of the run."""
         rounds, steps, most = self.rounds
         return {"rounds_mean": rounds / steps if steps else 0.0, "rounds_largest": most, "tolerance": TOLERANCE}

@@ -17,7 +17,8 @@ MOST_ROWS = 64  # largest number of rows of slabs
 
 
 def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
-    """Return the edges of rows of slabs along an axis as numbers of layers of cells, shape (rows + 1,).
+    """Return the edges of rows of slabs (blocks of grid cells) along an axis as numbers of layers of cells, shape (rows +
+    1,).
 
     layers: number of layers of cells along the axis; stencil: nodes of a shape function along it; most: largest number of
     rows. Rows are as narrow as possible if every other row is processed at the same time, see
@@ -117,7 +118,7 @@ class Nodes(NamedTuple):
 
 
 class Grid:
-    """A uniform grid and its nodal arrays in one velocity field."""
+    """A uniform grid and its nodal arrays (`nodes`) in one velocity field, built from the table [grid] of a case."""
 
     def __init__(self, case: GridCase) -> None:
         self.case = case

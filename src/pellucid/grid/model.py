@@ -104,6 +104,6 @@ class GridCase(Model):
         return x, y, z
 
     def extent_upper(self) -> tuple[float, float, float]:
-        """Return the upper corner of the cells [m]. Along a thin axis it may exceed `upper`."""
+        """Return the upper corner of the region that the grid cells fill [m]. Along a thin axis it may exceed `upper`."""
         x, y, z = (low + n * self.cell for low, n in zip(self.lower, self.counts(), strict=True))
         return x, y, z

@@ -24,10 +24,11 @@ class ExternalAction(NamedTuple):
 
     Conditions request the arrays, see `pellucid.grid.actions`.
 
-    A prescribed motion constrains the nodes that its driven points reach. The constraint is complete if the driven points
-    contribute at least the share FULL_DRIVE_FRACTION of the mass of the node; below, it is proportional to the share. If
-    the constraint were complete as soon as the shape function of a driven point reaches a node, a body would cause an
-    impulse at every cell that it crosses. If it were proportional throughout, the node would yield to a lasting force.
+    A prescribed motion constrains the nodes that its driven points (the points that it moves) reach. The constraint is
+    complete if the driven points contribute at least the share FULL_DRIVE_FRACTION of the mass of the node; below, it is
+    proportional to the share. If the constraint were complete as soon as the shape function of a driven point reaches a
+    node, a body would cause an impulse at every cell that it crosses. If it were proportional throughout, the node would
+    yield to a lasting force.
     """
 
     loads: Annotated[np.ndarray, NodalField(3, SUM, STEP, "N", "external forces, an array for each channel", several=True)]
@@ -63,8 +64,8 @@ def driven_fraction(external, I, d, m):
 
 @pointwise
 def driven_velocity(external, I, d):
-    """Return the mean prescribed velocity along axis d of the driven points that contribute to node I [m/s]; external: see
-    `ExternalAction`."""
+    """Return the mean prescribed velocity along axis d of the driven points (points with a prescribed motion) that
+    contribute to node I [m/s]; external: see `ExternalAction`."""
     return external.driven_momentum[I, d] / external.driven_mass[I, d]
 
 
@@ -77,8 +78,8 @@ def is_driven(external, I, d):
 
 @pointwise
 def apply_prescribed_velocity(external, I, d, m, v):
-    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by the prescribed velocity of driven points
-    that contribute to the node; external: see `ExternalAction`."""
+    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by the prescribed velocity of driven
+    points (points with a prescribed motion) that contribute to the node; external: see `ExternalAction`."""
     if is_driven(external, I, d) and m >= MASS_EPS:
         v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
     return v
@@ -103,21 +104,22 @@ def is_zero(vectors, I):
 
 @pointwise
 def is_unconstrained(nodes, external, I):
-    """Return True if neither supports nor driven points constrain node I along any axis; arguments: see `AdvancedNodes`."""
+    """Return True if neither supports nor driven points (points with a prescribed motion) constrain node I along any axis;
+    arguments: see `AdvancedNodes`."""
     return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
 
 
 @pointwise
 def what_acts(field):
-    """Return three flags: True if external forces, absorbing faces or driven points act on any node of the field
-    (`AdvancedNodes`). Called once for many nodes."""
+    """Return three flags: True if external forces, absorbing faces or driven points (points with a prescribed motion) act
+    on any node of the field (`AdvancedNodes`). Called once for many nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
 
 @pointwise
 def moves_freely(field, acts, I):
-    """Return True if node I is unconstrained and only internal forces and gravity act on it; field: see `AdvancedNodes`; acts:
-    result of `what_acts`."""
+    """Return True if node I is unconstrained and only internal forces and gravity act on it; field: see `AdvancedNodes`;
+    acts: the three flags returned by `what_acts`."""
     loaded, absorbing, driven = acts
     free = is_zero(field.nodes.constrained, I)
     if loaded:
@@ -131,12 +133,13 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
-    """Return the number of the support of node I along axis d at a wall that opens (0: none), and whether the wall acts as a
-    plane of symmetry for the body. Stores the number in `constrained`.
+    """Constrain node I along axis d at a wall that has friction or opens (releases bodies that move away), or release it.
+    Return 1 + the number of the support that acts as the wall (0: released), which is also stored in `constrained`, and
+    whether the wall acts as a plane of symmetry for the body.
 
-    field: see `AdvancedNodes`; m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A node
-    that moves away from the wall is released. A node that arrives, or stays while forces pull it away, is stopped without a
-    mirror image, which would pull it.
+    field: see `AdvancedNodes`; m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A wall
+    that opens releases a node that moves away from it. A node that arrives, or stays while forces pull it away, is stopped
+    without a mirror image, which would pull it.
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
@@ -149,15 +152,15 @@ def meet_wall(field, I, d, m, v, gained):
 
 @pointwise
 def may_slide(field, I, d):
-    """Return True if neither a support nor driven points constrain the velocity of node I along axis d; field: see
-    `AdvancedNodes`."""
+    """Return True if neither a support nor driven points (points with a prescribed motion) constrain the velocity of node I
+    along axis d; field: see `AdvancedNodes`."""
     return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
 
 
 @kernel(inner=True)
 def advance_chunk(chunk, field, dt, small, flip):
-    """Advance the momentum of the nodes of a chunk over a step dt [s], p + dt (f + m g), and apply supports and prescribed
-    motions.
+    """Advance the momentum p of the nodes of a chunk over a step dt [s] to p + dt (f + m g), with the forces f, the mass m
+    and the acceleration of gravity g, and apply supports and prescribed motions.
 
     field: see `AdvancedNodes`; small, flip: `small_mass` and `flip` of `NodalMomentum`.
     """

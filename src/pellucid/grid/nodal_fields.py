@@ -87,7 +87,8 @@ class View(NamedTuple):
 
 
 def aligned_rows(n: int) -> np.ndarray:
-    """Return n rows of zeros, shape (n, ROW), aligned so that no row crosses a cache line, which would slow down additions."""
+    """Return rows of zeros for n nodes, shape (n, 4), aligned so that no row crosses a cache line, which would slow down
+    additions."""
     row = ROW * np.dtype(float).itemsize
     memory = np.zeros(n * row + LINE, np.uint8)
     start = -memory.ctypes.data % LINE

@@ -9,11 +9,12 @@ from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
 def add_impulses(
     nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | slice = slice(None)
 ) -> np.ndarray:
-    """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3). Return the
-    impulses that were applied, same shape.
+    """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3). Return
+    the impulses that were applied, same shape.
 
-    nodes, external: nodal arrays and actions, see `AdvancedNodes`. No impulse is applied along constrained directions, along
-    directions with motion fully prescribed by driven points, or to nodes without mass.
+    nodes, external: nodal arrays and actions, see `AdvancedNodes`. No impulse is applied along constrained directions,
+    along directions with motion fully prescribed by driven points (points with a prescribed motion), or to nodes without
+    mass.
     """
     mass = nodes.mass[node, None]
     free = (mass >= MASS_EPS) & (nodes.constrained[node] == 0)

@@ -22,8 +22,9 @@ class NodalMomentum:
     """Momentum update of the nodes of one velocity field, and its works.
 
     nodes: nodal arrays. rows: first node of each row of slabs, see `pellucid.grid.chunks.by_row`. supports, external:
-    constraints and external actions, read in every step. gravity [m/s²]. small_mass [kg]: the internal forces of nodes with
-    less mass do not strain points. flip: fraction of FLIP in the transfer to the points. separate_forces: see `FieldNodes`.
+    constraints and external actions, read in every step. gravity [m/s²]. small_mass [kg]: for nodes with less mass,
+    internal forces are left out of the velocity that strains the points. flip: fraction of FLIP in the transfer to the
+    points. separate_forces: see `FieldNodes`.
     """
 
     def __init__(
@@ -79,17 +80,18 @@ class NodalMomentum:
 
     @property
     def n_chunks(self) -> int:
-        """Number of chunks (see `pellucid.grid.chunks`) into which all nodes are divided."""
+        """Number of chunks (ranges of grid nodes, each processed by one thread) into which all nodes are divided."""
         return self._chunks
 
     def near(self) -> int:
-        """Return the number of chunks with nodes that points of this process reach; these are the first chunks in `edges` of
-        `advanced`."""
+        """Return the number of chunks (ranges of grid nodes) that points of this process reach; these are the first chunks
+        in `AdvancedNodes.edges`."""
         self._find_near()
         return self._n
 
     def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum, over the chunks and all processes, of values of the chunks counted by `near`, shape (chunks, ...)."""
+        """Return the sum of values of chunks (ranges of grid nodes), shape (chunks, ...), over the chunks of all processes;
+        this process uses its first rows, for the chunks that its points reach (see `near`)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
@@ -109,8 +111,9 @@ class NodalMomentum:
         self._waits = domain.any(self._listed.chunks.n > 0)
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """Advance the momentum p of every node over a step dt [s], p + dt (f + m g), and apply the supports. Fills the nodal
-        arrays velocity, velocity_increment and strain_velocity.
+        """Advance the momentum p of every node over a step dt [s] to p + dt (f + m g), with the forces f, the mass m and
+        the acceleration of gravity g, and apply the supports. Fills the nodal arrays velocity, velocity_increment and
+        strain_velocity.
 
         counted: True if only the velocities of nodes that await impulses can still change in this step; the works of all
         other nodes are then computed at once.
@@ -127,10 +130,10 @@ class NodalMomentum:
 
         Forces do work along the mean of the velocities before and after the step. The sum of all works is then the change
         in kinetic energy of points that receive the nodal increments, except for the loss by mass lumping
-        (`transfer_heat`). At a node constrained by a support or driven points, forces work along the prescribed velocity,
-        and the impact of arriving mass is heat. At nodes of very small mass, forces and increments are large and opposite.
-        There, forces other than gravity work along the velocity before the step, and only the increment by gravity is
-        squared. Fills mean_velocity and increment_energy, and resets the momentum to zero.
+        (`transfer_heat`). At a node constrained by a support or driven points (points with a prescribed motion), forces
+        work along the prescribed velocity, and the impact of arriving mass is heat. At nodes of very small mass, forces and
+        increments are large and opposite. There, forces other than gravity work along the velocity before the step, and
+        only the increment by gravity is squared. Fills mean_velocity and increment_energy, and resets the momentum to zero.
         """
         how = self._bundle, dt, self.small_mass
         if not self.is_counted:
@@ -178,10 +181,11 @@ class NodalMomentum:
         return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
 
     def impulse_velocity(self, node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return the mean velocity [m/s] of nodes, shape (n, 3), for the work of impulses applied after the momentum update.
+        """Return the mean velocity [m/s] of nodes, shape (n, 3), for the work of impulses applied after the momentum
+        update.
 
-        It is the mean velocity used for forces, except where driven points partly constrain a node, since impulses are
-        applied after this constraint.
+        It is the mean velocity used for forces, except where driven points (points with a prescribed motion) partly
+        constrain a node, since impulses are applied after this constraint.
         """
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):

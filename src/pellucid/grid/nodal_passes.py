@@ -21,10 +21,11 @@ def _advance_chunk(chunk, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def advance(n, field, dt, small, flip, counted, chunks, awaiting):
-    """Advance the momentum of all nodes over a step dt [s]; if `counted`, also compute their works while their data is in the
-    cache.
+    """Advance the momentum of the nodes in n chunks (`chunks`, see `ChunkedNodes`) over a step dt [s]; if `counted`, also
+    compute the works of forces on them while their data is in the cache.
 
-    field: see `AdvancedNodes`; flip: fraction of FLIP. Other arguments: see the module.
+    field: see `AdvancedNodes`; small, flip: `small_mass` and `flip` of `NodalMomentum`; awaiting: flags of the nodes that
+    await contact impulses, whose works are not computed yet; empty if there are none.
     """
     if len(field.separate_forces) > 0:
         parallel_for(add_separate_forces_chunk, n, field)
@@ -35,19 +36,23 @@ def advance(n, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def count_works(n, first, chunks, awaiting, field, dt, small):
-    """Compute the works of forces in the step dt [s] and the impulses on nodes, a row of `field.work` for each chunk, from row
-    `first` on; see `NodalMomentum.works`; field: see `AdvancedNodes`; other arguments: see the module."""
+    """Compute the works of forces in the step dt [s] and the impulses on the nodes of n chunks (`chunks`, see
+    `ChunkedNodes`), a row of `field.work` for each chunk, from row `first` on; see `NodalMomentum.works`.
+
+    field: see `AdvancedNodes`; awaiting: flags of nodes to skip, which await contact impulses; empty to skip none; small:
+    `small_mass` of `NodalMomentum`.
+    """
     parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
 @parallel_loop()
 def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
-    """Compute `strain_velocity` for a chunk of nodes: the velocities p/m from the momentum p mapped to the nodes and their mass
-    m, corrected by supports and driven points. If `counted`, also compute the work of `NodalMomentum.strain_lag_work` into
-    `sums`.
+    """Compute `strain_velocity` for a chunk of nodes: the velocities p/m from the momentum p mapped to the nodes and their
+    mass m, corrected by supports and driven points (points with a prescribed motion). If `counted`, also compute the work
+    of `NodalMomentum.strain_lag_work` for the nodes of the chunk in `chunks` (`ChunkedNodes`), into a row of `sums` [J].
 
-    field: see `AdvancedNodes`; advanced: True if the momentum has been advanced with the present nodal masses; dt: step [s].
-    Other arguments: see the module.
+    field: see `AdvancedNodes`; advanced: True if the momentum has been advanced with the present nodal masses; dt: step
+    [s]; awaiting: flags of nodes to skip in the work, which await contact impulses; small: `small_mass` of `NodalMomentum`.
     """
     project_chunk(chunk, field, advanced)
     if counted:
@@ -56,6 +61,10 @@ def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
 
 @kernel()
 def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
-    """Compute the work returned by `NodalMomentum.strain_lag_work` for n chunks of nodes in a step dt [s], into rows of `sums`
-    from row `first` on; field: see `AdvancedNodes`; other arguments: see the module."""
+    """Compute the work returned by `NodalMomentum.strain_lag_work` in a step dt [s] for n chunks of nodes (`chunks`, see
+    `ChunkedNodes`), into rows of `sums` [J] from row `first` on.
+
+    field: see `AdvancedNodes`; awaiting: flags of nodes to skip, which await contact impulses; empty to skip none; small:
+    `small_mass` of `NodalMomentum`.
+    """
     parallel_for(sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

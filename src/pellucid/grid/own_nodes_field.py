@@ -47,7 +47,7 @@ class OwnNodesField(VelocityField):
         """Do nothing: gravity acts on the body's own nodes, not on the nodes of the grid."""
 
     def clear(self) -> None:
-        """Do nothing: `scatter` resets the nodal values itself."""
+        """Do nothing: `scatter` itself resets the mass, momentum and forces of the grid nodes."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
         """Map mass and momentum of the body's points, divided into n slabs, and the forces that act on them until the end of

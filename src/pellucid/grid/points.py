@@ -56,7 +56,8 @@ def fault_at_held_face(face: str, outward: float) -> Fault:
 
 
 class PointArrays(NamedTuple):
-    """State of the n points of a body, sorted by their first nodes from time to time."""
+    """State of the n points of a body: position, velocity, mass, volume and stress, sorted from time to time by the first
+    grid node that each point reaches."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -84,25 +85,27 @@ class Slabs(NamedTuple):
     of_lost: np.ndarray  # (s, columns) part of the sums from points that left the grid in the last pass that moved points
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
-        """Return a mask of the slabs whose points may contribute to nodes in the grid layers from layers[0] to layers[1] along
-        the slowest axis, shape (slabs,); stencil: number of nodes of a shape function along an axis."""
+        """Return a mask of the slabs (blocks of grid cells) whose points may contribute to nodes in the grid layers from
+        layers[0] to layers[1] along the slowest axis, shape (slabs,); stencil: number of nodes of a shape function along an
+        axis."""
         return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
 class InOrder(NamedTuple):
-    """Option: points are stored in the order of the slabs."""
+    """Option: the point arrays have the order of the slabs (blocks of grid cells, see `Slabs`)."""
 
 
 class ByIndex(NamedTuple):
-    """Option: points keep their own storage order; a table lists them in the order of the slabs."""
+    """Option: the point arrays keep their own order; a table lists the points in the order of the slabs (blocks of grid
+    cells, see `Slabs`)."""
 
     order: np.ndarray  # (n,) storage row of each point in the order of the slabs
 
 
 @generic
 def place_of(index: Any, q: int) -> Any:
-    """Return the row in the point arrays of the point with number q in the order of the slabs; index: `InOrder` or
-    `ByIndex`."""
+    """Return the row in the point arrays of the point with number q in the order of the slabs (blocks of grid cells);
+    index: `InOrder` or `ByIndex`."""
 
 
 @point_function(place_of, InOrder)
@@ -142,8 +145,8 @@ FIELD_ENERGY = 9
 
 
 class MappedPoints(NamedTuple):
-    """Points of a body, their slabs and shape functions, and the nodes of the velocity field of the body, as arguments of
-    kernels."""
+    """Points of a body, their slabs (blocks of grid cells) and shape functions, and the nodes of the velocity field of the
+    body, as arguments of kernels."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice

@@ -40,8 +40,8 @@ def project_node(nodes, supports, external, I):
 
 @kernel(inner=True)
 def _meet_chunk(chunk, field):
-    """Constrain or release the nodes of a chunk at walls that open, if their momentum has not been advanced yet; field: see
-    `AdvancedNodes`."""
+    """Constrain or release the nodes of a chunk at walls that have friction or open (see `meet_walls`), if their momentum
+    has not been advanced yet; field: see `AdvancedNodes`."""
     nodes = field.nodes
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:
@@ -50,8 +50,8 @@ def _meet_chunk(chunk, field):
 
 @kernel(inner=True)
 def project_chunk(chunk, field, advanced):
-    """Apply `project_node` to the nodes of a chunk that have mass; field: see `AdvancedNodes`; advanced: True if their momentum
-    has been advanced."""
+    """Compute `strain_velocity` (see `project_node`) of the nodes of a chunk that have mass; field: see `AdvancedNodes`;
+    advanced: True if their momentum has been advanced."""
     nodes = field.nodes
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)

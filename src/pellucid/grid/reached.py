@@ -132,8 +132,8 @@ class ReachedNodes:
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
-        """Set the constraints of the nodes: supports with walls, and external actions with driven points and absorbing
-        faces."""
+        """Set the constraints of the nodes: supports with walls, and external actions with driven points (points with a
+        prescribed motion) and absorbing faces."""
         self._field = Bundle(ConstrainedNodes(self._all, supports, external))
 
     @property
@@ -152,8 +152,8 @@ class ReachedNodes:
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Map the momentum of the points again after their velocities changed but not their positions. Replaces the previous
-        momentum; arguments as in `scatter`."""
+        """Map the momentum of the points to the grid nodes again, after their velocities changed but not their positions.
+        Replaces the previous momentum; arguments as in `scatter`."""
         self._clear_momentum(self.node)
         _scatter(n, mapped, NONE, 0.0, self._flags)
 

@@ -14,8 +14,8 @@ from pellucid.ranks.domain import domain
 
 
 class WholePoints:
-    """Distribution of a body's points with all points on each process. Each process computes the points in its own slabs; in
-    its loops all other slabs are empty."""
+    """Distribution of a body's points with all points on each process. Each process computes the points in its own slabs
+    (blocks of grid cells); in its loops all other slabs are empty."""
 
     is_spread = False
 
@@ -24,28 +24,29 @@ class WholePoints:
         self.first = slabs.first
 
     def share_out(self) -> None:
-        """Empty all slabs of other processes in `Slabs.first`, so that loops process the slabs of this process only."""
+        """Empty all slabs (blocks of grid cells) of other processes in `Slabs.first`, so that loops process the slabs of
+        this process only."""
         first = self._slabs.first
         self.first = first.copy()
         first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """Restrict the loops to the slabs of this process after the points were sorted into slabs.
+        """Restrict the loops to the slabs (blocks of grid cells) of this process after the points were sorted into slabs.
 
         sort: function that sorts the first n points; not used here, as all points are sorted already.
         """
         self.share_out()
 
     def take_own(self) -> slice:
-        """Restrict `first`, computed for all processes, to the rows of slabs of this process; return the slice of its points in
-        the order of slabs, here all points."""
+        """Restrict `Slabs.first` (the first point of each slab), computed for all processes, to the rows of slabs (blocks
+        of grid cells) of this process; return the slice of its points in the order of slabs, here all points."""
         if domain.is_cut:
             self.share_out()
         return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return a function that restricts the loops to the slabs of this process, to be called after the rows of slabs are
-        redistributed among processes."""
+        """Return a function that restricts the loops to the slabs (blocks of grid cells) of this process, to be called
+        after the rows of slabs are redistributed among processes."""
 
         def take_up() -> None:
             self._slabs.first[:] = self.first
@@ -54,8 +55,8 @@ class WholePoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """Complete the values of all points, shape (n, ...), in place with those that other processes computed for points of
-        their slabs. Return the values.
+        """Complete the values of all points, shape (n, ...), in place with those that other processes computed for points
+        of their slabs (blocks of grid cells). Return the values.
 
         order: storage index of each point in the order of slabs; None if the values are stored in the order of slabs.
         """
@@ -66,19 +67,18 @@ class WholePoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Return the values of all points, shape (n, ...), from those that this process stores, here the same; there: values of
-        the points of this process."""
+        """Return the values of all points, shape (n, ...), unchanged: each process stores all points; there: these values."""
         return there
 
     def first_of_all(self) -> np.ndarray:
-        """Return the number of the first point of each slab among the points of all processes, and the end, shape (slabs
-        + 1,)."""
+        """Return the number of the first point of each slab (a block of grid cells) among the points of all processes, and
+        the end, shape (slabs + 1,)."""
         return self.first
 
 
 class SpreadPoints:
-    """Distribution of a body's points in which each process stores the points of its own slabs only, at the start of arrays
-    with room for all points."""
+    """Distribution of a body's points in which each process stores the points of its own slabs (blocks of grid cells) only,
+    at the start of arrays with room for all points."""
 
     is_spread = True
 
@@ -92,8 +92,8 @@ class SpreadPoints:
         sort(domain.migrate(self._arrays, self.first))
 
     def take_own(self) -> slice:
-        """Restrict `first`, computed for all processes, to the rows of slabs of this process; return the slice of its points in
-        the order of slabs."""
+        """Restrict `Slabs.first` (the first point of each slab), computed for all processes, to the rows of slabs (blocks
+        of grid cells) of this process; return the slice of its points in the order of slabs."""
         if not domain.is_cut:
             return slice(0, None)
         begin, end = self.first[[domain.slabs.start, domain.slabs.stop]]
@@ -101,8 +101,8 @@ class SpreadPoints:
         return slice(begin, end)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return a function that sends the points to their new processes, to be called after the rows of slabs are
-        redistributed; points arrive in storage order."""
+        """Return a function that sends the points to their new processes, to be called after the rows of slabs (blocks of
+        grid cells) are redistributed; points arrive in storage order."""
         first = self.first_of_all()
 
         def take_up() -> None:
@@ -113,17 +113,18 @@ class SpreadPoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """Return the values unchanged: this process stores no points of others."""
+        """Return the values unchanged: the arrays of this process contain only its own points, so other processes compute
+        none of them."""
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Gather values of all points, shape (n, ...), from all processes, from those of the points of this process; there:
-        values of these."""
+        """Gather the values of all points, shape (n, ...), from all processes; there: values of the points that this
+        process stores."""
         return domain.whole(there)
 
     def first_of_all(self) -> np.ndarray:
-        """Return the number of the first point of each slab among the points of all processes, and the end, shape (slabs
-        + 1,)."""
+        """Return the number of the first point of each slab (a block of grid cells) among the points of all processes, and
+        the end, shape (slabs + 1,)."""
         if not domain.is_cut:
             return self.first
         return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])

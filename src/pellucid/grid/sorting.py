@@ -77,8 +77,8 @@ def _reorder_rows(chunk, source, target, order):
 def sort_by_nodes(
     arrays: dict[str, np.ndarray], spare: np.ndarray, lattice: Lattice, functions: GridFunctions, slabs: Slabs
 ) -> np.ndarray:
-    """Sort every array of a body (first axis: points) in place by the first node of each point, and divide the sorted points
-    among the slabs.
+    """Sort every array of a body (first axis: points) in place by the first node of each point, and divide the sorted
+    points among the slabs (blocks of grid cells).
 
     arrays: by name, with "position"; functions: shape functions along x, y, z; spare: scratch memory for the rows of one
     array. Returns scratch memory for the next call, enlarged if it was too small. With trilinear functions this sorts by
@@ -117,7 +117,8 @@ class ShortRuns:
         step, at most the number of points."""
 
     def add(self, vectors: float) -> None:
-        """Add the number of vectors (points with the same nodes, processed together) of a pass in a step."""
+        """Record the number of vectors (groups of points with the same nodes, processed together) that a pass processed in
+        a step."""
         self.counts[1] = min(self.counts[1], vectors)
         self.counts[0] += vectors - self.counts[1]
 
@@ -128,16 +129,16 @@ class ShortRuns:
 
 
 def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
-    """Build slabs without points and without reported faults.
+    """Build slabs (blocks of grid cells) without points and without reported faults.
 
     Of the s nodes of a point along an axis, half lie on either side of the point: its first node is i if its coordinate is
     between i + shift and i + 1 + shift, with shift = s/2 - 1 [cells]. With GIMP the half edge of a point, at most ½,
     replaces ½.
 
     Two slabs of one colour reach no common node: points of the layers [a, b) stay between a - 1 + shift and b + 1 + shift,
-    so their nodes lie between a - 1 and b + s - 1, or b + s with GIMP. The slab between two slabs of one colour has at least
-    `width` layers, so the nodes of the next one begin at b + width - 1. Sufficient widths are 3 layers for s = 2, and 5 for
-    s = 4 and for s = 3 with GIMP. functions: shape functions along x, y, z.
+    so their nodes lie between a - 1 and b + s - 1, or b + s with GIMP. The slab between two slabs of one colour has at
+    least `width` layers, so the nodes of the next one begin at b + width - 1. Sufficient widths are 3 layers for s = 2, and
+    5 for s = 4 and for s = 3 with GIMP. functions: shape functions along x, y, z.
     """
     layers, across, _ = _layers_of(lattice, functions)
     n, shifts = len(layers), [0.5 * functions[axis].stencil - 1.0 for axis in (lattice.slab_axis, lattice.cut_axis)]
@@ -150,7 +151,8 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
-    """Return the division of the grid into rows of slabs for shape functions along x, y, z; it is the same for all bodies."""
+    """Return the division of the grid into rows of slabs (blocks of grid cells) for shape functions along x, y, z; it is
+    the same for all bodies."""
     lattice = grid.lattice
     layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
@@ -159,8 +161,8 @@ def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
 
 
 def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
-    """Return, in ascending order, the indices of those positions [m], shape (n, 3), that lie in the rows of slabs of this
-    process; functions: shape functions along x, y, z."""
+    """Return, in ascending order, the indices of those positions [m], shape (n, 3), that lie in the rows of slabs (blocks
+    of grid cells) of this process; functions: shape functions along x, y, z."""
     if not domain.is_cut:
         return np.arange(len(position))
     layer = np.empty(len(position), np.int64)
@@ -169,13 +171,13 @@ def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray
 
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
-    """Return the arrays of a division into slabs for a checkpoint, by name."""
+    """Return the arrays of a division into slabs (blocks of grid cells, see `Slabs`), by name, for a checkpoint."""
     return {"first": slabs.first, "left_slab": slabs.left_slab, "layers": slabs.layers}
 
 
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
-    """Restore a division into slabs from the arrays of a checkpoint. Raises UsageError if they belong to another division, e.g.
-    of an earlier version."""
+    """Restore a division into slabs (blocks of grid cells) from the arrays of a checkpoint. Raises UsageError if they
+    belong to another division, e.g. of an earlier version."""
     if not np.array_equal(kept["layers"], slabs.layers):
         text = "the checkpoint was written by another version of pellucid (with other slabs)"
         raise UsageError(f"{text}: resume with that version, or start the run again")
@@ -184,7 +186,8 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 
 def _report_nothing(slabs: Slabs) -> None:
-    """Reset the faults and sums of `slabs` to zero: kernels skip slabs without points and would leave earlier values there."""
+    """Reset the faults and sums of `slabs` to zero: kernels skip slabs (blocks of grid cells) without points and would
+    leave earlier values there."""
     for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 
@@ -205,8 +208,8 @@ def _layers_of(lattice: Lattice, functions: GridFunctions) -> Divided:
 
 @cache
 def _divided(axes: tuple[tuple[int, GridFunction], ...], cells: int) -> Divided:
-    """Return the result of `_layers_of`. axes: number of layers and shape functions along the slowest axis and the axis of
-    the cuts; cells: total number of cells."""
+    """Return the division of a grid into slabs, which `_layers_of` describes. axes: number of layers and shape functions
+    along the slowest axis and the axis of the cuts; cells: total number of cells."""
     edges, most = [], MOST_ROWS
     for count, function in axes:
         edges.append(row_edges(count, function.stencil, most, isinstance(function, PeriodicAxis)))

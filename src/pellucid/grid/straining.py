@@ -68,14 +68,20 @@ class Strain(NamedTuple):
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the relative volume growth rate [1/s] of a full cell (a cell that the fluid fills) minus that of its points, for a
-    point at `place` [m] in it; () without full cells."""
+    """Return the relative volume growth rate [1/s] of a full cell (a cell that the fluid fills) minus that of its points,
+    for a point at `place` [m] in it; () without full cells.
+
+    cells: `NoCells` or `FullCells`, whose type selects the implementation.
+    """
 
 
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
-    """Return the velocity gradient L of a point [1/s], to which the growth rate `lacking` of `lacking_growth` is added in equal
-    parts along the axes that are not one cell thick."""
+    """Return the velocity gradient L of a point [1/s], to which the growth rate `lacking` (result of `lacking_growth`) is
+    added in equal parts along the axes that are not one cell thick.
+
+    cells: `NoCells` or `FullCells`, whose type selects the implementation.
+    """
 
 
 @point_function(lacking_growth, NoCells)

@@ -46,7 +46,8 @@ class YieldingWalls(NamedTuple):
 
 
 def no_walls() -> YieldingWalls:
-    """Return the arrays, without rows, of a velocity field without walls that have friction or open."""
+    """Return the arrays, without rows, of a velocity field in which no wall has friction or opens (releases bodies that
+    move away)."""
     none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
     return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
 
@@ -62,15 +63,19 @@ class Supports(NamedTuple):
 
 @pointwise
 def is_beside(walls, I):
-    """Return True if a wall with friction or a wall that opens constrains node I, or may constrain it again after releasing it;
-    walls: see `YieldingWalls`."""
+    """Return True if a wall with friction, or a wall that opens (releases bodies that move away), constrains node I or may
+    constrain it again; walls: see `YieldingWalls`."""
     return walls.held[I, 0] > 0 or walls.held[I, 1] > 0 or walls.held[I, 2] > 0
 
 
 @pointwise
 def leaves(supports, s, I, d, v):
-    """Return True if support s, counted from 1, is a wall that opens and releases node I with the velocity v along its axis d
-    [m/s]; supports: `Supports`."""
+    """Return True if support s, counted from 1, is a wall that opens (releases bodies that move away) and releases node I:
+    there is a gap between the bodies and the wall, or the velocity v of the node along its axis d [m/s], relative to the
+    wall, points away from it.
+
+    supports: `Supports`.
+    """
     walls = supports.walls
     if walls.opens[s - 1] == 0:
         return False
@@ -79,8 +84,8 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Constrain or release node I at walls that open, according to its mapped momentum, before the first step in which the node
-    has mass; nodes: nodal arrays; supports: `Supports`."""
+    """Constrain node I at walls that have friction or open (release bodies that move away), or release it, according to its
+    mapped momentum, before the first step in which the node has mass; nodes: nodal arrays; supports: `Supports`."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]

@@ -52,9 +52,9 @@ def _sum_slab(s, mapped):
 
 @parallel_loop()
 def add_increments(s, mapped, increment, reached):
-    """Interpolate velocity increments of nodes [m/s], shape (nodes, 3), to the points of slab s, add them to the velocities of
-    the points, and update kinetic energy and momentum of the slab, if `reached`, shape (slabs,), is True for s; mapped: the
-    points (`MappedPoints`); increment: the increments."""
+    """Interpolate velocity increments of nodes [m/s], shape (nodes, 3), to the points of slab s (a block of grid cells),
+    add them to the velocities of the points, and update kinetic energy and momentum of the slab, if `reached`, shape
+    (slabs,), is True for s; mapped: the points (`MappedPoints`); increment: the increments."""
     if not reached[s]:
         return
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
@@ -77,11 +77,11 @@ def sum_momentum(n, mapped):
 
 @parallel_loop()
 def sum_angular_momentum(s, mapped, affine, about, sums):
-    """Compute the angular momentum Σ m (x - a) × v of the points of slab s about a position a [m], `about`, shape (3,), and the
-    magnitude Σ m |x - a| |v| [N m s].
+    """Compute the angular momentum Σ m (x - a) × v of the points of slab s (a block of grid cells) about a position a [m],
+    `about`, shape (3,), and the magnitude Σ m |x - a| |v| [N m s].
 
-    affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point; without
-    rows for other transfers. Fills row s of `sums`, shape (slabs, 4). mapped: the points (`MappedPoints`).
+    affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point;
+    without rows for other transfers. Fills row s of `sums`, shape (slabs, 4). mapped: the points (`MappedPoints`).
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, v, slabs = mapped.points.position, mapped.points.velocity, mapped.slabs

@@ -83,7 +83,7 @@ class VelocityField:
 
     @property
     def momentum(self) -> NodalMomentum:
-        """Momentum update of the nodes, available when all actions are known."""
+        """Object that updates the momentum of the nodes and computes their works; available when all actions are known."""
         return self._momentum
 
     def share_gravity(self, share: float) -> None:
@@ -113,12 +113,13 @@ class VelocityField:
 
     @property
     def may_be_let_go(self) -> bool:
-        """True if a wall that opens may release nodes of this velocity field during the momentum update."""
+        """True if a wall that opens (releases bodies that move away) may release nodes of this velocity field during the
+        momentum update."""
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays for a checkpoint, by name: states of nodes at walls with friction or walls that open, on which the
-        next step may depend."""
+        """Return the arrays for a checkpoint, by name: states of nodes at walls that have friction or open (release bodies
+        that move away), on which the next step may depend."""
         if not len(self._walls.held):
             return {}
         nodes, walls = self.grid.nodes, self._walls
@@ -173,13 +174,14 @@ class VelocityField:
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the difference [J] between two works of internal forces in a step dt [s], see
+        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work
+        of the stress along the velocity that strains the points, for bodies whose points store no internal energy; see
         `NodalMomentum.strain_lag_work`."""
         return self._momentum.strain_lag_work(dt)
 
     @property
     def small_mass(self) -> float:
-        """Mass [kg] up to which the internal forces of a node do not strain points."""
+        """Mass [kg] up to which the internal forces of a node are left out of the velocity that strains the points."""
         return self._momentum.small_mass
 
     def begin_second(self) -> None:
@@ -199,8 +201,9 @@ class VelocityField:
         self._second_nodes.append(node.copy())  # detection writes into its own
 
     def second_layers(self) -> tuple[int, int]:
-        """Return the first and last layer of nodes, along the axis of the slabs, in which `second_increment` of any process is
-        not zero.
+        """Return the first and last layer of nodes, along the axis of the slabs (blocks of grid cells), in which
+        `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL) of any process is not
+        zero.
 
         All processes need the same answer: the choice of the slabs that are summed again must not depend on where the rows
         of slabs are divided among processes.
@@ -214,8 +217,8 @@ class VelocityField:
         return -int(domain.largest(-first)), int(domain.largest(last))
 
     def second_work(self, dt: float) -> float:
-        """Return the work [J], in half a step dt [s], of the internal forces of bodies whose points store no internal energy
-        along `second_increment`."""
+        """Return the work [J], in half a step dt [s], of the internal forces of bodies whose points store no internal
+        energy along `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL)."""
         if not self._second_nodes:
             return 0.0
         nodes = np.unique(np.concatenate(self._second_nodes))

@@ -84,7 +84,8 @@ def begin(n, viscous, dt):
 
 @parallel_loop()
 def start(chunk, viscous, dt, lightest):
-    """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the chunk.
+    """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the
+    chunk, for the conjugate gradient method; viscous: `ViscousNodes`.
 
     On entry, `inverse` contains the diagonal of the viscous operator without the masses. lightest: smallest mass of a point
     [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: step [s].
@@ -113,8 +114,11 @@ def start(chunk, viscous, dt, lightest):
 
 @parallel_loop()
 def find_curvature(chunk, viscous, dt):
-    """Compute p·Ap [J] with the search direction p of the conjugate gradient method and the matrix A = m + dt K of the system,
-    from the viscous forces of p; a sum for each chunk of nodes."""
+    """Compute p·Ap [J] with the search direction p of the conjugate gradient method and the matrix A = m + dt K (masses m,
+    step dt [s], viscous operator K), from the viscous forces of p; a sum for each chunk of nodes.
+
+    viscous: `ViscousNodes`.
+    """
     own = viscous.own
     along = row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -125,8 +129,9 @@ def find_curvature(chunk, viscous, dt):
 
 @parallel_loop()
 def move(chunk, viscous, dt, step):
-    """Add `step` times the search direction to the velocities of a chunk of nodes, and update the residual and the sums of the
-    chunk; reset the viscous forces to zero; dt: time step [s]."""
+    """Add `step` times the search direction of the conjugate gradient method to the velocities of a chunk of nodes, and
+    update the residual and the sums of the chunk; reset the viscous forces to zero; viscous: `ViscousNodes`; dt: time step
+    [s]."""
     own = viscous.own
     zero = row(0.0, 0.0, 0.0, 0.0)
     descent, residual, change = nothing(zero), nothing(zero), nothing(zero)
@@ -148,8 +153,8 @@ def move(chunk, viscous, dt, step):
 
 @parallel_loop()
 def turn(chunk, viscous, share):
-    """Compute the next search direction for a chunk of nodes: the preconditioned residual plus `share` times the last
-    direction; reset the viscous forces to zero."""
+    """Compute the next search direction of the conjugate gradient method for a chunk of nodes: the preconditioned residual
+    plus `share` times the last direction; reset the viscous forces to zero; viscous: `ViscousNodes`."""
     own, zero = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
@@ -160,15 +165,16 @@ def turn(chunk, viscous, share):
 
 @parallel_loop()
 def add_forces(chunk, viscous, forces):
-    """Add the viscous forces of the solution to the internal forces of a chunk of nodes, `forces` [N], shape (4 nodes,)."""
+    """Add the viscous forces of the solution to the internal forces of a chunk of nodes, `forces` [N], shape (4 nodes,);
+    viscous: `ViscousNodes`."""
     for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
         store(forces, k, load(forces, k) + load(viscous.own.viscous_force, k))
 
 
 @parallel_loop()
 def sum_lag(chunk, viscous):
-    """Compute the power [W] of the viscous forces of a chunk of nodes along the difference between the solution and the mean
-    velocities of the step."""
+    """Compute the power [W] of the viscous forces of a chunk of nodes along the difference between the solution and the
+    mean velocities of the step, in the column DESCENT of the sums of chunks; viscous: `ViscousNodes`."""
     nodes, own = viscous.field.nodes, viscous.own
     power = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):

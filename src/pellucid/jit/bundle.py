@@ -53,7 +53,7 @@ class Bundle:
 
 
 class BundleType(types.Type):
-    """Compiled type of a `Bundle`."""
+    """Compiled type of a `Bundle`, a named tuple that kernels receive as one argument."""
 
     def __init__(self, content: types.Type, rows: Any) -> None:
         self.content: Any = content

@@ -52,8 +52,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        """Return the kernel compiled for these argument types; None if this process must compile it. If another process
-        compiles it at present, wait for it."""
+        """Return the kernel compiled for the argument types `sig`; None if this process must compile it. If another process
+        compiles it at present, wait for it. target_context: numba's target context."""
         sources, file = self._entry(sig, target_context)
         if sources is None:
             return None
@@ -81,7 +81,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return result
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
-        """Store a kernel compiled for these argument types."""
+        """Store a kernel compiled for the argument types `sig`; data: numba's result of the compilation."""
         sources, file = self._entry(sig, data.target_context)
         if sources is None or data.library.has_dynamic_globals or data.lifted:
             return
@@ -109,7 +109,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
 
 def read_checked(file: Path) -> bytes:
-    """Read data of `write_checked`. Raises ValueError if the data are damaged."""
+    """Return the data of a file that `write_checked` has written, without its digest. Raises ValueError if the data do not
+    match the digest."""
     data = file.read_bytes()
     if hashlib.sha256(data[DIGEST:]).digest() != data[:DIGEST]:
         raise ValueError("its bytes do not match its digest")

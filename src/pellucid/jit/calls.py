@@ -17,7 +17,8 @@ PLAIN = int, float, bool, np.float64
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """Dispatcher of a kernel that is called from Python."""
+    """Dispatcher of a kernel (numba's object that calls it), which finds the compiled code for argument types by a fast
+    lookup in Python."""
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the kernel, after compiling it for these argument types if necessary; return its result."""

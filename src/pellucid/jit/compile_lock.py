@@ -28,8 +28,8 @@ def _descriptor(file: Path) -> int:
 
 
 def acquire(file: Path, key: str) -> bool:
-    """Lock the kernel with a hexadecimal key. Returns False at once if files cannot be locked, and after `LONGEST_WAIT` if
-    another process still holds the lock."""
+    """Lock a kernel among processes, by its hexadecimal key, in the lock file `file`; return True if it is locked. Returns
+    False at once if files cannot be locked, and after `LONGEST_WAIT` if another process still holds the lock."""
     end = time.monotonic() + LONGEST_WAIT
     try:
         descriptor = _descriptor(file)
@@ -48,7 +48,7 @@ def acquire(file: Path, key: str) -> bool:
 
 
 def release(file: Path, key: str) -> None:
-    """Release the lock of a kernel."""
+    """Release the lock of a kernel, given by its hexadecimal key, in the lock file `file`."""
     with suppress(OSError):
         fcntl.lockf(_descriptor(file), fcntl.LOCK_UN, 1, int(key[:15], 16))
 
@@ -60,7 +60,8 @@ class Held:
         self._held: list[tuple[Path, str]] = []
 
     def lock(self, file: Path, key: str) -> bool:
-        """Lock a kernel until the end of the present `compiling` block; return True if it is locked."""
+        """Lock a kernel among processes until the end of the present `compiling` block; return True if it is locked;
+        arguments as in `acquire`."""
         if not acquire(file, key):
             return False
         self._held.append((file, key))
@@ -68,7 +69,7 @@ class Held:
 
     @contextmanager
     def compiling(self) -> Iterator[None]:
-        """Release at the end of the block the locks that were taken in it."""
+        """Context manager that releases, at the end of its block, the locks of kernels that were taken in the block."""
         before = len(self._held)
         try:
             yield

@@ -31,11 +31,11 @@ def leaving_out(rows: int) -> Iterator[None]:
 
 
 class JointRegion:
-    """Context manager that defers joint loops (see the module) and runs them together at the end of its block, unless an error
-    ends the block.
+    """Context manager that defers joint loops (parallel loops started with `joint_for` or `joint_by_colour`) and runs them
+    together at the end of its block, unless an error ends the block.
 
-    The arguments of the loops must exist until the end of the block; their results are available after it. Regions cannot be
-    nested.
+    The arguments of the loops must exist until the end of the block; their results are available after it. Regions cannot
+    be nested.
     """
 
     by_parity: Callable[[Callable[[], None], Sequence[Any]], None] | None = None
@@ -58,7 +58,7 @@ class JointRegion:
             self.give_at_once(begin, given)
 
     def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Run joint loops at once, without deferring them; the arguments are those of `give`."""
+        """Run joint loops at once, without deferring them; do: function that starts the loops; given: as in `give`."""
         if self.by_parity is None:
             do()
         else:

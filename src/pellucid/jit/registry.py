@@ -47,7 +47,8 @@ class Generic(NamedTuple):
     default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
     def of(self, kind: type) -> Callable[..., Any] | None:
-        """Return the implementation of the operation for a first argument of the type `kind`; None if there is none."""
+        """Return the implementation of the pointwise operation for a first argument of the type `kind`; None if there is
+        none."""
         return self.implementations.get(kind, self.default[0] if self.default else None)
 
 

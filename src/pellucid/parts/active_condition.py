@@ -67,7 +67,7 @@ class ActiveCondition:
         return 0.0
 
     def warning(self) -> str | None:
-        """Return a warning for the user about the last step; None if there is none."""
+        """Return a warning of the condition about the last step, as text for the user; None if there is none."""
         return None
 
     def columns(self) -> Mapping[str, float]:

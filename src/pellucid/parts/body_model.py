@@ -58,7 +58,7 @@ class BodyModel(Part):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Declare the fields of the subclass, so that results can store them. Raises TypeError if their names are
+        """Declare the `fields` of a new kind of body, so that results can store them. Raises TypeError if their names are
         already used."""
         super().__pydantic_init_subclass__(**arguments)
         for name, field in cls.fields.items():
@@ -290,7 +290,8 @@ class BodyModel(Part):
         return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1))))
 
     def places_between_bounds(self) -> np.ndarray:
-        """Return the points of a regular lattice within the bounding box of the body [m], shape (n, 3)."""
+        """Return the points of a regular lattice that spans the bounding box of the body [m], 9 along each axis, shape
+        (729, 3)."""
         lower, upper = self.bounds()
         share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(lower + share * (upper - lower))

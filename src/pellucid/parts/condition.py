@@ -29,8 +29,8 @@ class Condition(Part):
     losses: ClassVar[Sequence[Channel]] = ()  # channels of work and losses, in addition to `load_channel`
 
     def load_channel(self) -> str | None:
-        """Return the name of the channel of the condition's external forces (a column of the history ending with `_work`),
-        or None."""
+        """Return the name of the channel (entry of the energy balance) of the condition's external forces, which is a
+        column of the history ending with `_work`, or None."""
         return None
 
     def channels(self) -> Sequence[Channel]:

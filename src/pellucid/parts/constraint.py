@@ -42,8 +42,9 @@ class LeadsPoints(PointConstraint, Protocol):
         order."""
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Exclude the grid nodes with these indices, shape (k,), from the constraint by those points that stay at their present
-        positions."""
+        """Exclude grid nodes, with these indices, shape (k,), from the constraint: points with a prescribed motion no
+        longer constrain them. Only the contributions of points at their present positions are excluded, so these points
+        must stay at rest."""
 
 
 @runtime_checkable

@@ -106,7 +106,7 @@ class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
     def order(self) -> np.ndarray | slice:
-        """Return all indices, as nodes are stored in the order of the mesh."""
+        """Return the storage indices of all nodes in the order of the mesh, as a slice: nodes are stored in this order."""
         return slice(None)
 
     @abstractmethod
@@ -120,8 +120,8 @@ class NodalBody(Body):
 
     @abstractmethod
     def correct(self, remap: bool) -> None:
-        """Add the velocity increments of the grid nodes by contact, and complete the velocities of the step; if `remap`, map
-        the momentum to the grid again."""
+        """Add the velocity increments that contact caused on the grid nodes to the velocities of the body's nodes, and
+        complete the velocities of the step; if `remap`, map the momentum of the body to the grid again."""
 
     @abstractmethod
     def update(self, dt: float) -> None:

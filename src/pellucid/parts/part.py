@@ -54,23 +54,23 @@ class Parts:
         """Acceleration of gravity [m/s²]; None if it is unknown because its table is invalid."""
 
     def placed(self, kind: type[PartType]) -> Iterator[tuple[Path, PartType]]:
-        """Yield the valid parts of a class, each with its path in the case; kind: the class."""
+        """Yield the valid parts (tables) of the case that belong to a class, `kind`, each with its path in the case."""
         for key, section in self.sections.items():
             for index, item in enumerate(section.items):
                 if isinstance(item, kind):
                     yield ((key, index) if section.is_list else (key,)), item
 
     def of(self, kind: type[PartType]) -> list[PartType]:
-        """Return the valid parts of a class."""
+        """Return the valid parts (tables) of the case that belong to a class, `kind`."""
         return [part for _, part in self.placed(kind)]
 
     def one(self, kind: type[PartType]) -> PartType | None:
-        """Return the first valid part of a class, or None."""
+        """Return the first valid part (table) of the case that belongs to a class, `kind`, or None."""
         return next(iter(self.of(kind)), None)
 
     @property
     def grid(self) -> GridCase | None:
-        """The grid, if there is one and it is valid."""
+        """The table [grid] of the case, if there is one and it is valid; otherwise None."""
         return self.one(GridCase)
 
     @property
@@ -99,28 +99,30 @@ class Parts:
             yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or remove this key")
 
     def are_sound(self, kind: type[Model]) -> bool:
-        """Return True if every part of a class in the case is valid."""
+        """Return True if every part (table) of the case that belongs to a class, `kind`, is valid."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return all(isinstance(item, Model) for section in sections for item in section.items)
 
     def names(self, kind: type[Model]) -> list[str]:
-        """Return the names of all parts of a class, including invalid ones whose name is known."""
+        """Return the names of all parts (tables) of the case that belong to a class, `kind`, including invalid ones whose
+        name is known."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         names = (name_of(item) for section in sections for item in section.items)
         return [name for name in names if name is not None]
 
     def are_named(self, kind: type[Model]) -> bool:
-        """Return True if the names of all parts of a class are known. Otherwise a name that is not found could belong to an
-        invalid part."""
+        """Return True if the names of all parts (tables) of the case that belong to a class, `kind`, are known. Otherwise a
+        name that is not found could belong to an invalid part."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return len(self.names(kind)) == sum(len(section.items) for section in sections)
 
     def named(self, kind: type[PartType], name: str) -> PartType | None:
-        """Return the valid part of a class with this name, or None."""
+        """Return the valid part (table) of the case that belongs to a class, `kind`, and has this name, or None."""
         return next((part for part in self.of(kind) if name_of(part) == name), None)
 
     def unknown(self, kind: type[Model], path: Path, name: str) -> Iterator[Finding]:
-        """Yield an error if no part of a class has this name; path: location of the key with the name."""
+        """Yield an error if no part (table) of the case that belongs to a class, `kind`, has this name; no error if some of
+        their names are not known. path: location of the key with the name."""
         names = self.names(kind)
         if name not in names and self.are_named(kind):
             what = " or ".join(key for key, section in self.sections.items() if issubclass(section.base, kind))
@@ -133,13 +135,16 @@ class Parts:
 
 
 def name_of(part: Model | str | None) -> str | None:
-    """Return the name of a part, or None; an invalid part is given by its name only."""
+    """Return the name of a part (table) of a case, or None if it has none. An invalid part is given by its name alone."""
     return part if part is None or isinstance(part, str) else getattr(part, "name", None)
 
 
 def _problems_of(part: Part, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield the errors that a part reports (`Part.problems`), or an error if its code fails, as code of a user-defined part
-    may."""
+    """Yield the errors that a part (table) of a case reports (`Part.problems`), or an error if its code fails, as code of a
+    user-defined part may.
+
+    path: location of the part in the case; parts: all parts.
+    """
     try:
         found = list(part.problems(path, parts))
     except Exception as error:

@@ -18,7 +18,8 @@ class Springs(NamedTuple):
     contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 
     def of_forces(self) -> tuple[np.ndarray, ...]:
-        """Return position and internal force of the nodes, and, if there is contact, positions and contact forces."""
+        """Return the positions [m] and internal forces [N] of the nodes, and, if there is contact, the positions at the
+        start of the step and the contact forces there, shape (n, 3) each."""
         return (self.position, self.force, *(self.contact or ()))
 
 
@@ -38,7 +39,8 @@ class Relaxable(Protocol):
         """
 
     def springs(self) -> Springs:
-        """Return the internal forces of the last step, and the positions at which they were computed."""
+        """Return the internal forces of the nodes in the last step [N], with the positions at which they were computed [m]
+        and the masses of the nodes in the relaxation [kg], see `Springs`."""
 
     def unbalanced(self) -> tuple[float, float]:
         """Return two norms of the forces on the nodes, without constraint forces [N]: of their components along free

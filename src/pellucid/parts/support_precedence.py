@@ -57,17 +57,19 @@ def find_owners(
 
 
 def in_order(supports: "Sequence[NodalSupport]", rows: Collection[int], axis: int) -> list[int]:
-    """Return the numbers of those supports among `rows` sorted by precedence along an axis: the highest comes last."""
+    """Return the numbers of those supports among `rows` sorted by precedence along an axis (0, 1, 2): the highest comes
+    last."""
     return sorted(rows, key=lambda row: _rank(supports[row], axis))
 
 
 def is_across(support: "NodalSupport", axis: int) -> bool:
-    """Return True if a support holds a face of the grid that is normal to `axis`."""
+    """Return True if a support constrains a face of the grid that is normal to `axis` (0, 1, 2)."""
     return support.face is not None and support.face[0] == axis
 
 
 def _rank(support: "NodalSupport", axis: int) -> tuple[bool, float, float, tuple[int, int], float]:
-    """Return a sort key of a support of a face, which is larger for a higher precedence along an axis."""
+    """Return a sort key of a support that constrains a face of the grid; it is larger for a higher precedence along an axis
+    (0, 1, 2)."""
     velocity, face = support.velocity[axis], support.face or (0, 0)
     return is_across(support, axis), -support.until, -abs(velocity), face, velocity
 

@@ -7,7 +7,7 @@ import numpy as np
 
 
 class SurfacePoints(NamedTuple):
-    """Quadrature points of a load at one time, in an array of any shape."""
+    """Quadrature points on a surface, at which a load is evaluated at one time, in arrays of any shape."""
 
     position: np.ndarray  # (..., 3) positions [m]
     normal: np.ndarray  # (..., 3) outward unit normals

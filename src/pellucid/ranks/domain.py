@@ -22,7 +22,8 @@ EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
 
 
 class OfListed(NamedTuple):
-    """Values at a list of grid nodes, in the order of the list. Points add to them in parallel loops over slabs."""
+    """Values at a list of grid nodes, in the order of the list. Points add to them in parallel loops over slabs (blocks of
+    grid cells)."""
 
     values: np.ndarray  # (n, ...) values of the listed nodes, or the same values flattened
     node: np.ndarray  # (n,) numbers of the listed grid nodes
@@ -32,7 +33,7 @@ Given = np.ndarray | OfListed
 
 
 class Rows(NamedTuple):
-    """Rows of slabs of a grid, and the data to find their nodes."""
+    """Rows of slabs (blocks of cells) of a grid, and the data to find their nodes."""
 
     edges: np.ndarray  # (rows + 1,) first layer of nodes of each row, and the end
     across: int  # slabs in a row
@@ -42,7 +43,7 @@ class Rows(NamedTuple):
 
 
 def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
-    """Return the first row of slabs of each process, and the end, shape (processes + 1,).
+    """Return the first row of slabs (blocks of grid cells) of each process, and the end, shape (processes + 1,).
 
     Each process has at least one row, if there are enough, and about the same total cost; cost: computing time of each row
     in any unit, shape (rows,).
@@ -56,8 +57,8 @@ def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
 
 
 class Domain:
-    """Rows of slabs that this process owns (computes), and exchange of sums with other processes. It owns all rows until `cut`
-    distributes them."""
+    """Rows of slabs (blocks of grid cells) that this process owns, i.e. whose points it computes, and exchange of sums with
+    other processes. It owns all rows until `cut` distributes them."""
 
     def __init__(self) -> None:
         self.group = processes
@@ -72,8 +73,9 @@ class Domain:
         """Number of bytes sent to neighbours so far."""
 
     def cut(self, rows: Rows, cost: np.ndarray) -> None:
-        """Distribute the rows of slabs so that all processes have about the same total cost; cost: estimate for each row in any
-        unit, shape (rows,). If there are more processes than rows, the last processes get none."""
+        """Distribute the rows of slabs (blocks of grid cells) so that all processes have about the same total cost; cost:
+        estimate for each row in any unit, shape (rows,). If there are more processes than rows, the last processes get
+        none."""
         self._rows = rows
         self._take_rows(cuts_of(cost, self.group.size))
         self.is_cut = self.group.size > 1
@@ -92,11 +94,13 @@ class Domain:
         return bool(after < 0.9 * before)
 
     def cut_again(self, cost: np.ndarray) -> None:
-        """Distribute the rows of slabs again according to their costs (computing times), shape (rows,)."""
+        """Distribute the rows of slabs (blocks of grid cells) again according to their costs (computing times), shape
+        (rows,)."""
         self._take_rows(cuts_of(cost, self.group.size))
 
     def leave(self) -> None:
-        """End the distribution of rows of slabs at the end of the simulation: every process owns all rows again."""
+        """End the distribution of rows of slabs (blocks of grid cells) at the end of the simulation: every process owns all
+        rows again."""
         self.is_cut, joint_region.by_parity = False, None
         self.cuts_made += 1
 
@@ -151,8 +155,8 @@ class Domain:
                 at += part.nbytes
 
     def _part_about(self, row: int, given: Given) -> np.ndarray:
-        """Return a view of nodal values for the nodes that points on both sides of the beginning of a row of slabs may reach
-        (`pellucid.grid.sorting.slabs_of`); given: the values."""
+        """Return a view of nodal values for the nodes that points on both sides of the beginning of a row of slabs (blocks
+        of grid cells) may reach (`pellucid.grid.sorting.slabs_of`); given: the values."""
         begin, stencil, layer = int(self._rows.edges[row]), self._rows.stencil, self._rows.layer
         ends = np.array([begin - 1, begin + stencil + (stencil == 3)]) * layer
         if isinstance(given, OfListed):
@@ -170,12 +174,12 @@ class Domain:
 
     @property
     def slabs(self) -> slice:
-        """The numbers of the slabs of this process, as a slice."""
+        """The numbers of the slabs (blocks of grid cells) of this process, as a slice."""
         return slice(self.first * self._rows.across, self.end * self._rows.across)
 
     def has_layer(self, layer: np.ndarray) -> np.ndarray:
-        """Return a mask of the points whose first nodes lie in the rows of slabs of this process; layer: grid layers of the
-        first nodes, shape (n,)."""
+        """Return a mask of the points whose first nodes lie in the rows of slabs (blocks of grid cells) of this process;
+        layer: grid layers of the first nodes, shape (n,)."""
         first, end = self._rows.edges[[self.first, self.end]]
         return (layer >= first) & (layer < end)
 
@@ -187,13 +191,14 @@ class Domain:
         return of_slabs
 
     def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Return the sums of values per slab, shape (slabs,), over the slabs of each row (slabs into which a grid layer is
-        cut), shape (rows,)."""
+        """Return the sums of values per slab, shape (slabs,), over the slabs of each row, shape (rows,); a row is a layer
+        of the grid that is cut into slabs."""
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
-        """Return begin and end of the data for the rows of slabs of this process and the two neighbouring rows, whose nodes its
-        points can reach; of_row: begin of the data of each row, and the end, shape (rows + 1,)."""
+        """Return begin and end of the data for the rows of slabs (blocks of grid cells) of this process and the two
+        neighbouring rows, whose nodes its points can reach; of_row: begin of the data of each row, and the end, shape (rows
+        + 1,)."""
         n = len(of_row) - 1
         rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
         return int(of_row[rows[0]]), int(of_row[rows[1]])
@@ -210,8 +215,8 @@ class Domain:
         return self.group.joined(own, None if near is None else np.diff(of_row[self._cuts]))
 
     def of_nodes(self, values: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
-        """Gather nodal values, shape (n, ...), from all processes: the value of each node comes from the process that owns its
-        row of slabs.
+        """Gather nodal values, shape (n, ...), from all processes: the value of each node comes from the process that owns
+        its row of slabs (blocks of grid cells).
 
         node: sorted indices of the nodes; None for all nodes.
         """
@@ -254,8 +259,8 @@ class Domain:
 
     @contextmanager
     def told_by(self, slab: int) -> Iterator[bool]:
-        """Context manager that yields True in the process that owns the slab with this number; an error raised there is raised
-        in all processes."""
+        """Context manager that yields True in the process that owns the slab (a block of grid cells) with this number; an
+        error raised there is raised in all processes."""
         process = int(np.searchsorted(self._cuts * self._rows.across, slab, side="right")) - 1 if self.is_cut else 0
         has_it, error = not self.is_cut or process == self.group.rank, None
         try:
@@ -268,11 +273,12 @@ class Domain:
             raise error
 
     def migrate(self, arrays: Mapping[str, np.ndarray], first: np.ndarray) -> int:
-        """Send points, sorted by slabs, to the processes that own these slabs; return the new number of points of this process.
+        """Send points, sorted by slabs (blocks of grid cells), to the processes that own these slabs; return the new number
+        of points of this process.
 
-        arrays: arrays of the points, by name, changed in place, with room for all points; first: index of the first point of
-        each slab, and the end. Received points are ordered by the sending process; sorting them again gives the order of a
-        single process.
+        arrays: arrays of the points, by name, changed in place, with room for all points; first: index of the first point
+        of each slab, and the end. Received points are ordered by the sending process; sorting them again gives the order of
+        a single process.
         """
         send = np.diff(first[self._cuts * self._rows.across])
         receive = self.group.numbers_from_each(send)

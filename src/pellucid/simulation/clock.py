@@ -111,7 +111,7 @@ class Clock:
         the coming step dt [s]. This clock sets nothing: bodies move by their own inertia."""
 
     def advance(self, dt: float) -> None:
-        """Count a step of the length dt [s]."""
+        """Count a completed step of the length dt [s] and advance the simulated time."""
         self.n_steps += 1
         self.dt = dt
         fixed = self.case.step

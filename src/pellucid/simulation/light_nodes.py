@@ -22,8 +22,9 @@ It applies to transfers in which points keep their velocity and add the mean inc
 def small_masses(
     case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
 ) -> dict[VelocityField, float]:
-    """Return the mass [kg], for each velocity field, below which the internal forces of a node do not strain points;
-    fields: velocity fields with their bodies on the grid."""
+    """Return, for each velocity field, the nodal mass [kg] below which the internal forces of a node are left out of the
+    velocities that strain the points, which they would make excessive; fields: velocity fields with their bodies on the
+    grid."""
     arrays = {body: {name: body.stored_array(name) for name in SIZES if name in body.arrays} for body in bodies}
     small = small_mass(arrays.values())
     if case.time.transfer != "apic" or case.grid.functions != "trilinear":
@@ -35,14 +36,15 @@ def small_masses(
 
 
 def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
-    """Return the nodal mass [kg], for all velocity fields, below which the internal forces of a node do not strain points;
-    bodies: the arrays of all bodies of a case, by name."""
+    """Return the nodal mass [kg], the same for all velocity fields, below which the internal forces of a node are left out
+    of the velocities that strain the points; bodies: the arrays of all bodies of a case, by name."""
     return SMALL_MASS * min(_lightest(arrays["mass"]) for arrays in bodies)
 
 
 def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
     """Return the nodal mass [kg], for a velocity field with APIC and linear functions, below which the internal forces of a
-    node do not strain points; bodies: the arrays of its bodies, by name; courant: Courant number of the steps.
+    node are left out of the velocities that strain the points; bodies: the arrays of its bodies, by name; courant: Courant
+    number of the steps.
 
     The affine fields of the points that contribute to such a node return its velocity increments to it, so that it
     oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the

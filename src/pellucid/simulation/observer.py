@@ -21,7 +21,7 @@ class Observer(Protocol):
         """Write a checkpoint, from which the run can continue."""
 
     def end(self, simulation: Any) -> None:
-        """Complete the record. Called after the last step."""
+        """Complete the stored results. Called after the last step."""
 
     def keep_last(self, simulation: Any) -> None:
         """Store the present state as a last row of the history and a last frame, for a run that ends before its goal."""

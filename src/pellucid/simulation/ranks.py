@@ -73,7 +73,8 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
 
 
 class SharedSlabs:
-    """Distribution of the points of a simulation: each process computes the points in its own rows of slabs."""
+    """Distribution of the points of a simulation: each process computes the points in its own rows of slabs (blocks of grid
+    cells)."""
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         coupled = (body.coupling for body in bodies if isinstance(body, ExplicitNodes))
@@ -82,11 +83,12 @@ class SharedSlabs:
         self._cut_again(domain.group.total(self._count()))
 
     def _count(self) -> np.ndarray:
-        """Return the number of points in each row of slabs of this process, shape (rows,)."""
+        """Return the number of points in each row of slabs (blocks of grid cells) of this process, shape (rows,)."""
         return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
     def balance(self) -> None:
-        """Redistribute the rows of slabs at intervals if some processes compute longer than others. Called before a step.
+        """Redistribute the rows of slabs (blocks of grid cells) at intervals if some processes compute longer than others.
+        Called before a step.
 
         The cost of a row is its part of the computing time of its process, in proportion to its points. The distribution
         does not change results, bit for bit.
@@ -99,7 +101,8 @@ class SharedSlabs:
         self._cut_again(domain.group.total(count * (worked / max(count.sum(), 1.0))))
 
     def _cut_again(self, cost: np.ndarray) -> None:
-        """Redistribute the rows of slabs by their computing times `cost` [s], shape (rows,), if that saves time."""
+        """Redistribute the rows of slabs (blocks of grid cells) by their computing times `cost` [s], shape (rows,), if that
+        saves time."""
         hand_over = [points.hand_over() for points in self._points] if domain.would_pay(cost) else []
         if hand_over:
             domain.cut_again(cost)

@@ -32,18 +32,21 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
 
 
 def musl(stages: Stages, dt: float) -> None:
-    """Advance one step dt [s] by modified update stress last (MUSL), in the order of operations of Gan et al. 2011; stages: the
-    operations of a step."""
+    """Advance one step dt [s] by modified update stress last (MUSL), in the order of operations of Gan et al. 2011:
+    stresses are updated last, with nodal velocities from momentum that is mapped again from the points; stages: the
+    operations of a step, see `Stages`."""
     _stress_last(stages, dt, remap=True)
 
 
 def usl(stages: Stages, dt: float) -> None:
-    """Advance one step dt [s] by update stress last (USL); stages: the operations of a step."""
+    """Advance one step dt [s] by update stress last (USL): stresses are updated after the momentum equation; stages: the
+    operations of a step, see `Stages`."""
     _stress_last(stages, dt, remap=False)
 
 
 def usf(stages: Stages, dt: float) -> None:
-    """Advance one step dt [s] by update stress first (USF); stages: the operations of a step."""
+    """Advance one step dt [s] by update stress first (USF): stresses are updated before the momentum equation; stages: the
+    operations of a step, see `Stages`."""
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
     stages.predict_own_nodes(dt)

@@ -146,7 +146,8 @@ def settle(
 
 
 def _while_settling(text: str) -> str:
-    """Return the reason of a stop with the remedy for a body that moves away during settling."""
+    """Return the reason of a stop, `text`, marked as a stop during settling (the search for rest before time 0), with a
+    remedy if a body has moved out of the grid."""
     text = text if text.startswith(NAMED) else f"{NAMED}: {text}"
     remedy = "\n    Constrain bodies that can fall, slide or flow without end."
     return f"{text}{remedy}" if FAULTS[LOST].meaning in text else text

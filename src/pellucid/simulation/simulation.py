@@ -287,8 +287,8 @@ class Simulation:
             self._share_gravity(self.case.gravity_amplitude.at(time))
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
-        """Step until the end of the case or `until` [s]; recorder: object that stores the results. SIGTERM and Ctrl-C write a
-        checkpoint and raise Interrupted."""
+        """Compute steps until the end of the case or `until` [s] of simulated time; recorder: object that stores the
+        results; progress: display of the progress. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
         for _ in self.recorded(recorder, until, progress):
             pass
 
@@ -296,7 +296,7 @@ class Simulation:
         self, recorder: Observer, until: float | None = None, progress: Progress | None = None
     ) -> Iterator["Simulation"]:
         """Advance like `run`, with the same arguments, and yield the simulation itself after each step. If the loop is left
-        early, the record ends there."""
+        early, the stored results end at this step."""
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -449,7 +449,8 @@ class Simulation:
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
-        """Return the entries of the run's summary about the time stepping and the kind of analysis, by name."""
+        """Return entries for the summary of the run, by name: clock (such as steps of a steady analysis), settling, inflow
+        and outflow, iterations of implicit viscosity, and overlaps at the start, as far as the case has them."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}

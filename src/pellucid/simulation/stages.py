@@ -42,7 +42,8 @@ class Stages:
         contact."""
 
     def sort(self) -> None:
-        """Sort the points of the bodies on the grid by their nodes, if a point left its slab or sorting saves time."""
+        """Sort the points of the bodies on the grid by their nodes, if a point left its slab (a block of grid cells) or
+        sorting saves time."""
         for body in self.grid_bodies:
             body.sort_if_needed()
 

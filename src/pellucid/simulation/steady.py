@@ -267,7 +267,7 @@ class SteadyClock(Clock):
 
 
 def _places(body: Body) -> np.ndarray:
-    """Return the positions of the points of a body [m], shape (n, 3), in an order that does not change."""
+    """Return the positions of the points of a body [m], shape (n, 3), in an order that stays the same during a run."""
     return body.arrays["position"] if isinstance(body, Relaxable) else body.arrays["position"][body.order()]
 
 

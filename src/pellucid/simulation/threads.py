@@ -87,7 +87,7 @@ class Trial:
 
     @property
     def is_over(self) -> bool:
-        """True if all rounds are done."""
+        """True if all rounds of the trial, in which numbers of threads are compared, are done."""
         return self._done == ROUNDS * self._steps * len(self._numbers)
 
     def count(self, taken: float) -> None:
@@ -100,7 +100,8 @@ class Trial:
 
     @property
     def best(self) -> int:
-        """Fastest number of threads. A larger number is chosen only if it is clearly faster than the smaller one."""
+        """Number of threads with the shortest steps in the trial. A larger number is chosen only if it is clearly faster
+        than the smaller one."""
         cost = {number: median(times) for number, times in self._times.items()}
         found = self._numbers[0]
         for fewer, more in pairwise(self._numbers):

@@ -157,7 +157,8 @@ class Watch:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def states(self, bodies: Sequence[Body], clock: Clock) -> None:
-        """Issue the warnings of bodies about their state, at intervals and at the end; each body warns once."""
+        """Issue the warnings of bodies about their state (`Body.state_warning`), at intervals and at the end; each body
+        warns once."""
         if clock.n_steps % INTERVAL and not clock.finished(None):
             return
         for body in bodies:

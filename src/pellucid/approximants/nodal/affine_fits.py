@@ -25,8 +25,8 @@ NODES = 64  # nodes per chunk
 
 
 class Fits(NamedTuple):
-    """Shape functions at the quadrature points, with the data of the affine fits of the module docstring, listed by cell and by
-    node."""
+    """Shape functions at the quadrature points, with the data of the affine fits of nodal values at these points (see
+    `pellucid.approximants.nodal.affine_fits`), listed by cell and by node."""
 
     position: np.ndarray  # (n, 3) node positions [m]
     cells: Lists  # the nodes of each cell
@@ -42,7 +42,8 @@ class Fits(NamedTuple):
 
 
 def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
-    """Compute the data of the affine fits (see the module) at m quadrature points. Each cell has the same number of points.
+    """Compute the data of the affine fits of nodal values (see `pellucid.approximants.nodal.affine_fits`) at m quadrature
+    points. Each cell has the same number of points.
 
     position: nodes, shape (n, 3) [m]; cells: the active nodes of each cell; rows: the shape functions at the points;
     weights: quadrature weights, shape (m,) [m³].
@@ -124,10 +125,10 @@ def _count(chunk, fits, count):
 
 @kernel(inner=True)
 def _add_cell(a, entry, fits, longest, s, row):
-    """Add the contribution of one cell of node a to row a of the matrix A (see the module).
+    """Add the contribution of one cell of node a to row a of the matrix A of the residuals of affine fits (see `system`).
 
     entry: index of node a of this cell in `fits.cells.items`. longest: largest number of nodes of a cell. s: scratch memory
-    of three columns of this length, followed by four numbers for each point. row: row a of A, shape (n,) [m³].
+    of three columns of this length, followed by four numbers for each quadrature point. row: row a of A, shape (n,) [m³].
     """
     cell, nq, position, centre, inverse = fits.cell[entry], fits.n_points, fits.position, fits.centre, fits.inverse
     shares, weights, over = fits.shares, fits.weights, fits.over
@@ -190,8 +191,12 @@ def _fill(chunk, fits, longest, first, columns, entries):
 
 
 def system(fits: Bundle) -> sparse.csr_array:
-    """Return the matrix A of the residuals of affine fits (see the module), shape (n, n) [m³]. It is symmetric and
-    semidefinite; affine functions are in its null space."""
+    """Return the matrix A that yields, from nodal values η, the residuals A η of their affine fits, weighted and summed
+    over the quadrature points, shape (n, n) [m³]; see `pellucid.approximants.nodal.affine_fits`. It is symmetric and
+    semidefinite; affine functions are in its null space.
+
+    fits: bundle of `Fits`.
+    """
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
     count = np.zeros(n, np.int64)
     _count(chunks, fits, count)
@@ -232,9 +237,10 @@ def _correct(chunk, fits, eta):
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:
-    """Add c_a (η_a - affine fit of η) to the gradient of the shape function of each node a at each quadrature point, in place.
+    """Add c_a (η_a - affine fit of η) to the gradient of the shape function p_a of each node a at each quadrature point, in
+    place.
 
-    eta: nodal values η for the three components of the gradient, shape (n, 3) [1/m]; c_a: weight of the fit, see the module.
-    fits: bundle of `Fits`.
+    eta: nodal values η for the three components of the gradient, shape (n, 3) [1/m]; c_a = |p_a|: weight of the node in the
+    fit. fits: bundle of `Fits`.
     """
     _correct(-(-(len(fits.cells.first) - 1) // CELLS), fits, eta)

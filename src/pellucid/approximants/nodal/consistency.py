@@ -32,7 +32,9 @@ def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
 
 
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: PointRows, weights: np.ndarray) -> None:
-    """Correct in place the gradients of the shape functions `rows` at the quadrature points of a mesh (see the module).
+    """Correct in place the gradients of the shape functions `rows` at the quadrature points of a mesh, so that the
+    quadrature satisfies the divergence theorem for each shape function, Σ_q w_q ∇p_a(q) = ∮ p_a n dS (see
+    `pellucid.approximants.nodal.consistency`).
 
     evaluator: defines the shape functions on the boundary; weights: quadrature weights, shape (m,) [m³]. The points of a
     cell are consecutive, with the same number in each cell. Raises Refusal if the system does not converge.

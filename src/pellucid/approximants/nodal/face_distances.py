@@ -44,7 +44,7 @@ def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lis
 
 
 def no_faces(n: int) -> Lists:
-    """Return lists without faces for the supports of n nodes."""
+    """Return n empty lists: no faces bound the supports of n nodes."""
     return Lists(np.zeros(n + 1, np.int64), np.zeros(0, np.int64))
 
 
@@ -149,8 +149,9 @@ def _segment_sum(fn, x, a):
 
 @pointwise
 def inverse_square(fn, x, a, scratch):
-    """Return D⁻² = Σ ρ⁻² and the components of D⁻² ∇ln D = Σ ρ⁻³ ∇ρ, where D is the smooth distance of x [m] from the faces of
-    node a (see the module), in units of the support size.
+    """Return D⁻² = Σ ρ⁻² and the components of D⁻² ∇ln D = Σ ρ⁻³ ∇ρ, where D is the smooth distance of x [m] from the faces
+    that bound the support of node a, in units of the support size, and ρ the distance from each of them
+    (`trimmed_distance`).
 
     fn: `FaceDistances`; scratch: memory for a block of faces.
     """
@@ -174,7 +175,8 @@ TINY = 1e-150  # avoids division by zero, also by products of two such divisors,
 
 @pointwise
 def trimmed_distance(f, t):
-    """Return the trimmed distance ρ of a point from a face (see the module) and its derivatives with respect to f and t.
+    """Return the trimmed distance ρ = sqrt(f² + ¼ (sqrt(t² + f⁴) - t)²) of a point from a face, and its derivatives with
+    respect to f and t.
 
     f: distance of the point from the plane of the face; t: trimming function, positive where the point projects into the
     face. The code has no branches, so that loops over faces can be vectorised.
@@ -190,8 +192,8 @@ def trimmed_distance(f, t):
 
 @pointwise
 def triangle_trim(f, p1, p2, p3, alpha):
-    """Return the trimming function t of a triangle (see the module) at a point and its derivatives with respect to f, p1, p2,
-    p3.
+    """Return the trimming function t of a triangle at a point, positive where the point projects into the triangle, and its
+    derivatives with respect to f, p1, p2, p3. For its use see `trimmed_distance`.
 
     f: distance of the point from the plane of the triangle; p1, p2, p3: distances from the planes through its edges and
     normal to it, positive inside; alpha: smoothing factor at the edges. All distances are in units of the support size.

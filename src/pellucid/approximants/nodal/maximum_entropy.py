@@ -31,10 +31,10 @@ class MaximumEntropyModel(FacedApproximant):
 
 @pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
-    """Fill p (n,) with the shape functions p_a of n nodes for the multiplier λ = (l0, l1, l2), and return ln Z (see the
-    module).
+    """Fill p (n,) with the maximum-entropy shape functions p_a = w_a exp(λ·(x - x_a)) / Z of n nodes with the priors w_a
+    for the multiplier λ = (l0, l1, l2), and return ln Z, where Z makes their sum one.
 
-    offset: vectors x - x_a in units of a length, shape (n, 3); log_prior: logarithms of the priors, shape (n,).
+    offset: vectors x - x_a in units of a length, shape (n, 3); log_prior: logarithms ln w_a of the priors, shape (n,).
     """
     highest = -inf
     for a in range(n):

@@ -16,8 +16,9 @@ BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit me
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
-    """Return a sparse matrix, shape (len(nodes), number of cells), with a nonzero entry where a cell belongs to the k-th ring
-    of a node.
+    """Return a sparse matrix, shape (number of nodes, number of cells), with a nonzero entry where a cell belongs to the
+    k-th ring of a node. The first ring is the cells that contain the node, the next one the cells that contain a node of
+    the previous ring.
 
     nodes: slice of the node numbers, whose nodes are the rows.
     """
@@ -29,8 +30,8 @@ def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
 
 
 def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.ndarray:
-    """Return the largest distance from each node of a slice of the node numbers to a vertex of its ring [m], shape
-    (len(nodes),).
+    """Return the largest distance from each node of a slice of the node numbers to a vertex of its ring (the cells around
+    it, see `ring`) [m], shape (number of nodes,).
 
     cells: matrix of `ring` for these nodes.
     """
@@ -43,7 +44,8 @@ def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.nd
 
 
 def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
-    """Return for each cell, in ascending order, its active nodes: those whose k-th ring (see the module) contains the cell."""
+    """Return for each cell, in ascending order, its active nodes: those whose k-th ring (the cells around a node, see
+    `ring`) contains the cell."""
     nodes = sparse.csr_array(mesh.incidence.T)
     for _ in range(k - 1):
         nodes = sparse.csr_array(nodes @ mesh.neighbours)
@@ -52,8 +54,8 @@ def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
 
 
 def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
-    """Return for each node the faces that bound its k-th ring (see the module), except faces on the boundary of the mesh, and
-    the largest distance from the node to a vertex of the ring [m], shape (n,)."""
+    """Return for each node the faces that bound its k-th ring (the cells around it, see `ring`), except faces on the
+    boundary of the mesh, and the largest distance from the node to a vertex of the ring [m], shape (n,)."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
     ones = np.ones(2 * len(inner), np.int32), (owners[inner].T.ravel(), np.tile(inner, 2))

@@ -95,5 +95,5 @@ class ShapedModel(RadialModel):
 
     @property
     def derivatives(self) -> int:
-        """Number of derivatives that are finite at the nodes and implemented: 2."""
+        """Number of derivatives of the interpolant that are finite at the nodes and implemented: 2."""
         return 2

@@ -19,5 +19,5 @@ class GaussianModel(ShapedModel):
 
     @property
     def least_degree(self) -> int:
-        """-1: no polynomials are needed, as the function is positive definite."""
+        """Smallest degree of the added polynomials: -1, i.e. none are needed, as the function is positive definite."""
         return -1

@@ -19,5 +19,5 @@ class MultiquadricModel(ShapedModel):
 
     @property
     def least_degree(self) -> int:
-        """Smallest degree of the polynomials: 0, as the function is conditionally definite of order 1."""
+        """Smallest degree of the added polynomials: 0, as the function is conditionally definite of order 1."""
         return 0

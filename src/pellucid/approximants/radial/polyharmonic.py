@@ -23,8 +23,8 @@ class PolyharmonicModel(RadialModel):
 
     @property
     def least_degree(self) -> int:
-        """Smallest degree of the polynomials for the power p: (p - 1)/2, as the function is conditionally definite of order
-        ⌈p/2⌉."""
+        """Smallest degree of the added polynomials for the power p: (p - 1)/2, as the function is conditionally definite of
+        order ⌈p/2⌉."""
         return (self.power - 1) // 2
 
     @property

@@ -26,17 +26,17 @@ class Monomials:
 
     @property
     def value(self) -> np.ndarray:
-        """Values of the p monomials, shape (..., p)."""
+        """Values of the p monomials at the positions, shape (..., p)."""
         return self._derivative()
 
     @property
     def first(self) -> np.ndarray:
-        """Gradients of the p monomials, shape (..., d, p)."""
+        """Gradients of the p monomials at the positions, shape (..., d, p)."""
         return np.stack([self._derivative(a) for a in range(self._dimension)], axis=-2)
 
     @property
     def second(self) -> np.ndarray:
-        """Second derivatives of the p monomials, shape (..., d, d, p)."""
+        """Second derivatives of the p monomials at the positions, shape (..., d, d, p)."""
         axes = range(self._dimension)
         return np.stack([np.stack([self._derivative(a, b) for b in axes], axis=-2) for a in axes], axis=-3)
 

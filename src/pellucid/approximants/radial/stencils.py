@@ -104,11 +104,11 @@ def _check_apart(square: np.ndarray) -> None:
 
 
 def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shape parameters of the stencils times their radii, shape (s,), increased where the system is ill-conditioned,
-    and the radial functions between their nodes, shape (s, m, m).
+    """Return the shape parameters of the stencils times their radii, shape (s,), increased where the system is
+    ill-conditioned, and the radial functions between their nodes, shape (s, m, m).
 
-    square: squared distances between the nodes in units of the radius, shape (s, m, m); across: matrices Z of the module
-    docstring, shape (s, m, m - p).
+    square: squared distances between the nodes in units of the radius, shape (s, m, m); across: orthonormal basis Z of the
+    nodal values that are orthogonal to all polynomials, shape (s, m, m - p).
     """
     shape = np.full(len(square), radial.initial_shape)
     kernel = radial.profile(square, shape[:, None, None]).value
@@ -121,10 +121,11 @@ def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tup
 
 
 def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Estimate the condition numbers of the systems Zᵀ A Z of stencils, shape (s,): a bound of the norm of A over the smallest
-    absolute eigenvalue.
+    """Estimate the condition numbers of the systems Zᵀ A Z of stencils, shape (s,): a bound of the norm of A over the
+    smallest absolute eigenvalue.
 
-    kernel: matrices A, shape (s, m, m); across: matrices Z, shape (s, m, m - p); see the module.
+    kernel: A, the radial functions between the nodes, shape (s, m, m); across: Z, an orthonormal basis of the nodal values
+    that are orthogonal to all polynomials, shape (s, m, m - p).
     """
     eigenvalues = np.linalg.eigvalsh(np.swapaxes(across, 1, 2) @ kernel @ across)
     return kernel.shape[1] * np.abs(kernel).max(axis=(1, 2)) / np.maximum(np.abs(eigenvalues).min(axis=1), 1e-300)

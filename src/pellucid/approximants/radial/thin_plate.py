@@ -16,7 +16,8 @@ class ThinPlateModel(RadialModel):
     order: Literal[1, 2, 3] = parameter("", "exponent k in the radial function φ = r²ᵏ ln r of the distance r", 2)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """Return φ = ½ sᵏ ln s with s = r² and its derivatives; arguments: see `RadialModel.profile`."""
+        """Return the radial function φ = r²ᵏ ln r = ½ sᵏ ln s of s = r² (`square`) and its first two derivatives by s;
+        arguments: see `RadialModel.profile`."""
         k = self.order
         logarithm = np.log(np.where(square > 0.0, square, 1.0))  # at a node it is multiplied by zeros
         first = 0.5 * square ** (k - 1) * (k * logarithm + 1.0)
@@ -26,7 +27,7 @@ class ThinPlateModel(RadialModel):
 
     @property
     def least_degree(self) -> int:
-        """Smallest degree of the polynomials: k, as the function is conditionally definite of order k + 1."""
+        """Smallest degree of the added polynomials: k, as the function r²ᵏ ln r is conditionally definite of order k + 1."""
         return self.order
 
     @property

@@ -27,9 +27,9 @@ def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: in
     """Copy values of n points of a block from their arrays to columns, i.e. scratch memory with one column per number of a
     point, see `pellucid.jit.columns`.
 
-    index: order of the points in the arrays, `InOrder` or `ByIndex`; like: example of the values of one point, nested tuples
-    of numbers; arrays: the arrays, nested like `like`; start: number of the first point of the block in the order of the
-    slabs; c: columns; at: position in c for the first number of the first point.
+    index: order of the points in the arrays, `InOrder` or `ByIndex`; like: example of the values of one point, nested
+    tuples of numbers; arrays: the arrays, nested like `like`; start: number of the first point of the block in the order of
+    the slabs (blocks of grid cells); c: columns; at: position in c for the first number of the first point.
     """
 
 

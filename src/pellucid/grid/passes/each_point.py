@@ -46,11 +46,11 @@ NO_PLACE = 1e3
 
 @kernel(inner=True)
 def _gather(points, start, n, KNOWN, found, first_node, c):
-    """Compute the shape functions of the n points of a block, and their looked-up and gathered values, into columns of c from
-    the column KNOWN on; return the number of vectors of points that were processed.
+    """Compute the shape functions of the n points of a block, and their looked-up and gathered values, into columns of c
+    from the column KNOWN on; return the number of vectors of points that were processed.
 
-    points: bundled `Gathering`; start: number of the first point in the order of the slabs; found, first_node: shape
-    functions, see `find_functions`.
+    points: bundled `Gathering`; start: number of the first point in the order of the slabs (blocks of grid cells); found,
+    first_node: shape functions, see `find_functions`.
     """
     rule, functions, lattice, nodes = points.rule, points.functions, points.lattice, points.nodes
     like, known_like, gathered_like, lines = points.read_like, points.known_like, points.gathered_like, points.lines
@@ -90,9 +90,9 @@ def _evaluate(points, dt, n, c):
 
 @pointwise
 def _check_places(lattice, bounds, n, c, at, fault):
-    """Check the new positions of the n points of a block, in columns of c from `at` on. Writes the fault of each point that has
-    no other fault to the column that begins at `fault`, and 1.0 to the next column if the point is outside the bounds of its
-    slab."""
+    """Check the new positions of the n points of a block, in columns of c from `at` on. Writes the fault of each point that
+    has no other fault to the column that begins at `fault`, and 1.0 to the next column if the point is outside the bounds
+    of its slab, a block of grid cells (`bounds`, see `bounds_of`)."""
     for q in range(n):
         X, Y, Z = in_cells(lattice, take(ZERO_VECTOR, c, q + at))
         bad = c[uintp(q + fault)]
@@ -129,7 +129,8 @@ def _add_numbers(to_cells, points, n, c):
 
 @kernel(inner=True)
 def _account(points, places, largest, columns, KEPT, SUMS, bounds, start, n, c, sums, of_lost, first_fault):
-    """Check the results of the n points of a block and add them to the sums of the slab; return True if no point has a fault.
+    """Check the results of the n points of a block and add them to the sums of the slab (a block of grid cells); return
+    True if no point has a fault.
 
     points: bundled `Accounting`; places: see `Declaration`; largest: True if there is a maximum; KEPT: first column of c
     with output; columns: number of sums of the pass, in columns from SUMS on; bounds: see `bounds_of`; start: number of the
@@ -185,8 +186,9 @@ def _report(s, slabs, places, of_pass, columns, largest, sums, of_lost, first_fa
 
 @kernel(inner=True)
 def _slab(s, points, dt, which):
-    """Execute the pass `points` (`PassPoints`) on the points of slab s over a step dt [s]; which: see `each_point`. Each part
-    is a kernel, called for each block and shared with other passes: with the same law, or with the same shape functions."""
+    """Execute the pass `points` (`PassPoints`) on the points of slab s (a block of grid cells) over a step dt [s]; which:
+    see `each_point`. Each part is a kernel, called for each block and shared with other passes: with the same law, or with
+    the same shape functions."""
     slabs, evaluation, accounting = points.accounting.slabs, points.evaluation, points.accounting
     if slabs.first[s] == slabs.first[s + 1]:
         return

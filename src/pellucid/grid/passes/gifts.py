@@ -35,49 +35,50 @@ FIRST, SECOND = 1, 2
 
 
 class Nothing(NamedTuple):
-    """Points contribute nothing to the nodes."""
+    """Option of a pass (a loop over points): the points contribute nothing to the grid nodes."""
 
 
 class ByValue(NamedTuple):
     """Contribution of points to each of their nodes: a row of four values times the node's shape function N."""
 
-    rule: Any
+    rule: Any  # kind of contribution, whose type selects `given`
     read: Any  # point arrays that `given` reads
     read_like: Any  # example of the values of one point in `read`
     into: np.ndarray  # (4 nodes,) rows
 
 
 class BySlope(NamedTuple):
-    """Contribution of points to each of their nodes: Σ_d row_d ∂N/∂x_d, with one row of four values for each axis d."""
+    """Contribution of points to each of their nodes with the shape function N: Σ_d row_d ∂N/∂x_d, with one row of four
+    values for each axis d."""
 
-    rule: Any
-    read: Any
-    read_like: Any
-    into: np.ndarray
+    rule: Any  # kind of contribution, whose type selects `given`
+    read: Any  # point arrays that `given` reads
+    read_like: Any  # example of the values of one point in `read`
+    into: np.ndarray  # (4 nodes,) rows
 
 
 class BySquare(NamedTuple):
-    """Contribution of the volumes V of points times squares of the derivatives of N: V Σ_e k (∂N/∂x_e)² for each axis d, with k
-    = `along` if e = d, else `across`."""
+    """Contribution of the volumes V of points to each of their nodes with the shape function N: V Σ_e k (∂N/∂x_e)² for each
+    axis d, with k = `along` if e = d, else `across`."""
 
     volume: np.ndarray  # (n,) [m³]
     across: float
     along: float
-    into: np.ndarray
+    into: np.ndarray  # (4 nodes,) rows
 
 
 class Both(NamedTuple):
-    """Two contributions of the same points."""
+    """Two contributions of the same points to the grid nodes."""
 
-    first: Any
-    second: Any
+    first: Any  # `ByValue`, `BySlope` or `BySquare`
+    second: Any  # the same
 
 
 class GivingPoints(NamedTuple):
     """Points of a body and their contribution to the nodes (`ByValue`, `BySlope`, `BySquare` or `Both`)."""
 
     mapped: Bundle  # of `MappedPoints`
-    gives: Any
+    gives: Any  # `ByValue`, `BySlope`, `BySquare` or `Both`
 
 
 def example_of(arrays: Any) -> Any:
@@ -109,7 +110,8 @@ def giving(mapped: MappedPoints, gives: Any) -> Bundle:
 
 @generic
 def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
-    """Return the values of point p that are multiplied by N or its gradients at the nodes; points: the input arrays.
+    """Return the values of point p that are multiplied by the shape functions N or their gradients at the nodes; points:
+    the input arrays.
 
     By value: one row of four numbers, or four rows: the value at the point and its derivatives along x, y, z [per m]. By
     gradient: three rows, one for each axis. rule: kind of contribution, whose type selects the implementation.
@@ -118,8 +120,8 @@ def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
 
 @generic
 def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
-    """Return what is multiplied by N at the nodes of a point: one row of four numbers for each node of its stencil `about`, or
-    one for all.
+    """Return the values that are multiplied by N at the nodes of a point: one row of four numbers for each node of its
+    stencil `about`, or one for all.
 
     rows: result of `given`; cell: edge of a cell [m]. rule: see `given`.
     """
@@ -141,8 +143,9 @@ def row_of_node(rule: Any, line: Any, dz: float) -> Any:
 def scatter_block(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
     """Add the contributions `gives` of the n points of a block to the nodes.
 
-    mapped: the points (`MappedPoints`); start: number of the first point in the order of the slabs; found, first_node: shape
-    functions, see `find_functions`; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their sum.
+    mapped: the points (`MappedPoints`); start: number of the first point in the order of the slabs (blocks of grid cells);
+    found, first_node: shape functions, see `find_functions`; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their
+    sum.
     """
 
 

@@ -15,7 +15,7 @@ class MovingPoints(NamedTuple):
     """Points of a body and the rule by which `displacement` computes their displacement."""
 
     mapped: MappedPoints
-    rule: Any
+    rule: Any  # kind of motion, whose type selects `displacement`
 
 
 class Stay(NamedTuple):
@@ -65,8 +65,8 @@ def move_points(points: Bundle, dt: float) -> None:
 
 
 def move_points_jointly(points: Bundle, dt: float) -> None:
-    """Move the points of a body as `move_points` does, within a joint region (several loops over slabs that run as one parallel
-    loop), slab by slab after the other loops of the body."""
+    """Move the points of a body as `move_points` does, within a joint region (several loops over slabs, i.e. blocks of grid
+    cells, that run as one parallel loop), slab by slab after the other loops of the body."""
     _move_jointly(len(points.mapped.slabs.layers), points, dt)
 
 

@@ -10,7 +10,7 @@ from pellucid.jit import pointwise
 @pointwise
 def bounds_of(slabs, s):
     """Return the bounds for the points of slab s [cells from the lower walls]: lower and upper along the slowest axis in
-    memory, lower and upper along the axis of the cuts."""
+    memory, lower and upper along the axis on which rows of slabs are cut into slabs; slabs: `Slabs`."""
     return slabs.bounds[s, 0], slabs.bounds[s, 1], slabs.bounds[s, 2], slabs.bounds[s, 3]
 
 
@@ -24,8 +24,8 @@ def in_cells(lattice, place):
 
 @pointwise
 def strays(lattice, X, Y, Z, bounds):
-    """Return 1.0 if a point at X, Y, Z, in cells from the lower walls, is outside the bounds of its slab (see `bounds_of`),
-    else 0.0."""
+    """Return 1.0 if a point at X, Y, Z, in cells from the lower walls, is outside the bounds of its slab (a block of grid
+    cells, see `bounds_of`), else 0.0."""
     main, second = lattice.slab_axis, lattice.cut_axis
     along = X if main == 0 else (Y if main == 1 else Z)
     across = X if second == 0 else (Y if second == 1 else Z)
@@ -53,15 +53,15 @@ def fault_of_place(place):
 
 @pointwise
 def comes_first(fault, first):
-    """Return True if a slab reports the fault code `fault` instead of the one that it found first. A point that left the grid
-    may be allowed to, so any other fault has priority."""
+    """Return True if a slab (a block of grid cells) reports the fault code `fault` instead of the one that it found first.
+    A point that left the grid may be allowed to, so any other fault has priority."""
     return fault != OK and (first == OK or (first == LOST and fault != LOST))
 
 
 @pointwise
 def placed(lattice, x, p, dx, dy, dz, bounds):
     """Move point p of the positions x [m] by (dx, dy, dz) [m]; return the fault code of its new position, and 1 if it is
-    outside the bounds of its slab (see `bounds_of`), else 0."""
+    outside the bounds of its slab (a block of grid cells, see `bounds_of`), else 0."""
     x[p, 0] += dx
     x[p, 1] += dy
     x[p, 2] += dz

@@ -15,7 +15,8 @@ NO_MAXIMUM = -1
 
 
 class Found(NamedTuple):
-    """Result of a pass at a point: output, contributions to sums, value for a maximum, and fault code."""
+    """Result of a pass (a loop over points) at one point: output, contributions to sums, value for a maximum, and fault
+    code."""
 
     kept: Any  # output of the point, a value for each array of `kept`
     sums: Any  # contributions to the sums, in the order of `Declaration.sums`
@@ -25,9 +26,11 @@ class Found(NamedTuple):
 
 @generic
 def looked_up(rule: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
-    """Return values of a point needed before gathering, e.g. from a table; branches are allowed.
+    """Return values of a point that a pass (a loop over points) needs before it gathers nodal values, e.g. from a table;
+    branches are allowed.
 
-    rule: `Declaration.rule`; functions: shape functions along x, y, z; about: the stencil of the point; p: its input values.
+    rule: `Declaration.rule`; functions: shape functions along x, y, z; about: the stencil of the point; p: its input
+    values.
     """
 
 
@@ -43,7 +46,7 @@ def gathered(rule: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any
 
 @generic
 def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> Any:
-    """Return the results of a pass at a point (`Found`) after a step dt [s].
+    """Return the results of a pass (a loop over points) at one point (`Found`) after a step dt [s].
 
     task: operation of the pass; p: input values of the point; known: result of `looked_up`; g: result of `gathered`.
     """
@@ -51,8 +54,8 @@ def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> 
 
 @generic
 def in_cell(task: Any, p: Any, g: Any) -> Any:
-    """Return the number that a point adds to the sums of its grid cell, if the pass sums over cells; arguments as in
-    `at_point`."""
+    """Return the number that a point adds to the sums of its grid cell, if the pass (a loop over points) sums over cells;
+    arguments as in `at_point`."""
 
 
 @default_function(looked_up)
@@ -66,7 +69,7 @@ def _nothing_gathered(rule, about, lattice, nodes, p, known):
 
 
 class Declaration(NamedTuple):
-    """Options of a pass for the loop that executes it, in addition to input and output.
+    """Options of a pass (a loop over points) for the function that executes it, in addition to input and output.
 
     Values of points are numbers and tuples of numbers; examples define their types.
     """
@@ -81,60 +84,64 @@ class Declaration(NamedTuple):
 
 
 class PointRows(NamedTuple):
-    """Arrays from which the input of a pass is read, or to which its output is written, and the order of the points in them."""
+    """Arrays from which the input of a pass (a loop over points) is read, or to which its output is written, and the order
+    of the points in them."""
 
     index: Any  # `InOrder` or `ByIndex`
     like: Any  # example of the values of one point
-    arrays: Any
+    arrays: Any  # (nested tuples of) arrays of all points
 
 
 class Gathering(NamedTuple):
-    """Data of the part of a pass that gathers values from the nodes. They do not depend on the law of a pass."""
+    """Data of the part of a pass (a loop over points) that gathers values from the grid nodes. They do not depend on the
+    material law of the pass."""
 
-    rule: Any
-    functions: Any
-    lattice: Any
-    nodes: Any
-    read_like: Any
-    known_like: Any
-    gathered_like: Any
+    rule: Any  # first argument of `looked_up` and `gathered`
+    functions: Any  # shape functions along x, y, z
+    lattice: Any  # `Lattice`
+    nodes: Any  # nodal arrays, `Nodes`
+    read_like: Any  # example of the input values of one point that `looked_up` and `gathered` read
+    known_like: Any  # example of the values of `looked_up`
+    gathered_like: Any  # example of the values of `gathered`
     lines: np.ndarray  # `cache_lines` of the input arrays; none if the points are not in order
 
 
 class Evaluation(NamedTuple):
-    """Data of the part of a pass that evaluates `at_point`. They do not depend on the shape functions."""
+    """Data of the part of a pass (a loop over points) that evaluates `at_point`, the physics of a point. They do not depend
+    on the shape functions."""
 
-    task: Any
-    lattice: Any
-    read_like: Any
-    known_like: Any
-    gathered_like: Any
-    found_like: Any
+    task: Any  # operation of the pass, first argument of `at_point`
+    lattice: Any  # `Lattice`
+    read_like: Any  # example of the input values of one point
+    known_like: Any  # example of the values of `looked_up`
+    gathered_like: Any  # example of the values of `gathered`
+    found_like: Any  # example of `Found`
 
 
 class Accounting(NamedTuple):
-    """Data for the sums and faults of a pass, which depend neither on the law nor on the shape functions."""
+    """Data for the sums and faults of a pass (a loop over points). They depend neither on the material law nor on the shape
+    functions."""
 
-    lattice: Any
-    index: Any
-    slabs: Bundle
+    lattice: Any  # `Lattice`
+    index: Any  # `InOrder` or `ByIndex`
+    slabs: Bundle  # of `Slabs`
 
 
 class PassPoints(NamedTuple):
-    """A pass and the points of a body, as arguments of the loop. Each part is a bundle, for a kernel that other passes
-    share."""
+    """A pass (a loop over points) and the points of a body, as arguments of `each_point`. Each part is a bundle, for a
+    kernel that other passes share."""
 
     mapped: Bundle  # of `MappedPoints`
     read: Bundle  # of `PointRows`
-    gathering: Bundle
-    evaluation: Bundle
-    accounting: Bundle
+    gathering: Bundle  # of `Gathering`
+    evaluation: Bundle  # of `Evaluation`
+    accounting: Bundle  # of `Accounting`
     kept: Bundle  # of `PointRows`
     giving: Bundle  # of `GivingPoints`: contribution to the nodes after the pass, see `gifts`
     to_cells: Any  # `NotToCells` or `ToCells`
     sums: np.ndarray  # columns of `Slabs.sums`
-    largest: int
-    places: int
+    largest: int  # column of `Slabs.sums` for a maximum, negative if there is none
+    places: int  # 1 if the pass moves the points, else 0
     by_colour: bool  # True if the pass may contribute to nodes or cells; its loop then always runs by colour
 
 
@@ -187,28 +194,30 @@ def pass_points(
 
 
 class PassAlone(NamedTuple):
-    """A pass over the points of a body that a benchmark runs alone, to measure its speed."""
+    """A pass (a loop over the points of a body) that a benchmark runs alone, to measure its speed."""
 
     run: Callable[[], None]
     traffic: list[np.ndarray]  # point arrays that the pass reads and writes
 
 
 def traffic_of(points: Bundle) -> list[np.ndarray]:
-    """Return the point arrays that a pass, built by `pass_points`, reads and writes."""
+    """Return the point arrays that a pass (a loop over points, built by `pass_points`) reads and writes."""
     return arrays_in(points.read.arrays) + arrays_in(points.kept.arrays)
 
 
 def arrays_in(values: Any) -> list[np.ndarray]:
-    """Return the arrays in (nested) tuples of input or output of a pass."""
+    """Return a list of all arrays in `values`, an array or (nested) tuples of arrays, such as the input or output of a pass
+    (a loop over points)."""
     return [array for part in values for array in arrays_in(part)] if isinstance(values, tuple) else [values]
 
 
 class NotToCells(NamedTuple):
-    """Points contribute nothing to their cells."""
+    """Option of a pass (a loop over points): the points add nothing to sums over grid cells."""
 
 
 class ToCells(NamedTuple):
-    """Points add a number (`in_cell`) to a column of the sums of the grid cells that contain them."""
+    """Option of a pass (a loop over points): the points add a number (`in_cell`) to a column of the sums of the grid cells
+    that contain them."""
 
     into: np.ndarray  # (cells, columns)
     column: int
