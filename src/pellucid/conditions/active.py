@@ -127,7 +127,7 @@ class ActiveConditions:
             condition.restore(own)
 
     def works(self) -> list[StepWork]:
-        """Return work and impulses over the step of each condition, without conditions whose work the nodes or bodies record
-        themselves."""
+        """Return the work and the impulses of each condition over the step; conditions whose work the nodes or bodies
+        record themselves are left out."""
         works = (condition.work() for condition in self._active)
         return [work for work in works if work is not None]

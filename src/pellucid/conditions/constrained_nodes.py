@@ -151,8 +151,9 @@ def constrain_nodes(
 
 
 def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
-    """Return friction and opening data of the supports, and which nodes are held by walls with friction or by opening walls;
-    constrained: 1 + index of the support that constrains each node along each axis, else 0, shape (nodes, 3)."""
+    """Return the friction and opening data of the supports, and the nodes that walls with friction or opening walls (walls
+    that bodies can leave) constrain, as `YieldingWalls`; constrained: 1 + index of the support that constrains each node
+    along each axis, else 0, shape (nodes, 3)."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
     friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]
@@ -188,8 +189,8 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
 
 def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
-    """Return a support that acts on at most one face as a `NodalSupport`; nodes: mask of the nodes that it constrains, shape
-    (n,)."""
+    """Convert a support, which acts on at most one face of the grid, to a `NodalSupport`; nodes: mask of the nodes that it
+    constrains, shape (n,)."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
     until = inf if support.until is None else support.until

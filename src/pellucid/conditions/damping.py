@@ -35,7 +35,7 @@ class Damping(Condition):
 
 
 class ActiveDamping(ActiveCondition):
-    """Applies the drag of a `Damping` to its body in each step."""
+    """Applies the drag force of a `Damping`, proportional to mass and velocity, to its body in each step."""
 
     def __init__(self, damping: Damping, assembly: Assembly) -> None:
         self._damping, self._layout = damping, assembly.layout

@@ -43,8 +43,9 @@ class DrivenPoints(NamedTuple):
 
 @pointwise
 def _run_end(first_node, motion, q, n):
-    """Return the index after the last point of the group (see the module) that starts at point q of a block; first_node:
-    first node of each point; motion: number of the motion of each point; n: number of points of the block."""
+    """Return the index after the last point of the group that starts at point q of a block; a group is a sequence of points
+    with the same nodes and the same motion. first_node: first node of each point; motion: number of the motion of each
+    point; n: number of points of the block."""
     end, node, number = q + 1, first_node[q], motion[q]
     while end < n and first_node[end] == node and motion[end] == number:
         end += 1
@@ -53,12 +54,13 @@ def _run_end(first_node, motion, q, n):
 
 @pointwise
 def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares):
-    """Distribute the masses of the points q to `end` - 1, which form a group, to its nodes: add them to `shares`, the mass of
-    the group at each node [kg]; return the nodes with their weights (stencil).
+    """Distribute the masses of the points q to `end` - 1, which form a group (they have the same nodes and motion), to its
+    nodes: add them to `shares`, the mass of the group at each node [kg]; return the nodes with their weights (stencil).
 
     functions, found, first_node: shape functions of the grid and their values at the points of the block; index, mass:
     storage indices and masses [kg] of the body's points; start: first point of the block; m: scratch array for the masses
     of the points; set to zero after the end of the group, so that whole vectors can be read.
+
     """
     for r in range(q, end):
         m[uintp(r)] = mass[place_of(index, start + r)]
@@ -99,9 +101,9 @@ class Run(NamedTuple):
 
 @generic
 def at_run(task: Any, s: int, mapped: Any, drive: Any, nodes: Any, start: int, run: Any, m: Any, shares: Any) -> None:
-    """Apply a pass (`task`: `Constrain` or `Prescribe`) to a group of points (`run`) of slab s. mapped, drive, nodes: see the
-    module; start: first point of the block of the group; m: masses of the points [kg]; shares: part of the group's mass
-    that each node carries [kg]."""
+    """Apply a pass (`task`: `Constrain` or `Prescribe`) to a group of points (`run`) of slab s. mapped, drive, nodes: as in
+    `constrain_nodes`; start: first point of the block of the group; m: masses of the points [kg]; shares: part of the
+    group's mass that each node carries [kg]."""
 
 
 @point_function(at_run, Constrain)
@@ -185,15 +187,16 @@ def _constrain_nodes_of(n, mapped, drive, nodes):
 
 
 def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
-    """Add the mass and prescribed momentum of the driven points in n slabs to `nodes.mass` and `nodes.momentum`; arguments as
-    in the module."""
+    """Add the mass and the prescribed momentum of the driven points in n slabs (sets of points, each updated by one thread)
+    to `nodes.mass` and `nodes.momentum`. mapped, drive, nodes: bundles (arrays as the compiled code receives them) of the
+    body's `MappedPoints`, of its `DrivenPoints` and of the `DrivenNodes` of its grid."""
     joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), lambda: [nodes.mass, nodes.momentum])
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
-    """Set the prescribed velocities of the driven points in n slabs (arguments as in the module). Add the work of the
-    motions, the kinetic energy lost, and the impulses on points and nodes to `drive.taken`."""
+    """Set the prescribed velocities of the driven points in n slabs. Add the work of the motions, the kinetic energy lost,
+    and the impulses on points and nodes to `drive.taken`. Arguments as in `constrain_nodes`."""
     joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
@@ -211,7 +214,7 @@ def _prescribed(rule, mapped, p, dt):
 class To(NamedTuple):
     """Rule by which `pellucid.grid.passes.moving` displaces points in a step: each point is moved to its target position."""
 
-    target: np.ndarray  # (n, 3) [m]
+    target: np.ndarray  # (n, 3) target positions [m]
 
 
 @point_function(displacement, To)

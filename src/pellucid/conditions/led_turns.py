@@ -34,8 +34,9 @@ class Rotations(Model):
 
 
 def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
-    """Yield findings about a motion that prescribes the motion of a rigid body or a rotation. body: model of the body of the
-    motion; path, parts: as in `Part.problems`; others: the motions listed before it."""
+    """Yield findings if a body is not rigid but its motion prescribes or prevents a rotation, or if a motion of a rigid
+    body has a `part`, a rotation that a thin grid does not allow, or a component that another motion already prescribes.
+    body: model of the body of the motion; path, parts: as in `Part.problems`; others: the motions listed before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
         text = f"body {body.name} is not rigid: its points can only follow displacements"

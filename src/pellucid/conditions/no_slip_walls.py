@@ -10,8 +10,8 @@ where u is the velocity profile that is zero on the surface and passes through t
 on the normal (see `pellucid.conditions.rigid.no_slip`). The momentum that the fluid loses to the wall thus equals the
 viscous flux of the profile, for any position of the surface between the nodes. No node near the surface has a prescribed
 velocity along it, which would drag the fluid beyond. Nodes in the region and within half a cell of it have the velocity of
-the wall normal to the surface. Points do not fill the last layer of cells: nodes with less mass than the part of their
-volume outside the region transfer the missing share of their impulse to their neighbours.
+the wall normal to the surface. Points do not fill the last layer of cells: a node with less mass than fluid would have in
+the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
 Requirements: material points of viscous fluids with APIC and one viscosity that is not implicit; a velocity field that they
 share at most with rigid bodies; a support that holds all directions and does not end. Near a rigid body the nodes of the
@@ -68,7 +68,8 @@ class WallSurface(NamedTuple):
 
 
 class NoSlipWall(ActiveCondition):
-    """Active condition of the no-slip wall that one support makes in one velocity field (see the module)."""
+    """Active condition of the no-slip wall that one support makes in one velocity field: fluid does not slip on the surface
+    of the support's region, wherever the surface lies between the nodes."""
 
     def __init__(
         self,
@@ -154,8 +155,8 @@ class NoSlipWall(ActiveCondition):
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
-        """Return the impulses on the nodes [N s], shape (n, 3), after part of them has been moved from nodes whose volume
-        the points fill only partially to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes [kg],
+        """Return the impulses on the nodes [N s], shape (n, 3), after nodes whose volume is only partly filled by points
+        have passed a part of theirs to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes [kg],
         shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
@@ -175,8 +176,8 @@ class NoSlipWall(ActiveCondition):
 
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
-    """Return the active no-slip walls in all velocity fields with suitable fluids (see the module); supports: each acts on
-    at most one face."""
+    """Return the active no-slip walls in all velocity fields with suitable fluids (viscous, of material points, with APIC);
+    supports: each acts on at most one face."""
     walls = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]

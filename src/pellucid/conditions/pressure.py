@@ -97,8 +97,9 @@ class Pressure(ChangesInTime, Condition):
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a pressure that acts on a region (`where`) of a membrane; path, parts: as in `Part.problems`;
-        body: model of the membrane."""
+        """Yield findings if a pressure cannot act on a region (`where`) of a membrane: the body takes pressure on all of it
+        only, the problem is plane, or the region contains no faces. path, parts: as in `Part.problems`; body: model of the
+        membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
@@ -109,7 +110,8 @@ class Pressure(ChangesInTime, Condition):
             yield from faults(where, start, path, self.body, faces=True, by_centre=True)
 
     def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a membrane with a prescribed volume (`given`); path, parts: as in `Part.problems`."""
+        """Yield findings if a membrane cannot have the prescribed volume `given`: it encloses no volume, starts with
+        another volume, or another condition determines its pressure. path, parts: as in `Part.problems`."""
         wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
         yield from wrong
         body = parts.named(BodyModel, self.body)
@@ -138,8 +140,8 @@ class Pressure(ChangesInTime, Condition):
         return bound_of_spring(spring, critical(spring, start.mobility), start.mobility)
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason why no steady state can be computed with a prescribed volume: the relaxation does not
-        include the stiffness of its spring. None for a prescribed pressure."""
+        """Return the reason why no steady state can be computed with a prescribed volume: the relaxation does not include
+        the stiffness of the spring that enforces the volume. None for a prescribed pressure."""
         if self.volume is None:
             return None
         return Reason(

@@ -14,7 +14,8 @@ OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 
 
 class Sliding(Condition):
-    """Contact with or without friction; probes read its force by its name."""
+    """Base of the data models of contacts and walls: sliding with or without friction. A probe (a requested history of a
+    quantity) reads the contact force by the name of the condition."""
 
     name: str | None = name_parameter(
         "name of the contact or wall, for probes of its force: on the first body, or on all bodies at a wall", None

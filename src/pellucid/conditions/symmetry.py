@@ -11,7 +11,8 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
     """Return, as planes of symmetry, the faces of the grid that supports hold at rest along their normals; surfaces are
     continued beyond them as mirror images.
 
-    Constraints along the face and the bodies of the supports do not matter.
+    Supports that also constrain directions along the face, or that name a body, count as well.
+
     """
     planes = []
     for axis, name in enumerate("xyz"):
@@ -23,6 +24,6 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
 
 
 def seams(grid: GridCase) -> list[Seam]:
-    """Return the seams of a periodic grid, one for each periodic axis."""
+    """Return the seams of a periodic grid (pairs of opposite faces that are identified), one for each periodic axis."""
     ends = enumerate(zip(grid.lower, grid.periods(), strict=True))
     return [Seam(axis, low, period) for axis, (low, period) in ends if period > 0.0]

@@ -61,11 +61,12 @@ class Wall(Sliding):
         return normal
 
     def plane(self) -> WallPlane:
-        """Return the plane at time 0."""
+        """Return the plane of the wall at time 0."""
         return WallPlane(self.point, self.normal, self.velocity)
 
     def touching(self, bodies: Sequence[BodyModel]) -> list[BodyModel]:
-        """Return the bodies in contact with the wall: the listed bodies, or all bodies that can have contact with walls."""
+        """Return the bodies on which the wall can act: those that its key `bodies` lists, or else all bodies that can have
+        contact with walls."""
         return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

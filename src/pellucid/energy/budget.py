@@ -55,7 +55,7 @@ class Totals:
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
     def to_data(self) -> dict[str, object]:
-        """Return the sums for a checkpoint, as JSON data."""
+        """Return the sums over the points of the body for a checkpoint, as JSON data."""
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
@@ -156,10 +156,11 @@ class EnergyBudget:
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
     def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
-        """Enter in the balance the points that left a body after a step was recorded. bodies: their state without these points.
-        left: sums over these points. dt: length of the step [s].
+        """Add to the balance the mass, momentum and energy of points that left a body after a step was recorded. bodies:
+        their state without these points. left: sums over these points. dt: length of the step [s].
 
         The staggering energy of the points is also removed, so that no error changes.
+
         """
         staggered = dt * left.half_power
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
@@ -174,8 +175,8 @@ class EnergyBudget:
         self.left_stored += left.stored
 
     def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
-        """Enter in the balance the points that entered a body after a step was recorded. bodies: their state with these points.
-        entered: sums over these points."""
+        """Add to the balance the mass, momentum and energy of points that entered a body after a step was recorded. bodies:
+        their state with these points. entered: sums over these points."""
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
@@ -292,8 +293,8 @@ class EnergyBudget:
 
     @staticmethod
     def _sums(bodies: Sequence[Balanced]) -> tuple[float, float, float, float, float]:
-        """Sum over all bodies: kinetic and stored energy [J], half the power of internal forces, power of the artificial
-        viscosity [W], Σ m|v| [kg m/s]."""
+        """Return sums over all bodies: kinetic energy and stored energy [J], half the power of the internal forces [W],
+        power of the artificial viscosity [W], and Σ m|v| over the points [kg m/s]."""
         totals = [body.totals for body in bodies]
         rows = ((of.kinetic, of.stored, of.half_power, of.heating, of.momentum_size) for of in totals)
         kinetic, stored, half_power, heating, size = (sum(numbers) for numbers in zip(*rows, strict=True))
@@ -327,7 +328,8 @@ class AngularMomentum(NamedTuple):
 
 
 class Turning(Protocol):
-    """Interface of a body for the balance of angular momentum."""
+    """Interface of a body for the balance of angular momentum: `angular_momentum` about a point [m], shape (3,), and
+    `stored_field`, which returns an array of its points by name (`mass` [kg], shape (n,), `position` [m], shape (n, 3))."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum: ...
     def stored_field(self, name: str) -> np.ndarray: ...
@@ -350,13 +352,14 @@ class AngularBalance:
 
     def error(self, bodies: Sequence[Turning]) -> float:
         """Return the largest change of a component of the angular momentum since the start, relative to the largest Σ m |r|
-        |v|; 0 if no point has moved."""
+        |v| so far, with the position r relative to the common centre of mass at the start; 0 if no point has moved."""
         now, size = self._sum(bodies)
         scale = max(self._scale, size)
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
 
     def observe(self, bodies: Sequence[Turning]) -> float:
-        """Update the largest Σ m |r| |v| with the present state, and return the error."""
+        """Update the largest Σ m |r| |v|, the reference of the error, with the present state, and return the error, see
+        `error`."""
         self._scale = max(self._scale, self._sum(bodies)[1])
         return self.error(bodies)
 

@@ -36,7 +36,7 @@ class PointMaterial(BodyMaterial):
     """Kind of the stored energy: "internal" for internal energy including heat, "strain" for recoverable strain energy."""
 
     flows: ClassVar[bool] = False
-    """True for a fluid, in hydrostatic equilibrium by its pressure alone; it implements `at_rest`."""
+    """True for a fluid: its pressure alone can hold it in hydrostatic equilibrium, which `at_rest` computes."""
 
     @property
     def keeps_heat(self) -> bool:
@@ -58,13 +58,13 @@ class PointMaterial(BodyMaterial):
         return None
 
     def too_soft(self, density: float) -> str | None:
-        """Return a description of the problem if the mean density of a liquid [kg/m³] exceeds the limit of compression for
-        which its law is meant, since its sound speed is too small for the loads; None otherwise."""
+        """Return a description of the problem if a liquid is compressed too much, i.e. if its mean density [kg/m³] exceeds
+        the limit for which its law is meant because its sound speed is too small for the loads; None otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return the state arrays of points of a liquid, by name, after its pressure is increased by `more` [Pa]; for other
-        materials, the arrays unchanged."""
+        """Return the state arrays of points of a liquid, by name, after its pressure is increased by `more` [Pa] at
+        constant volume, so that the masses increase; for other materials, the arrays unchanged."""
         return arrays
 
     def with_implicit_viscosity(self) -> Self | None:
@@ -92,12 +92,12 @@ class PointMaterial(BodyMaterial):
         return signal_speed(law, self.initial_state(), self.density, ZERO_GRADIENT, length), diffusivity(law, self.density)
 
     def signals_compressed(self, length: float) -> float:
-        """Return the signal speed [m/s] in the initial state under infinitesimally slow compression, which includes the linear
-        artificial viscosity; length: cell size [m]."""
+        """Return the signal speed [m/s] in the initial state, with the linear artificial viscosity that acts in
+        compression, for infinitesimally slow compression; length: cell size [m]."""
         return signal_speed(self.law(), self.initial_state(), self.density, SQUEEZED, length)
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """Yield key, text and remedy for each problem of keys that are invalid together."""
+        """Yield key, text and remedy for each problem of the keys, e.g. keys whose values contradict each other."""
         yield from ()
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
@@ -122,8 +122,8 @@ class PointMaterial(BodyMaterial):
 
     @property
     def probed_fields(self) -> tuple[str, ...]:
-        """Names of the fields that probes read in addition to the fields of every body: the stored energy, and scalars,
-        vectors and symmetric tensors of the state."""
+        """Names of the fields that probes (requested histories of a quantity) can read in addition to the fields of every
+        body: the stored energy, and scalars, vectors and symmetric tensors of the state."""
         own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
         return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))
 

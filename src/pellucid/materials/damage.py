@@ -23,7 +23,9 @@ class Undamaged(NamedTuple):
 
 
 class Elastodamage(NamedTuple):
-    """Parameters of the damage law (see the module): elastic limit S_L, stiffness loss c₀, rate c₁ and the failure strain."""
+    """Parameters of the damage law, which multiplies the elastic stress by 1 + c₀ (exp(-c₁ ω) - 1), with the damage ω =
+    max(0, ε_max/S_L - 1) for the largest principal strain ε_max so far: elastic limit S_L, stiffness loss c₀, rate c₁, and the
+    strain at which a point fails."""
 
     elastic_limit: float
     stiffness_loss: float
@@ -34,7 +36,7 @@ class Elastodamage(NamedTuple):
 class DamageRecord(NamedTuple):
     """Damage state of points; arrays of length 0 without damage."""
 
-    damage: np.ndarray  # (n,) ω
+    damage: np.ndarray  # (n,) damage variable ω, 0 for undamaged points
     failed: np.ndarray  # (n,) 1 for a failed point, else 0
     dissipated_energy: np.ndarray  # (n,) work of the stress dissipated by damage [J/kg]
 
@@ -61,7 +63,7 @@ class DamageCase(Model):
             raise ValueError(f"{text}; set failure_strain above elastic_limit")
 
     def law(self) -> Elastodamage:
-        """Return the damage law in the form for kernels."""
+        """Return the damage law, as a NamedTuple of its parameters for the kernels."""
         return Elastodamage(self.elastic_limit, self.stiffness_loss, self.rate, self.failure_strain)
 
 
@@ -102,7 +104,8 @@ def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float
 @generic
 def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
     """Add the energy per unit mass dissipated by damage in the step [J/kg] to the record of point p; work: work of the
-    stress so far [J/kg]; kept: stiffness divided by the stiffness before the step."""
+    stress on the point since the start [J/kg]; kept: stiffness divided by the stiffness before the step. The recoverable
+    part of the work is proportional to the stiffness."""
 
 
 @point_function(has_failed, Undamaged)

@@ -35,7 +35,7 @@ def isochoric_stiffness(law: Law, F: Tensor) -> float:
 
 
 class DecoupledMaterial(HyperelasticMaterial):
-    """Base of hyperelastic solids with a decoupled energy."""
+    """Base of hyperelastic solids whose energy is the sum of an isochoric and a volumetric part."""
 
     @abstractmethod
     def moduli(self) -> tuple[float, float]:
@@ -49,7 +49,7 @@ class DecoupledMaterial(HyperelasticMaterial):
 
 
 class BulkMaterial(DecoupledMaterial):
-    """Base of decoupled solids with a given bulk modulus."""
+    """Base of hyperelastic solids with separate isochoric and volumetric energies and a given bulk modulus."""
 
     bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
 
@@ -66,8 +66,8 @@ class BulkMaterial(DecoupledMaterial):
 
 
 def decoupled(law: type[LawType]) -> type[LawType]:
-    """Class decorator: like `hyperelastic`, for a law that defines only the isochoric part of energy and stress; the
-    volumetric part follows from the bulk modulus."""
+    """Class decorator for a law that defines only the isochoric part of energy and stress: add the volumetric part, which
+    follows from the bulk modulus, and register the functions of a hyperelastic law as `hyperelastic` does."""
     hyperelastic(law)
     point_function(energy, law)(_energy)
     point_function(cauchy_stress, law)(_cauchy_stress)

@@ -1,4 +1,4 @@
-"""Material of a diffusing field."""
+"""Material of a field that diffuses, such as a concentration."""
 
 from typing import Literal
 
@@ -14,5 +14,5 @@ class DiffusiveMaterial(BodyMaterial):
     diffusivity: float = parameter("m^2/s", "coefficient of diffusion D", gt=0)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Return zeros: there are no waves."""
+        """Return zero for both wave speeds: there are no waves."""
         return 0.0, 0.0

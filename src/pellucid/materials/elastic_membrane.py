@@ -12,11 +12,12 @@ from pellucid.materials.wrinkling import unwrinkled
 
 
 class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
-    """Base of isotropic elastic membranes made of a solid."""
+    """Base of isotropic elastic membranes given by Young's modulus and Poisson's ratio of the solid they consist of."""
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """Return the elastic law in the form for kernels, without wrinkling: the membrane also carries compression."""
+        """Return the elastic law, as a NamedTuple of its parameters for the kernels, without wrinkling: the membrane also
+        carries compression."""
 
     def plain_law(self, thickness: float) -> Law:
         return self.elastic_law()

@@ -19,32 +19,34 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
 class ConservativeEnergy(NamedTuple):
-    """Option `conservative`: the energy already includes the work of the nodal forces, see `pellucid.grid.velocities`."""
+    """Option `conservative` of the energy update of a fluid: the energy already includes the work of the nodal forces, see
+    `pellucid.grid.velocities`."""
 
     unused: int = 0  # a NamedTuple without fields has no compiled type
 
 
 class ClosedEnergy(NamedTuple):
-    """Option `closed`: backward Euler, solved exactly."""
+    """Option `closed` of the energy update of a fluid: backward Euler, solved exactly."""
 
     unused: int = 0
 
 
 class ExplicitEnergy(NamedTuple):
-    """Option `explicit`: forward Euler with the stress at the start of the step."""
+    """Option `explicit` of the energy update of a fluid: forward Euler with the stress at the start of the step."""
 
     unused: int = 0
 
 
 class IteratedEnergy(NamedTuple):
-    """Option `iterated`: backward Euler, solved by Newton's method."""
+    """Option `iterated` of the energy update of a fluid: backward Euler, solved by Newton's method."""
 
     tolerance: float = 1e-12  # relative to the energy scale of the step
     limit: int = 50
 
 
 class MidpointEnergy(NamedTuple):
-    """Option `midpoint`: mean of the stresses at the start and the end of the step, solved exactly."""
+    """Option `midpoint` of the energy update of a fluid: mean of the stresses at the start and the end of the step, solved
+    exactly."""
 
     unused: int = 0
 
@@ -65,10 +67,11 @@ def new_energy(
     """Return the specific energy at the end of the step [J/kg]; nan if an iteration does not converge or the compression in
     the step is too large for backward Euler.
 
-    mode: option of the module; eos: equation of state; energy: specific energy before the update [J/kg]; density: at the
-    end of the step [kg/m³]; trD: volume rate tr D [1/s]; old_work: work dt/ρ σ_k:D of the stress σ_k at the start of the
-    step [J/kg]; other_work: work dt/ρ (τ - q I):D of the viscous stress τ and the artificial pressure q, i.e. without the
-    pressure P [J/kg]; dt: step [s].
+    mode: option of the energy update, such as `ClosedEnergy`; eos: equation of state; energy: specific energy before the
+    update [J/kg]; density: at the end of the step [kg/m³]; trD: volume rate tr D [1/s]; old_work: work dt/ρ σ_k:D of the
+    stress σ_k at the start of the step [J/kg]; other_work: work dt/ρ (τ - q I):D of the viscous stress τ and the artificial
+    pressure q, i.e. without the pressure P [J/kg]; dt: step [s].
+
     """
 
 

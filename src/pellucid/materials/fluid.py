@@ -128,8 +128,8 @@ class FluidMaterial(PointMaterial):
         return pressure_line(self.law().eos, self.density)[1] == 0.0
 
     def too_soft(self, density: float) -> str | None:
-        """Return a description of the problem if the mean density [kg/m³] of a fluid whose pressure depends only on the
-        density exceeds the limit of compression, with the sound speed that the fluid needs; None otherwise."""
+        """Return a description of the problem if a liquid (a fluid whose pressure depends only on the density) is
+        compressed too much at its mean density [kg/m³], with the sound speed that it needs; None otherwise."""
         squeezed = 1.0 - self.density / density
         if squeezed <= SOFT or not self.is_liquid:
             return None
@@ -140,8 +140,9 @@ class FluidMaterial(PointMaterial):
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Return the state arrays, by name, of points of a liquid, i.e. with a pressure that depends only on the density,
-        after isentropic compression that raises the pressure by `more` [Pa]; for other fluids, the arrays unchanged."""
+        """Return the state arrays, by name, of points of a liquid (its pressure depends only on the density) after
+        isentropic compression that raises the pressure by `more` [Pa]; the points keep their volumes, and their masses
+        increase. For other fluids, the arrays unchanged."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
         if not self.is_liquid:
@@ -164,8 +165,8 @@ class FluidMaterial(PointMaterial):
         }
 
     def law(self) -> NewtonianFluid:
-        """Return the law in the form for kernels. It does not contain a viscosity that is solved for implicitly on the
-        nodes."""
+        """Return the law, as a NamedTuple of its parameters for the kernels. It does not contain a viscosity that is solved
+        for implicitly on the nodes."""
         mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),

@@ -68,7 +68,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
         return fibres
 
     def moduli(self) -> tuple[float, float]:
-        """Return the shear and bulk moduli of the matrix [Pa]."""
+        """Return the shear and bulk moduli [Pa] of the isotropic matrix around the fibres."""
         return self.shear_modulus, self.bulk_modulus
 
     def law(self) -> HolzapfelGasserOgden:

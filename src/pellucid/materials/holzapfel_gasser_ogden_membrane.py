@@ -87,14 +87,15 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
         return {self.elastic_law(): (surface_energy, surface_tension, surface_stiffness)}
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus 3G of the matrix [N/m]."""
+        """Return the shear modulus G and the area modulus 3G [N/m] of the isotropic matrix around the fibres."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 
 @pointwise
 def _matrix(F: Shape) -> tuple[InPlane, float, float]:
-    """Return three values for the matrix at the in-plane deformation gradient F: the derivative ∂I/∂C pushed forward to the
-    current surface, b - I/J² with the unit tensor I; the excess I - 3 of the invariant I of the module; and J⁻²."""
+    """Return three values for the isotropic matrix around the fibres at the in-plane deformation gradient F, with the
+    invariant I = tr C + 1/det C: its derivative ∂I/∂C pushed forward to the current surface, b - 1/J² times the unit
+    tensor; I - 3; and J⁻²."""
     b, J = left_stretch_squared(F), F[0] * F[3] - F[1] * F[2]
     inverse = 1.0 / (J * J)
     return (b[0] - inverse, b[1] - inverse, b[2]), (b[0] - 1.0) + (b[1] - 1.0) + (inverse - 1.0), inverse

@@ -39,7 +39,7 @@ class FiniteStrainState(NamedTuple):
 
 
 class HyperelasticMaterial(PointMaterial):
-    """Base of hyperelastic solids."""
+    """Base of the materials of hyperelastic solids, whose stress follows from a strain energy of the deformation gradient."""
 
     def initial_state(self) -> FiniteStrainState:
         return FiniteStrainState(NO_STRESS, IDENTITY)

@@ -14,7 +14,8 @@ from pellucid.materials.wrinkling import natural_width
 
 @generic
 def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
-    """Return the energy f per unit area and its derivatives f' and f'' as functions of I - 3 (`excess`), each in N/m."""
+    """Return the energy f per unit initial area and its derivatives f' and f'' with respect to the first invariant I, each
+    in N/m; excess: I - 3."""
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:
@@ -35,8 +36,8 @@ def invariant_based(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def invariant_excess(a: float, b: float) -> float:
-    """Return I - 3, with the first invariant I of the module, for the principal stretches a, b, accurate also for small
-    values."""
+    """Return I - 3, with the first invariant I = a² + b² + 1/(ab)² of an incompressible sheet with the principal stretches
+    a, b, accurate also for small values."""
     x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
     J = a * b
     return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)
@@ -44,7 +45,7 @@ def invariant_excess(a: float, b: float) -> float:
 
 @pointwise
 def invariant_slopes(a: float, b: float) -> tuple[float, float]:
-    """Return the slopes ∂I/∂a and ∂I/∂b of the first invariant for the principal stretches a, b."""
+    """Return the slopes ∂I/∂a and ∂I/∂b of the first invariant I = a² + b² + 1/(ab)² for the principal stretches a, b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)
@@ -52,7 +53,8 @@ def invariant_slopes(a: float, b: float) -> tuple[float, float]:
 
 @pointwise
 def invariant_curvatures(a: float, b: float) -> tuple[float, float, float]:
-    """Return the second derivatives ∂²I/∂a², ∂²I/∂b² and ∂²I/∂a∂b of the first invariant for the principal stretches a, b."""
+    """Return the second derivatives ∂²I/∂a², ∂²I/∂b² and ∂²I/∂a∂b of the first invariant I = a² + b² + 1/(ab)² for the
+    principal stretches a, b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 + 6.0 * inverse / (a * a), 2.0 + 6.0 * inverse / (b * b), 4.0 * inverse / J

@@ -30,7 +30,7 @@ class LipidFilm(BodyMaterial):
     exponent: float = parameter("", "c", 1.0, ge=1, le=9)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Return zeros: the inertia is neglected, so there are no waves."""
+        """Return zero for both wave speeds: the inertia is neglected, so there are no waves."""
         return 0.0, 0.0
 
     def pressure(self, density: np.ndarray) -> np.ndarray:
@@ -39,8 +39,8 @@ class LipidFilm(BodyMaterial):
         return np.asarray(self.stiffness * np.sign(excess) * np.abs(excess) ** self.exponent)
 
     def pressure_slope(self, density: np.ndarray) -> np.ndarray:
-        """Return the derivative of the surface pressure by the surface density, dp/dρ = a c |ρ - ρ₀|^(c-1) [m²/s²], at
-        surface densities [kg/m²]."""
+        """Return the derivative of the surface pressure with respect to the surface density, dp/dρ = a c |ρ - ρ₀|^(c-1)
+        [m²/s²], at surface densities ρ [kg/m²], with the stiffness a, the exponent c and the density ρ₀ at rest."""
         return np.asarray(self.stiffness * self.exponent * np.abs(density - self.density) ** (self.exponent - 1.0))
 
     def stored_energy(self, density: np.ndarray) -> np.ndarray:

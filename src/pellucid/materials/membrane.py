@@ -54,19 +54,20 @@ def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float,
 @generic
 def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
     """Return the stress in the local frame of a point [Pa] and the ratio of the thickness to its value at rest, (σ11, σ22,
-    σ12, ratio), for a membrane without damage; shape: see the module."""
+    σ12, ratio), for a membrane without damage; shape: in-plane strain or deformation gradient (4-tuple)."""
 
 
 @generic
 def largest_strain(law: Law, shape: Shape) -> float:
-    """Return the largest in-plane principal strain of a shape (see the module); for laws of finite strain, the logarithmic
-    strain."""
+    """Return the largest in-plane principal strain of a shape (in-plane strain or deformation gradient, as a 4-tuple); for
+    laws of finite strain, the logarithmic strain."""
 
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Return the speed of the fastest in-plane wave [m/s] at a shape (see the module) and a density [kg/m³] from the
-    stiffness alone, i.e. from the tangent of the Kirchhoff stress; tension, which increases the speed, is not included."""
+    """Return the speed of the fastest in-plane wave [m/s] at a shape (in-plane strain or deformation gradient, as a
+    4-tuple) and a density [kg/m³] from the stiffness alone, i.e. from the tangent of the Kirchhoff stress; tension, which
+    increases the speed, is not included."""
 
 
 @pointwise
@@ -84,16 +85,16 @@ def fastest_wave(wave, tension, density):
 
 
 def wave_in_shape(law: Law, shape: Shape, density: float) -> float:
-    """Return the speed of the fastest small wave on a membrane with this in-plane shape (see the module) and density
-    [kg/m³], in m/s."""
+    """Return the speed [m/s] of the fastest small wave on a membrane with this shape (in-plane strain or deformation
+    gradient, as a 4-tuple) and density [kg/m³]."""
     s11, s22, s12, _ = plane_response(law, shape)
     return float(fastest_wave(plane_wave_speed(law, shape, density), principal_tension(s11, s22, s12), density))
 
 
 @generic
 def plane_diffusivity(law: Law, shape: Shape, density: float) -> float:
-    """Return the kinematic viscosity (2μ + λ)/ρ of in-plane pressure waves [m²/s], with the viscosities μ and λ [Pa s], at a
-    shape (see the module) and a density ρ [kg/m³]; default: 0."""
+    """Return the kinematic viscosity (2μ + λ)/ρ of in-plane pressure waves [m²/s], with the viscosities μ and λ [Pa s] and
+    the density ρ [kg/m³]; default: 0. shape: in-plane strain or deformation gradient (4-tuple)."""
 
 
 @default_function(plane_diffusivity)
@@ -125,8 +126,9 @@ def _without_viscosity(law, stress, D, ratio):
 
 @generic
 def record_loss(law: Law, dissipated: np.ndarray, p: int, D: InPlane, ratio: float, scale: float) -> None:
-    """Add the viscous dissipation per unit volume [W/m³], times `scale`, to `dissipated` at point or element p; D, ratio: as
-    in `with_viscosity`."""
+    """Add the viscous dissipation of a step to `dissipated` at point p [J/kg], or at element p [J]. D, ratio: as in
+    `with_viscosity`; scale: factor on the dissipation per unit volume and time, with the step dt, the volume V and the mass
+    m: dt V for an element, dt V/m for a point, times the fraction of the stiffness that damage leaves."""
 
 
 @default_function(record_loss)

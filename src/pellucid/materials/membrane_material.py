@@ -15,7 +15,8 @@ class MembraneMaterial(BodyMaterial):
 
     @abstractmethod
     def law(self, thickness: float) -> Law:
-        """Return the material law in the form for kernels, for a membrane of this thickness at rest [m]."""
+        """Return the material law, as a NamedTuple of its parameters for the kernels, for a membrane of this thickness at
+        rest [m]."""
 
     @abstractmethod
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
@@ -35,7 +36,7 @@ class MembraneMaterial(BodyMaterial):
         return None
 
     def damage_law(self) -> Elastodamage | Undamaged:
-        """Return the damage law in the form for kernels; `Undamaged` without damage."""
+        """Return the damage law, as a NamedTuple of its parameters for the kernels; `Undamaged` without damage."""
         return Undamaged()
 
     @property

@@ -146,8 +146,8 @@ def _isochoric_stiffness(law, F):
 
 @pointwise
 def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
-    """Return the shear stiffness k_ij [Pa] of the directions i and j (see the comment in `_isochoric_stiffness`); k_ji =
-    λ_i²/λ_j² k_ij. x: squared principal stretches; y: principal Kirchhoff stresses [Pa], up to a common value; slope:
-    their derivatives by the logarithmic strains [Pa]."""
+    """Return the shear stiffness k_ij = λ_j² (τ_i - τ_j)/(λ_i² - λ_j²) [Pa] of the principal directions i and j, with the
+    principal stretches λ and the principal Kirchhoff stresses τ. x: λ²; y: τ, up to a common value [Pa]; slope: derivatives
+    of y with respect to the logarithmic strains [Pa], which give the limit for equal stretches."""
     d = x[i] / x[j] - 1.0
     return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

@@ -28,8 +28,8 @@ C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00
 
 
 class Spectrum(NamedTuple):
-    """Spectrum of a positive tensor a = m I + p B: the eigenvalues x₁, x₂ ≥ x₃. x₁ is well separated from the others; see the
-    module."""
+    """Spectrum of a positive tensor a = m I + p B, with the mean eigenvalue m and p² = dev a:dev a / 6: the eigenvalues x₁
+    and x₂ ≥ x₃. x₁ is the eigenvalue that is farthest from m, so that it is well separated from the others."""
 
     values: Triple
     distance: float  # x₂ - x₃

@@ -20,8 +20,8 @@ strain rates at the start and end of the step [1/s]; duration of the step [s].""
 
 @generic
 def relaxed(state: PointState, law: Law, F: Tensor, isochoric: Symmetric, step: Step) -> PointState:
-    """Return the state of a point after a step to the deformation gradient F; isochoric: isochoric Kirchhoff stress of the
-    hyperelastic solid at F [Pa]; step: data of the step, see `Step`."""
+    """Return the state of a point of a material with a Prony series after a step that ends at the deformation gradient F;
+    isochoric: isochoric Kirchhoff stress of the hyperelastic solid at F [Pa]; step: data of the step, see `Step`."""
 
 
 @generic

@@ -1,4 +1,5 @@
-"""Parameters of membranes with a shape at rest, for any law: damage, wrinkling, surface viscosity."""
+"""Base class of the materials of elastic membranes, with the keys that all of them have: damage, wrinkling, surface
+viscosity."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from pellucid.model import check, parameter
 
 
 class SolidMembraneMaterial(MembraneMaterial):
-    """Base of elastic membranes."""
+    """Base of the materials of elastic membranes, with the keys for damage, wrinkling and surface viscosity."""
 
     damage: DamageCase | None = parameter("", "law of damage; default: no damage", None)
     wrinkling: bool = parameter("", "true: the membrane wrinkles instead of carrying compression (tension field)", False)
@@ -29,7 +30,7 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @property
     def is_viscous(self) -> bool:
-        """True if the membrane has viscosity."""
+        """True if the membrane has a surface viscosity."""
         return max(self.viscosity, self.dilatational_viscosity) > 0.0
 
     @abstractmethod

@@ -49,8 +49,8 @@ def surface_tension(law: Law, F: Shape) -> InPlane:
 @generic
 def surface_stiffness(law: Law, F: Shape) -> float:
     """Return the stiffness [N/m] at an in-plane deformation gradient F that determines the speed of plane waves and,
-    multiplied by a sum of squared gradients of shape functions, the frequency of elements. It follows from the tangent of
-    τ (see the module); tension is added separately."""
+    multiplied by a sum of squared gradients of shape functions, the frequency of elements. It follows from the tangent of τ
+    = J T, the area ratio J times the tension T; the stiffness due to tension is added separately."""
 
 
 @pointwise
@@ -108,8 +108,9 @@ def by_search(law, stretch):
     """Return the width of a strip with zero transverse tension, at a stretch along it, relative to its width at rest;
     default for `natural_width`.
 
-    Uses Newton's method for the logarithm of the width, between bounds; at a width equal to `stretch` a sheet in tension
-    is taut.
+    Uses Newton's method for the logarithm of the width, between bounds; the upper bound is the width `stretch`, since a
+    sheet that is stretched equally in both directions is in tension.
+
     """
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high

@@ -12,11 +12,11 @@ from pellucid.materials.trial import Operation
 
 
 class SurfaceMembraneMaterial(SolidMembraneMaterial):
-    """Base of membranes with a surface law."""
+    """Base of the materials of membranes with a surface law: moduli in N/m, independent of the thickness."""
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """Return the surface law (see `pellucid.materials.surface_law`) in the form for kernels."""
+        """Return the surface law (see `pellucid.materials.surface_law`), as a NamedTuple of its parameters for the kernels."""
 
     @abstractmethod
     def surface_moduli(self) -> tuple[float, float]:

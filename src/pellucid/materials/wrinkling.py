@@ -20,7 +20,7 @@ from pellucid.materials.membrane import Shape, around, plane_response, plane_wav
 
 @around
 class TensionField(NamedTuple):
-    """Law of a membrane that wrinkles instead of carrying compression: the law of the material, with wrinkles."""
+    """Law of a membrane that wrinkles instead of carrying compression; law: law of its material without wrinkles."""
 
     law: Law
 

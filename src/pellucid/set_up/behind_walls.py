@@ -90,10 +90,12 @@ def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
 
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
-    """Return True if walls that face into the grid are less than ROOM cells away from a face of the grid, given by its axis
-    and end ("lower" or "upper").
+    """Return True if a face of the grid, given by its axis and end ("lower" or "upper"), lies less than ROOM cells in front
+    of or behind the walls that face into the grid there.
 
-    places: sampled positions on the face [m], shape (n, 3). The position that is least deep behind the walls is used.
+    places: sampled positions on the face [m], shape (n, 3); positions behind other walls are ignored. The distance is that
+    of the position that is farthest in front of the walls or, if all are behind them, least deep.
+
     """
     planes = [wall.plane() for wall in walls]
     inward = [plane.normal[axis] * (1.0 if end == "lower" else -1.0) for plane in planes]

@@ -48,9 +48,10 @@ def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[s
 
 
 def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
-    """Yield the warnings about a case.
+    """Yield all warnings about a case before it runs: overlaps, supports, flows, floating bodies, narrow gaps and the like.
 
     standing: initial points of the bodies, by name. going_on: names of the bodies that continue from an earlier run.
+
     """
     yield from overlaps_within_fields(case.body, standing, case.grid_or_none, going_on)
     for model in case.body:

@@ -48,7 +48,8 @@ def _absorbing_at_inflows(case: Case) -> Iterator[str]:
 
 
 def _without_way_out(case: Case) -> Iterator[str]:
-    """Yield a warning for each liquid whose inflows add more volume than the grid has room for, if it cannot leave."""
+    """Yield a warning for each liquid that cannot leave the grid and whose inflows add more volume than the grid has room
+    for."""
     parts, grid = parts_of(case), case.grid_or_none
     if grid is None or any(one.gas is not None for one in parts.of(Enclosed)):
         return
@@ -82,7 +83,8 @@ def _is_liquid(body: SeededBody) -> bool:
 def _is_closed(case: Case) -> bool:
     """Return True if every face of the grid has a support for its normal velocity or an inflow or outflow.
 
-    Faces on thin and periodic axes are ignored.
+    Faces on periodic axes, and on axes along which the grid is one cell thick, are ignored.
+
     """
     conditions = list(parts_of(case).of(Condition))
     for axis, thin in zip(AXES, case.thin, strict=True):

@@ -121,8 +121,8 @@ def _behind(plane: WallPlane) -> Covers:
 
 
 def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
-    """Return points on the boundary of a body within the grid, about a cell apart [m], and outward unit normals, shape (n,
-    3) each."""
+    """Return the positions [m] of points on the boundary of a body within the grid, about a cell apart, and the outward
+    unit normals there, shape (n, 3) each."""
     x, y, z = (not thin for thin in grid.thin())
     lower, upper = body.bounds()
     place, area = boundary_points(

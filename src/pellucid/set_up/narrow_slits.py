@@ -21,9 +21,11 @@ from pellucid.set_up.hard_bodies import hard_bodies
 
 
 def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
-    """Yield a warning for each deforming body of material points that has a narrow slit.
+    """Yield a warning for each deforming body of material points with a slit so narrow that both of its sides contribute to
+    the same nodes.
 
     going_on: names of the bodies that continue from an earlier run; they are not checked.
+
     """
     grid = case.grid
     hard = {body.name for body in hard_bodies(case)}

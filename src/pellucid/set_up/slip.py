@@ -1,4 +1,5 @@
-"""Warnings about bodies along which a fluid with implicit viscosity slips, because they act after its viscous solution."""
+"""Warnings about fluids with implicit viscosity that slip along bodies, because the viscous stress is solved for before the
+contact with these bodies."""
 
 from collections.abc import Iterator
 

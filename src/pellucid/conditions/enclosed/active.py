@@ -40,14 +40,14 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Limit the first step by the oscillation of the membranes on the compressible contents, and count the initial power
-        of the pressure."""
+        """Limit the first step by the oscillation of the membranes on the compressible contents, and add half the initial
+        power of the pressure to the energy totals."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
     def at_stake(self) -> float:
-        """Return an upper bound of the rounding errors of the energy of the contents and of the work against the outside
-        pressure [J]."""
+        """Return a bound of the rounding errors of the energy of the contents and of the work against the outside pressure
+        [J]. Only this bound, not the energy of the contents itself, is part of the reference of the energy error."""
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:

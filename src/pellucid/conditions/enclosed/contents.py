@@ -1,7 +1,7 @@
 """Gas or liquid that fills a volume, given by mass, with its energy.
 
-In a step, first the volume changes, then mass flows in and out at the new volume. Each change is recorded by its effect on
-the energy, so that the energy balances to rounding.
+In a step, half of the mass flows in and out, then the volume changes, then the other half flows at the new volume. Each
+change is recorded by its effect on the energy, so that the energy balances to rounding.
 """
 
 from abc import ABC, abstractmethod
@@ -89,7 +89,8 @@ class Gas(Contents):
         return self.energy / (self.mass * self._heat_capacity) if self.mass > 0.0 else self._start
 
     def stiffness(self, volume: float) -> float:
-        """Return the stiffness -dp/dV [Pa/m³]: γp/V for an adiabatic gas, p/V for an isothermal gas."""
+        """Return the pressure decrease per volume increase, -dp/dV [Pa/m³]: γp/V for an adiabatic gas, p/V for an
+        isothermal gas, with the pressure p, the volume V and the ratio γ of the heat capacities."""
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
@@ -101,7 +102,7 @@ class Gas(Contents):
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add gas with its enthalpy; arguments and result as in `Contents.take_in`."""
+        """Add an inflow of gas, which brings its enthalpy; arguments and result as in `Contents.take_in`."""
         brought = self.gamma * self._heat_capacity * warmth
         self.mass += mass
         return brought, self._renew(brought)
@@ -133,8 +134,8 @@ class Gas(Contents):
 
     def efflux(self, volume: float, outside: float) -> float:
         """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)], with the flow function ψ (see `flow_function`),
-        pressure p and temperature T; the flow is choked below the critical pressure ratio. Arguments as in
-        `Contents.efflux`."""
+        pressure p, specific gas constant R and temperature T; the flow is choked below the critical pressure ratio.
+        Arguments as in `Contents.efflux`."""
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
@@ -146,7 +147,8 @@ class Gas(Contents):
         return flow_function(self.pressure(volume) / outside, self.gamma) * outside / sqrt(self.constant * self._start)
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Add gas at the initial temperature with its enthalpy; arguments and result as in `Contents.draw_in`."""
+        """Add an inflow of gas at the initial temperature, which brings its enthalpy; arguments and result as in
+        `Contents.draw_in`."""
         return self.take_in(mass, mass * self._start, volume)
 
 
@@ -177,7 +179,8 @@ class Liquid(Contents):
         return self.bulk_modulus * (self.mass / (self.density * volume) - 1.0)
 
     def stiffness(self, volume: float) -> float:
-        """Return the stiffness -dp/dV = K m/(ρ₀V²) [Pa/m³]."""
+        """Return the pressure decrease per volume increase, -dp/dV = K m/(ρ₀V²) [Pa/m³], with the bulk modulus K, the mass
+        m, the density ρ₀ at zero pressure and the volume V."""
         return self.bulk_modulus * self.mass / (self.density * volume * volume)
 
     def _renew(self, volume: float) -> float:
@@ -191,7 +194,7 @@ class Liquid(Contents):
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add liquid with its compression energy; arguments and result as in `Contents.take_in`."""
+        """Add an inflow of liquid, which brings its compression energy; arguments and result as in `Contents.take_in`."""
         self.mass += mass
         return self._renew(volume), 0.0
 

@@ -1,5 +1,5 @@
-"""Data of closed membranes, computed from their models before they are built, from which the oscillation rate on enclosed gas
-or liquid is estimated."""
+"""Enclosed volume and mobility of closed membranes, computed from their data models before the bodies are built. They give
+an estimate of the rate at which a membrane oscillates on enclosed gas or liquid."""
 
 from typing import NamedTuple
 

@@ -18,9 +18,10 @@ def encloses_problems(
 ) -> Iterator[Finding]:
     """Yield findings if a body named `name` encloses no volume, for a condition that needs this volume.
 
-    lids: flat lids close the rims of an open membrane; path: path of the condition in the case; parts: all parts of the
-    case; allows_flat: a membrane that is flat at the start is allowed; at: path of the key that names the body, if it is
+    lids: True if flat lids close the rims of an open membrane; path: path of the condition in the case; parts: all parts of
+    the case; allows_flat: True if the membrane may be flat at the start; at: path of the key that names the body, if it is
     not `body`.
+
     """
     here = at or (*path, "body")
     yield from parts.unknown(BodyModel, here, name)

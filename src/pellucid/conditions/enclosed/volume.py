@@ -17,7 +17,7 @@ class Enclosure(NamedTuple):
     """An enclosed volume at one time. Areas and positions are listed by body, in the order of the point numbers. Failed
     points have zero area, since no pressure acts on a hole."""
 
-    volume: float  # [m³]
+    volume: float  # enclosed volume [m³]
     areas: list[np.ndarray]  # (n, 3) vector areas of the points of each body, pointing out of the volume [m²]
     places: list[np.ndarray]  # (n, 3) positions of the points of each body [m]
     failed: list[int]  # number of failed points of each body

@@ -44,7 +44,7 @@ class Push(NamedTuple):
 
 
 class RigidLoad(LoadModel):
-    """A load on a rigid body as a whole."""
+    """Base of loads (forces, torques, springs) that act on a rigid body as a whole."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about a body that does not exist or is not rigid (arguments as in `Part.problems`)."""

@@ -71,12 +71,13 @@ class Columns(NamedTuple):
 
     @property
     def n(self) -> int:
-        """Number of columns."""
+        """Number of columns of points that enter through the opening."""
         return len(self.area)
 
 
 def _endless(grid: GridCase) -> np.ndarray:
-    """Return a mask of the axes along which shapes do not end at faces of the grid (thin and periodic axes), shape (3,)."""
+    """Return a mask of the axes along which shapes do not end at faces of the grid: periodic axes, and axes along which the
+    grid is one cell thick; shape (3,)."""
     return np.array(grid.thin()) | np.array(grid.is_periodic())
 
 

@@ -52,8 +52,8 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
 
 
 class Entering(ActiveCondition):
-    """Inflow in a run. Its state between steps: the distance that fluid with the mean velocity has moved into the grid so
-    far, the largest value of this distance, its value when the pressure of new points was last computed [m], and the mean
+    """Inflow in a run. Its state between steps: the distance by which the inflow has moved with its mean velocity so far
+    [m], the largest value of this distance, its value when the pressure of new points was last computed [m], and the mean
     pressure drop behind the strip of cells at the opening [Pa]."""
 
     def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:

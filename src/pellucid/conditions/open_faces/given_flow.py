@@ -109,6 +109,6 @@ class GivenFlow(ChangesInTime):
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
     """Return for each axis True if the opening in a face can have walls normal to this axis: axes along the face that are
-    neither thin nor periodic."""
+    not periodic and along which the grid is more than one cell thick."""
     normal = "xyz".index(face[0])
     return [axis != normal and not (grid.thin()[axis] or grid.is_periodic()[axis]) for axis in range(3)]

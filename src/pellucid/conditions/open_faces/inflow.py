@@ -111,8 +111,9 @@ class Inflow(GivenFlow, Condition):
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield findings about a face of the grid (its name) that cannot have inflow or outflow: a periodic, thin or constrained
-    face. path: key that names the face."""
+    """Yield findings about a face of the grid (its name) that cannot have inflow or outflow: a face on a periodic axis, a
+    face on an axis along which the grid is one cell thick, or a face whose nodes are all constrained along its normal.
+    path: key that names the face."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"

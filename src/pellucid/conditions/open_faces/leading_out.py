@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 
 class LeadingOut(ActiveCondition):
-    """Active outflow with a prescribed flow. The flow leaves through the opening of the first body that reaches the face."""
+    """Active outflow with a prescribed flow: one body flows out through its opening in the face, the first in the list of
+    bodies that has points at the face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._layout, self._name = assembly.layout, outflow.name

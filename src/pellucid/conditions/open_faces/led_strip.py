@@ -14,15 +14,15 @@ from pellucid.conditions.open_faces.strip import Passage, Strip
 from pellucid.ranks.domain import domain
 
 HEAVY = 1e6
-"""Mass by which a node is forced to the prescribed velocity, in masses of a full cell: large enough that all material in
-the strip follows."""
+"""Mass that is added to a node to give it the prescribed velocity, as a multiple of the mass of a cell filled with the
+fluid: large enough that all material in the strip follows."""
 
 
 class LedStrip(Strip):
     """Strip (layer of cells) at an opening with a flow of prescribed velocity."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
-        """flow, passage: see `Strip`."""
+        """flow: data model of the prescribed flow; passage: the opening and the body that flows through it."""
         super().__init__(flow, passage)
         self._driven, body = self._actions.driven(), passage.member.body
         density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))

@@ -40,10 +40,10 @@ class FluidPoints(NamedTuple):
 
 
 class EndPressure(NamedTuple):
-    """Rule by which points near a face contribute to the nodes, through the gradients of the shape functions: each gives the
-    value -V p along the axis of the face, with its volume V and the pressure p."""
+    """Rule by which points near a face distribute the pressure p on the end of the fluid to the nodes: each point with the
+    volume V gives a node -V p times the derivative of its shape function along the axis of the face."""
 
-    pressure: np.ndarray  # (1,) in this step [Pa]
+    pressure: np.ndarray  # (1,) pressure on the end of the fluid in this step [Pa]
     level: float  # position of the face, in cells
     inward: float  # direction into the grid along the axis, 1 or -1
     axis: int  # normal axis of the face
@@ -121,7 +121,7 @@ class EndOfFluid:
 
 
 class OutletPressure(ActiveCondition):
-    """Active condition of an outflow against a pressure."""
+    """Active condition of an outflow against a pressure, which acts on the end of the fluid at each open face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._outflow, self._path, self._filled = outflow, path, [True] * len(outflow.where)

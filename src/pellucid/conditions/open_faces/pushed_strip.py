@@ -30,15 +30,15 @@ class PushedStrip(Strip):
     """Strip (layer of cells) at an opening with a flow driven by a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
-        """flow, passage: see `Strip`; pressure: pressure at the opening [Pa]; column: column in the array of works for the
-        work of the pressure and of the strip."""
+        """flow: data model of the flow; passage: the opening and the body that flows through it; pressure: pressure at the
+        opening [Pa]; column: column in the array of works for the work of the pressure and of the strip."""
         super().__init__(flow, passage)
         self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
-        """Return the mean velocity through the opening in the current step [m/s] for any time, since later velocities are
-        unknown."""
+        """Return the mean velocity through the opening in the current step [m/s], whatever the `time`, since velocities at
+        later times are unknown."""
         return self.speed
 
     def begin(self, time: float, dt: float) -> None:
@@ -46,8 +46,8 @@ class PushedStrip(Strip):
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Give the nodes of the strip their common motion. Return zero work [J] and impulse [N s], shape (3,), since the
-        velocity field records them. Called after the momentum update."""
+        """Give the nodes of the strip their common motion, after the momentum update. Return zero work [J] and zero impulse
+        [N s], shape (3,), since the velocity field records both."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

@@ -81,8 +81,9 @@ class Strip:
         return across_walls(self._walls(), place)
 
     def _walls(self) -> list[Wall | None]:
-        """Return for each axis the positions of the two walls of a slit or duct [m], or None: the ends of the shape or of
-        the grid. A face constrained along its normal only is a plane of symmetry; the profile continues beyond it."""
+        """Return for each axis the positions [m] of the two walls of a slit or duct, i.e. the ends of the shape or of the
+        grid, or None for an axis without walls. A face constrained along its normal only is a plane of symmetry; the
+        profile continues beyond it."""
         lower, upper = self._shape.bounds()
         walls: list[Wall | None] = [None, None, None]
         for axis, walled in enumerate(walled_axes(self._case, self._face.name)):

@@ -110,7 +110,8 @@ class RigidBody:
         self._pushed.append((place, force))
 
     def state(self) -> RigidState:
-        """Return the centre of mass, the angular velocity, and the velocity change per impulse and per angular impulse."""
+        """Return the state at the start of the step: the centre of mass, the angular velocity, and the velocity change per
+        impulse and per angular impulse."""
         self._begun = centre, _, inertia = self._about_centre()
         per_mass = (~self.leads.led[:3] & ~np.array(self._thin)) / float(np.sum(self.body.arrays["mass"]))
         return RigidState(centre, self._turn_rate(), per_mass, inverse_inertia(inertia, self._free_turns))
@@ -139,7 +140,7 @@ class RigidBody:
         return np.concatenate([centre_of(arrays["mass"][:, None], arrays["velocity"]), self._turn_rate()])
 
     def _turn_rate(self) -> np.ndarray:
-        """Return the angular velocity [rad/s], (3,)."""
+        """Return the angular velocity of the body [rad/s], shape (3,)."""
         C = self.body.arrays["affine"][0]
         return np.array([C[7], C[2], C[3]])
 
@@ -185,8 +186,9 @@ class RigidBody:
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
     def prescribe_velocities(self) -> None:
-        """Set the point velocities V + ω × (x - c), with V, ω and c as in `pellucid.conditions.rigid.nodes`, from the
-        momentum of the body or from prescribed values. Walls stop points that the nearby nodes do not stop."""
+        """Set the point velocities V + ω × (x - c), with the velocity V of the centre of mass c, the angular velocity ω and
+        the positions x of the points; V and ω follow from the momentum of the body or are prescribed. Walls stop points
+        that the nearby nodes do not stop."""
         points, motions, inertia = self.body.arrays, self._motions, self._inertia
         received = self.nodes.receive(motions)
         free = motions.prescribed(inertia, received.momentum)
@@ -229,8 +231,8 @@ class RigidBody:
             self._turned[3:] = np.where(leads.led[3:], rotation @ inertia @ rotation.T @ turn - spin, 0.0)
 
     def work(self) -> StepWork:
-        """Return the work of the step: of loads, kinetic energy lost when velocities are made rigid, and impulses of
-        supports and motions."""
+        """Return the work of the loads over the step, the kinetic energy lost when the velocities are made rigid, and the
+        impulses of supports and motions."""
         done = self._layout.no_work()
         done.works[:] = self._push_works  # the field counted them as one of impacts
         done.works[IMPACT] += self._loss

@@ -80,7 +80,7 @@ def rotation_by(angle: np.ndarray) -> np.ndarray:
 
 
 class Turned(NamedTuple):
-    """Rotation of a body over a step."""
+    """Rotation of a body over a step, about its centre of mass."""
 
     rotation: np.ndarray  # (3, 3)
     angle: np.ndarray  # (3,) the angular velocity, integrated over the step [rad]
@@ -126,8 +126,8 @@ def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 
 def inverse_inertia(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
-    """Return the inverse inertia for rotations about the axes in `turns`, (3, 3) [1/(kg m²)]: angular velocity per angular
-    impulse; zero for other axes. Other arguments as in `inertia_of`."""
+    """Return the inverse inertia for rotations about the axes in `turns`, (3, 3) [1/(kg m²)], i.e. the angular velocity per
+    angular impulse; zero for other axes. inertia: inertia tensor [kg m²], shape (3, 3)."""
     inverse = np.zeros((3, 3))
     inverse[np.ix_(turns, turns)] = _inverse_about(inertia, turns)
     return inverse

@@ -13,7 +13,7 @@ from pellucid.parts.condition import Condition
 
 
 class Rigid(Condition):
-    """A rigid body."""
+    """Condition that gives the points of a body one rigid motion, free or prescribed."""
 
     # energy lost by points when they take the velocity of the rigid body
     losses: ClassVar[Sequence[Channel]] = (IMPACT_HEAT,)

@@ -64,10 +64,12 @@ class RigidMotions:
         return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:
-        """Return a matrix R with R Rᵀ = K⁻¹ for an inertia matrix K in motion components (see the class), shape (6, 6);
-        directions in which the inertia is negligible compared with a mass [kg] are omitted.
+        """Return a matrix R, shape (6, k), with R Rᵀ = K⁻¹ for an inertia matrix K in motion components (see the class),
+        shape (6, 6). Directions in which the inertia is negligible compared with `mass` [kg], which sets its scale, are
+        omitted.
 
         R has only components that are not prescribed, since impulses do not change prescribed components.
+
         """
         sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
         real = sizes > SMALL * mass
@@ -84,8 +86,9 @@ def _solved(inertia: np.ndarray, momentum: np.ndarray, chosen: np.ndarray) -> np
 
 
 def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
-    """Return the inertia matrix, shape (6, 6), of masses `weight`, shape (n, 3) [kg]; motions: velocities of these
-    masses for unit components of a rigid motion, shape (n, 3, 6)."""
+    """Return the inertia matrix, shape (6, 6), of n masses for the six components of a rigid motion. weight: each mass for
+    motion along x, y and z, shape (n, 3) [kg]; motions: velocities of the masses for unit components of the motion, shape
+    (n, 3, 6)."""
     return np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
 
 
@@ -93,10 +96,10 @@ class Wall(NamedTuple):
     """A face of the grid that a support constrains along its normal, so that it stops rigid bodies."""
 
     row: int  # index of the support
-    axis: int
+    axis: int  # normal axis of the face
     sign: float  # sign of the direction into the grid, 1 or -1
-    place: float  # [m]
-    velocity: float  # [m/s]
+    place: float  # position of the face along the axis [m]
+    velocity: float  # prescribed velocity along the axis [m/s]
 
 
 class Kept(NamedTuple):

@@ -6,11 +6,11 @@ therefore gets the rigid velocity plus the tangential velocity
 
     δ(d) = (g d + c d²) / (1 + κ d) ,    κ: the sum of the principal curvatures, positive on a convex body,
 
-where g and c follow from the velocities relative to the body at two positions on the normal, at the distances SAMPLES. The
-velocity profile is thus continued through the surface, for any position of the surface between the nodes. The denominator
-is the growth of the area of a parallel surface. Around a cylinder with a radius of five cells, a polynomial alone has a
-third-order error: the torque is 2 % too large, and 5 % with a quarter of the step. The profile δ is exact for steady shear
-flow around a rotating cylinder.
+where g and c follow from the velocities relative to the body at two positions on the normal, SAMPLES cells from the
+surface. The velocity profile is thus continued through the surface, for any position of the surface between the nodes. The
+denominator is the growth of the area of a parallel surface. Around a cylinder with a radius of five cells, a polynomial
+alone has a third-order error: the torque is 2 % too large, and 5 % with a quarter of the time step. The profile δ is exact
+for steady shear flow around a rotating cylinder.
 
 Distance and normal follow from the fraction f of the volume of a node that the body fills: a plane face at the distance d
 gives a known profile f(d). On a curved face the shape functions also average over the tangential plane: the surface appears
@@ -46,7 +46,7 @@ class Surface(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A box of nodes, which may extend across periodic seams; beyond a wall the nodes on the wall are repeated."""
+    """A box of nodes. It may extend across the faces of a periodic grid; beyond a wall the nodes on the wall are repeated."""
 
     node: np.ndarray  # (m,) node numbers, ascending, each once
     place: np.ndarray  # (nx, ny, nz) index in `node` of each node of the box
@@ -147,8 +147,8 @@ class NoSlip:
         return np.nan_to_num(self._function(offset)), np.nan_to_num(self._function.derivative()(offset))
 
     def certainty(self, share: np.ndarray, steepness: np.ndarray) -> np.ndarray:
-        """Return the certainty of the surface (see `Surface`) at nodes, from the fraction of their volume that the body
-        fills (`share`) and the magnitude of its gradient [1/cell], shape (n,) each."""
+        """Return the reliability, between 0 and 1, of the computed distance and normal of the surface at nodes, from the
+        fraction of their volume that the body fills (`share`) and the magnitude of its gradient [1/cell], shape (n,) each."""
         seen = self._distance_to(share)
         # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
         single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
@@ -263,16 +263,17 @@ class NoSlip:
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Distances from the surface at which velocities are sampled [m]."""
+        """Two distances from the surface of the body, along its normal, at which the velocity of the fluid is sampled [m]."""
         return SAMPLES[0] * self._cell, SAMPLES[1] * self._cell
 
     def continue_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the tangential velocity δ of the fluid relative to the body at the nodes [m/s], shape (n, 3) (see the
-        module), continued from the velocities relative to the body at the two distances `heights` from the surface,
-        `near` and `far` [m/s], shape (n, 3) each.
+        """Return the tangential velocity δ of the fluid relative to the body at the nodes [m/s], shape (n, 3), which
+        vanishes on the surface and is continued from the velocities relative to the body at the two distances `heights`
+        from the surface, `near` and `far` [m/s], shape (n, 3) each.
 
         far_known: reliability of the velocity at the larger height, between 0 and 1, (n,); the quadratic term of the
         profile is multiplied by it.
+
         """
         a, b = self.heights
         d = surface.distance[:, None]

@@ -76,7 +76,7 @@ class Received(NamedTuple):
     momentum: np.ndarray  # (6,) momentum of the body, including its momentum at the start of the step
     motion: np.ndarray  # (6,) motion with this momentum if no component were prescribed
     mixing: float  # kinetic energy lost in the transfer from nodes shared by several bodies [J]
-    spread: float  # other losses of kinetic energy: by the correction E, and at light nodes whose velocity changes fast [J]
+    spread: float  # other losses of kinetic energy: inertia correction, light nodes whose velocity changes fast [J]
 
 
 class RigidNodes:
@@ -222,12 +222,14 @@ class RigidNodes:
         self._find_inertia(motions, clamped)
 
     def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
-        """Split the momentum of nodes that the rigid body shares with other bodies, so that velocity increments are relative
-        to the velocity of the other bodies; outer nodes (see the module) follow the other bodies only.
+        """Split the momentum of nodes that the rigid body shares with other bodies, so that velocity increments are
+        relative to the velocity of the other bodies. Outer nodes (more than half a cell outside the surface of the body)
+        follow the other bodies only.
 
-        centre: centre of mass of the body [m]; motions: defines the components of rigid motions. Also computes the
-        velocity of the fluid near the surface, and sets `follows`, the degree to which outer nodes have this velocity
-        along the surface, between 0 and 1, shape (n, 1).
+        centre: centre of mass of the body [m]; motions: defines the components of rigid motions. Also computes the velocity
+        of the fluid near the surface, and sets `follows`, the degree to which outer nodes have this velocity along the
+        surface, between 0 and 1, shape (n, 1).
+
         """
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
@@ -302,9 +304,10 @@ class RigidNodes:
         return np.where(self._field.grid.thin, 0.0, arms)
 
     def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
-        """Compute the inertia matrix of the nodes, and the correction E (see the module): the inertia of the body minus that
-        of its inner nodes. E is set to zero where supports leave too little inertia. motions: defines the components of
-        rigid motions; clamped: mask of the node directions that supports hold, shape (n, 3)."""
+        """Compute the inertia matrix of the nodes, and the correction E: the inertia of the body minus that of its inner
+        nodes (not more than half a cell outside its surface). E is set to zero where supports leave too little inertia.
+        motions: defines the components of rigid motions; clamped: mask of the node directions that supports hold, shape (n,
+        3)."""
         inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
         self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
         of_nodes, mass = inertia_at(self._kept * self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
@@ -342,8 +345,9 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _along(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the momentum [N s] of nodes with these velocities [m/s], shape (n, 3), weighted with φ_I (see the module),
-        the degree to which a node follows the body; for outer nodes only the component along the surface."""
+        """Return the momentum [N s], shape (n, 3), of nodes with these velocities [m/s], shape (n, 3), each multiplied by
+        the degree to which the node follows the body, between 0 and 1. For outer nodes (more than half a cell outside the
+        surface of the body) only the component along the surface."""
         free = self._weight > 0.0
         across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
         return np.asarray(self._weight * (velocity - across))
@@ -354,8 +358,8 @@ class RigidNodes:
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
-        """Return the rows of a nodal array that belong to nodes to which the body contributes, also to those of other
-        processes."""
+        """Return the values of a nodal array, shape (nodes, ...), at the n nodes to which the body contributes, shape (n,
+        ...), gathered from all processes."""
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:

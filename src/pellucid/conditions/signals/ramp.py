@@ -1,4 +1,4 @@
-"""Signal: a smooth ramp."""
+"""Signal (a prescribed displacement as a function of time): a smooth ramp."""
 
 from typing import Literal
 

@@ -1,4 +1,4 @@
-"""Signal: a sine."""
+"""Signal (a prescribed displacement as a function of time): a sine."""
 
 from math import pi, sin
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Signal: a constant velocity."""
+"""Signal (a prescribed displacement as a function of time): a constant velocity."""
 
 from typing import Literal
 

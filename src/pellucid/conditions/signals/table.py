@@ -1,4 +1,4 @@
-"""Signal: a table of displacements in a file."""
+"""Signal (a prescribed displacement as a function of time): a table in a file."""
 
 from typing import Literal
 

@@ -64,8 +64,8 @@ class TenseSurface(ActiveCondition):
         return abs(self._found)
 
     def _find(self) -> None:
-        """Compute the volumes of the points at the nodes, the surface energy [J] for these volumes, and its derivative by
-        them, the potential [J/m³]."""
+        """Scatter the volumes of the points to the nodes, and compute the surface energy [J] for these nodal volumes and
+        its derivative with respect to them, the potential [J/m³]."""
         body, surface = self._body, self._surface
         surface.volume.fill(0.0)
         scatter_volumes(body.n_slabs, body.mapped, surface.volume)

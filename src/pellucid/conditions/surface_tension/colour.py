@@ -65,8 +65,8 @@ class Faces(NamedTuple):
     """Cosines of the contact angles of a fluid at the two faces of the grid normal to an axis; the constant FREE for a face
     that no support constrains."""
 
-    lower: float  # cosine of the angle
-    upper: float
+    lower: float  # cosine of the contact angle at the lower face
+    upper: float  # the same at the upper face
 
 
 FREE = -1.0
@@ -161,7 +161,8 @@ class SurfaceEnergy:
 
     def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
         """Return the box of nodes around the fluid, as slices along the axes, and for each axis whether its lower and upper
-        end are faces of the grid; set `at_wall`. volume: nodal volumes [m³], shape (x, y, z)."""
+        end are faces of the grid; set `at_wall`, the mask of the axes along which the fluid has reached a wall. volume:
+        nodal volumes [m³], shape (x, y, z)."""
         filled, box, walls = volume != 0.0, [], []
         for axis in range(3):
             n = volume.shape[axis]
@@ -187,15 +188,16 @@ class SurfaceEnergy:
         return _Beside(per_share, self._open.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
-        """Record along which axes the fluid has reached wall planes (`at_wall`). colour: the function c of the module at the
-        nodes; beside: space in front of the planes."""
+        """Record along which axes the fluid has reached wall planes (`at_wall`). colour: 1 at nodes within the fluid, 0
+        outside, see `_colour`; beside: space in front of the planes."""
         for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
             if float(np.sum(area * colour)) > 0.0:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Return the energy of the surface [J], computed from the gradient of the nodal colour c (see the module), and the
-        derivative of this energy with respect to the nodal colour [J]; share: fraction of each cell in front of planes."""
+        """Return the energy of the surface [J], computed from the gradient of the nodal colour (1 within the fluid, 0
+        outside, see `_colour`), and the derivative of this energy with respect to the nodal colour [J]; share: fraction of
+        each cell in front of planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -239,8 +241,9 @@ class SurfaceEnergy:
                 yield _along(axis, end), cosine, area
 
     def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:
-        """Return the surface energy of wet walls [J] for the nodal colour c (see the module), and add its derivative by the
-        colour [J] to `slope`; wetted: nodes, cosine of the contact angle and nodal areas of each wall."""
+        """Return the surface energy of wet walls [J] for the nodal colour (1 within the fluid, 0 outside, see `_colour`),
+        and add its derivative with respect to the colour [J] to `slope`; wetted: nodes, cosine of the contact angle and
+        nodal areas of each wall."""
         energy = 0.0
         for nodes, cosine, area in wetted:
             energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
@@ -255,11 +258,12 @@ class SurfaceEnergy:
         slope: np.ndarray,
         wetted: Sequence[_Wetted],
     ) -> float:
-        """Return the additional energy of films thinner than a cell [J] (see the module), and add its derivative by the
-        filled fraction [J] to `slope`.
+        """Return the additional energy [J] of fluid on walls in films thinner than a cell, which keeps the films from
+        spreading without end, and add its derivative with respect to the filled fraction [J] to `slope`.
 
         filled: fraction of the volume around each node that the fluid fills; colour, wetted: as in `_of_walls`; grows:
-        derivative of the colour by the filled fraction.
+        derivative of the colour with respect to the filled fraction.
+
         """
         energy = 0.0
         for nodes, cosine, area in wetted:
@@ -281,8 +285,9 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the colour c of nodes (1 within the fluid, 0 outside, see the module) for the smoothed fraction `filled` of
-    their volume that the fluid fills, and its derivative by this fraction."""
+    """Return the colour of nodes, whose gradient gives the area of the surface, for the smoothed fraction `filled` of their
+    volume that the fluid fills: it increases from 0 outside the fluid to 1 within it. Also return its derivative with
+    respect to this fraction."""
     off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
     t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
     size = 1.0 / (BENDS + FULL - 1.0)

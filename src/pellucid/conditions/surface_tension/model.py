@@ -47,12 +47,14 @@ class SurfaceTension(Condition):
 
     @property
     def walls(self) -> Sequence[tuple[Wall, float]]:
-        """Plane walls at rest in contact with the fluid, with their contact angles [°], in a case (`in_case`)."""
+        """Plane walls at rest in contact with the fluid, with their contact angles [°]; known once `in_case` has placed the
+        condition in a case."""
         return self._walls
 
     @property
     def angles(self) -> Mapping[str, float]:
-        """Contact angles [°] at the faces of the grid, by name, in a case (`in_case`)."""
+        """Contact angles [°] at the faces of the grid, by name of the face; known once `in_case` has placed the condition
+        in a case."""
         return self._angles
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:

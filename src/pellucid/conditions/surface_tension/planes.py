@@ -75,7 +75,7 @@ def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[Wette
 
 def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarray:
     """Return the height [m] of positions above a plane, in the direction of its normal; place: coordinates x, y, z [m],
-    which broadcast."""
+    numbers or arrays that broadcast with each other."""
     normal = plane.wall.normal
     return np.asarray(normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2] - plane.wall.level)
 
@@ -113,8 +113,9 @@ def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"]
 
 
 def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis: int, upper: bool, near: float) -> np.ndarray:
-    """Return the fraction of the area around the nodes of a face of the grid (axis, end) that lies in front of the planes; 0
-    where a plane coincides with the face. axes, near: as in `_area`."""
+    """Return the fraction of the area around the nodes of a face of the grid that lies in front of the planes; 0 where a
+    plane coincides with the face. axis: normal axis of the face; upper: True for the upper end of the grid; axes, near: as
+    in `_area`."""
     one, two = (other for other in range(3) if other != axis)
     place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
     place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]

@@ -28,11 +28,12 @@ class ColumnEnds(ValueError):
 
 
 def states_at_rest(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return densities [kg/m³] and specific energies [J/kg], each of shape (n,), of the column (see the module) at depths
-    [m], shape (n,), in any order.
+    """Return the densities [kg/m³] and specific energies [J/kg], each of shape (n,), of an isentropic fluid column at rest
+    under gravity, at depths [m], shape (n,), in any order.
 
     eos: equation of state; density, energy: values at depth 0; gravity: magnitude [m/s²]. Depths are negative above this
     level. Raises ColumnEnds if there is no state at a depth.
+
     """
     found = np.empty((2, len(depth)))
     for side in (depth >= 0.0, depth < 0.0):

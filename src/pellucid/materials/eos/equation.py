@@ -44,5 +44,5 @@ class EquationOfStateModel(Model):
 
     @abstractmethod
     def law(self, density: float, pressure: float) -> Law:
-        """Return the equation of state in the form for kernels, for a fluid with this initial density [kg/m³] and pressure
-        [Pa]."""
+        """Return the equation of state, as a NamedTuple of its parameters for the kernels, for a fluid with this initial
+        density [kg/m³] and pressure [Pa]."""
