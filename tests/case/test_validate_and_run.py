@@ -168,7 +168,9 @@ def test_both_judge_a_sample_alike(judged, sample, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sample", SAMPLES, ids=[each.stem for each in SAMPLES])
+@pytest.mark.parametrize(
+    "sample", [pytest.param(each, id=each.stem, marks=[pytest.mark.full] * (each.stem == "oocyte")) for each in SAMPLES]
+)
 def test_what_validate_accepts_takes_its_first_step(sample, tmp_path):
     write_inputs(tmp_path)
     file = tmp_path / sample.name

@@ -106,9 +106,9 @@ def test_the_torque_on_a_rotor_is_what_its_fluid_gains(transfer):
         ((0.5, 0.5), 5, 1.0, 0.01),
         ((0.5, 0.0), 5, 1.0, 0.01),
         ((0.3, 0.2), 5, 0.5, 0.01),
-        ((0.3, 0.2), 5, 0.25, 0.01),
-        ((0.0, 0.0), 10, 1.0, 0.003),
-        ((0.5, 0.5), 10, 1.0, 0.003),
+        pytest.param((0.3, 0.2), 5, 0.25, 0.01, marks=pytest.mark.full),
+        pytest.param((0.0, 0.0), 10, 1.0, 0.003, marks=pytest.mark.full),
+        pytest.param((0.5, 0.5), 10, 1.0, 0.003, marks=pytest.mark.full),
     ],
 )
 def test_the_torque_of_couettes_flow(centre, cells, share_of_step, tolerance):

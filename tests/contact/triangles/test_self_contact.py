@@ -154,7 +154,7 @@ def test_threads_do_not_change_a_bit(tmp_path):
         assert np.array_equal(array, sims[1].state_arrays()[name]), name
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_cloth_folded_in_three_comes_to_rest(tmp_path):
     """The same with elements of 15 mm, to its end: no crossing in any frame, and at rest the layers lie at the thickness."""
     parts = (34, 10)
