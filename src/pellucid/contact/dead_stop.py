@@ -66,14 +66,15 @@ NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.z
 
 
 class DeadStop:
-    """Dampers between surfaces (`sides`); at least one surface belongs to a rigid body with free motion.
+    """Dampers that stop the approach of two bodies that do not deform, in addition to the contact springs (see the module).
+    At least one of the surfaces `sides` belongs to a rigid body with free motion.
 
     Attributes
     ----------
     damped, approach : float
         Total damper force [N] and mean approach velocity [m/s] at the start of the last step.
     before : dict
-        `Before` of each surface, by its index in `sides`.
+        Damped points of each surface in the last step (`Before`), by its index in `sides`.
     """
 
     def __init__(self, sides: Sequence[ContactSurface]) -> None:

@@ -211,11 +211,11 @@ def allocate_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel()
 def mark_stencils(node, slot, near, reach, lattice, on):
-    """Write the numbers of the nodes `node` to `slot` and flag in `near` the first nodes of all stencils that contain one of
-    these nodes (see `SharedNodes`).
+    """Write for each shared node its index in the list `node` to slot[node], and set near[n] to 1 for the first nodes n of
+    all stencils that contain a shared node (see `SharedNodes`).
 
-    If `on` is False, reset both arrays instead. reach: number of nodes of a stencil along each axis. lattice: the grid.
-    """
+    node: storage indices of the shared nodes. If `on` is False, reset both arrays instead. reach: number of nodes of a
+    stencil along each axis. lattice: the grid."""
     for e in range(len(node)):
         I = node[e]
         slot[I] = e if on else -1

@@ -291,12 +291,12 @@ def _corrected(w, found, p, d):
 
 @kernel()
 def find_feet(about, candidates, results, counts, most):
-    """Compute the feet (projections on the other surface) of the candidates whose distance from it is below `most` [m].
+    """Compute the feet (projections on the other surface) of the candidates whose distance from it is below `most` [m], and
+    write them to `results`.
 
-    Return the number of feet and the number of their weights in points of the other surface (`pellucid.contact.feet`). about: a
-    `Neighbourhood`. results: a `Found` filled by `find_beside`. counts: factors of the contact areas of the points, shape (m,);
-    points with the factor 0 are omitted.
-    """
+    Return the number of feet and the number of their weights in points of the other surface (`pellucid.contact.feet`).
+    about: a `Neighbourhood`. results: a `Found` in which `find_beside` has stored the distances. counts: factors of the
+    contact areas of the points, shape (m,); points with the factor 0 are omitted."""
     other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])

@@ -204,11 +204,10 @@ class Domain:
         return int(of_row[rows[0]]), int(of_row[rows[1]])
 
     def of_chunks(self, sums: np.ndarray, of_row: np.ndarray, near: int | None = None) -> np.ndarray:
-        """Gather the sums of chunks of nodes, shape (chunks, ...), from all processes, in the order of the chunks.
-
-        of_row: the first chunk of each row of slabs, and the end; near: number of the chunk in the first row of `sums`, if
-        chunks divide all nodes of the grid; None if they divide a list of nodes of this process.
-        """
+        """Gather sums of chunks of nodes from all processes, in the order of the chunks; `sums` has an entry per chunk
+        along its first axis. of_row: the first chunk of each row of slabs, and the end of the last; near: index of the
+        chunk whose sums are sums[0], if chunks divide all nodes of the grid; None if they divide a list of nodes of this
+        process."""
         if not self.is_cut:
             return sums
         own = sums[of_row[self.first] - (near or 0) : of_row[self.end] - (near or 0)]

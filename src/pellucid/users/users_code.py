@@ -110,7 +110,7 @@ def line_at(filename: str, line: int) -> str:
 
 
 def is_own(filename: str) -> bool:
-    """Return True if a file belongs to pellucid."""
+    """Return True if a source file is part of the package pellucid and not of the user's code."""
     return filename.startswith(OWN)
 
 

@@ -10,11 +10,9 @@ FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "cur
 
 
 class NodalFields:
-    """Computes nodal fields of a film for results.
-
-    forces: forces and densities of the film; arrays: arrays of the film, of which `position`, `velocity` and `mass` are
-    updated here; is_around: True for a surface of revolution.
-    """
+    """Computes nodal fields of a fluid film for the stored results. forces: forces and densities of the film; arrays:
+    arrays of the film, of which `position`, `velocity` and `mass` are updated here; is_around: True for a surface of
+    revolution."""
 
     def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
         self._forces, self._arrays, self._is_around = forces, arrays, is_around

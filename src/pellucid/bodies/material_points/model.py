@@ -107,9 +107,8 @@ class MaterialPointsCase(SeededBody):
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Return the step limit for the initial motion of the body; for a fluid it includes the artificial viscosity, which
-        raises the signal speed under compression. cell: edge length of the cells [m]; is_driven: motions prescribe the whole
-        body.
-        """
+        raises the signal speed under compression. cell: edge length of the cells [m], None without a grid; is_driven: True
+        if motions prescribe the whole body."""
         if cell is None:
             return None
         if self.rigid or is_driven:

@@ -20,8 +20,8 @@ class AtStart(NamedTuple):
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """Return the enclosed volume of a membrane at the start and its mobility (see `AtStart`); None for other bodies or if no
-    volume is enclosed."""
+    """Return the enclosed volume [m³] of a membrane at the start, and the acceleration of this volume per pressure
+    difference, as in `AtStart`; None for other bodies or if no volume is enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

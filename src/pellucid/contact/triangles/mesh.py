@@ -37,7 +37,8 @@ class Image(NamedTuple):
 
 
 def find_images(planes: Sequence[Plane], seams: Sequence[Seam]) -> list[Image]:
-    """Return the surface itself and its images at planes of symmetry and seams, and at their intersections."""
+    """Return the mappings to the images of a surface at planes of symmetry and periodic seams, and at their intersections;
+    the first is the identity."""
     along = []
     for axis in range(3):
         found = [(1.0, 0.0), *((-1.0, 2.0 * plane.place) for plane in planes if plane.axis == axis)]

@@ -141,7 +141,8 @@ def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
     shape (n, 2) each."""
 
     def side(of: np.ndarray) -> np.ndarray:
-        """Return the side of each segment on which the positions lie (the sign), shape (segments, positions)."""
+        """Return on which side of each segment (extended to a line) positions lie, shape (segments, positions): 1 to the
+        left of its direction from start to end, -1 to the right, 0 on it. of: positions [m], shape (positions, 2)."""
         along, to = after - before, of[None] - before[:, None]
         return np.asarray(np.sign(along[:, None, 0] * to[..., 1] - along[:, None, 1] * to[..., 0]))
 

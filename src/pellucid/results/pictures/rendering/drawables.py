@@ -124,8 +124,8 @@ class Section(NamedTuple):
         return self.colours.shape[0] * self.colours.shape[1]
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """Yield the fragments (pixels that have a colour, with the depth of the plane). The cut plane does not cut the section
-        itself."""
+        """Yield the fragments: the pixels that have a colour, each with the depth at which its line of sight meets the
+        plane of the section. The cut plane does not cut the section itself."""
         y, x = np.nonzero(np.isfinite(self.colours[:, :, 0]))
         yield x, y, camera.depth_of(self.plane, x, y), y * self.colours.shape[1] + x
 
