@@ -59,7 +59,7 @@ def alone(cases):
     ("processes", "ways", "cases"),
     [
         (3, "2,1+recut", tuple(FEW)),
-        pytest.param(2, "1,2+recut", tuple(CASES), marks=pytest.mark.slow),
+        pytest.param(2, "1,2+recut", tuple(CASES), marks=pytest.mark.full),
         pytest.param(3, "2,1+recut", tuple(CASES), marks=pytest.mark.slow),
     ],
     ids=["3-few", "2-all", "3-all"],

@@ -136,7 +136,9 @@ def too_deep(sim):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.full) if kind != "membrane-points" else kind for kind in KINDS]
+)
 def test_a_hollow_ball_floats_higher_in_a_field_of_its_own(kind):
     """Elements: 0.73 cells too deep in the field of the water, 0.48 in their own; points less in both."""
     common, alone = (too_deep(Simulation(ball(kind, **more))) for more in ({}, {"field": "ball"}))

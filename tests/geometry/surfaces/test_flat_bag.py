@@ -78,7 +78,7 @@ def test_a_coarse_bag_is_near_to_the_balloon(tmp_path):
     assert volume == pytest.approx(VOLUME, rel=0.07)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_volume_of_finer_bags_comes_to_that_of_the_balloon(tmp_path):
     """Its error falls with the square of the edges, from 5.6 % over 1.6 % to 0.4 %."""
     errors = []
