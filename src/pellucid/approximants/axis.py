@@ -14,8 +14,8 @@ LEAST_SPREAD = 1e-4
 
 
 class GridFunction(Protocol):
-    """Shape function along one grid axis: a NamedTuple of its parameters; `stencil`: number of nodes at which it can be
-    non-zero at a point."""
+    """Interface of a shape function along one grid axis: a NamedTuple of the parameters of the function. `stencil`: number
+    of nodes whose shape functions can be non-zero at a point."""
 
     @property
     def stencil(self) -> int: ...
@@ -89,8 +89,12 @@ def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
 
 @pointwise
 def spread3(offset, w, g):
-    """Return the factors of `affine_weights` for three nodes, with the same arguments. At a wall, where Σ w (x_I - x)²
-    vanishes, return the derivatives g."""
+    """Return the factors w (x_I - x) / Σ w (x_I - x)² [1/cell] (see `affine_weights`) of the three nodes x_I around a point
+    x along an axis; at a wall, where the sum vanishes, return the derivatives g.
+
+    offset: position of the first node minus x [cells]; w, g: values and derivatives [1/cell] of the shape functions of the
+    nodes at x.
+    """
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
     if spread < LEAST_SPREAD:
@@ -100,8 +104,12 @@ def spread3(offset, w, g):
 
 @pointwise
 def spread4(offset, w, g):
-    """Return the factors of `affine_weights` for four nodes, with the same arguments. At a wall, where Σ w (x_I - x)² vanishes,
-    return the derivatives g."""
+    """Return the factors w (x_I - x) / Σ w (x_I - x)² [1/cell] (see `affine_weights`) of the four nodes x_I around a point
+    x along an axis; at a wall, where the sum vanishes, return the derivatives g.
+
+    offset: position of the first node minus x [cells]; w, g: values and derivatives [1/cell] of the shape functions of the
+    nodes at x.
+    """
     r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
     if spread < LEAST_SPREAD:
@@ -127,7 +135,12 @@ def fold3(first, n, w):
 
 @pointwise
 def fold4(first, n, w):
-    """Return the first node and the weights of four nodes with nodes beyond a wall folded onto it; arguments as in `fold3`."""
+    """Return the first node and the weights of four nodes along an axis after the weights of nodes beyond a wall are
+    transferred to the nodes at the wall by linear extrapolation.
+
+    first: number of the first node, -1 if it is beyond the lower wall; n: number of cells; w: values or derivatives of the
+    four shape functions.
+    """
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], w[3], 0.0)
         first = 0

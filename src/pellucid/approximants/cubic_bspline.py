@@ -7,7 +7,8 @@ from pellucid.jit import point_function
 
 
 class CubicBSpline(NamedTuple):
-    """Cubic B-spline as shape function along a grid axis, with four nodes at a point."""
+    """Shape function along one grid axis: a cubic B-spline. `stencil`: number of nodes whose functions can be non-zero at a
+    point."""
 
     stencil: int = 4
 

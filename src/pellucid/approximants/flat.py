@@ -7,7 +7,8 @@ from pellucid.jit import point_function
 
 
 class Flat(NamedTuple):
-    """Constant shape function along a grid axis that is one cell thick, with a single node."""
+    """Shape function along a grid axis that is one cell thick: constant, with the value 1. `stencil`: the axis has a single
+    node."""
 
     stencil: int = 1
 

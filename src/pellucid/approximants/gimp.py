@@ -8,8 +8,8 @@ from pellucid.jit import point_function, pointwise
 
 
 class Gimp(NamedTuple):
-    """Shape function of uGIMP along one axis; `half`: half the edge length of a material point along the axis [cells], at most
-    ½."""
+    """Shape function along one grid axis by uniform generalised interpolation (uGIMP). `half`: half the edge length of a
+    material point along the axis [cells], at most ½; `stencil`: number of nodes whose functions can be non-zero at a point."""
 
     half: float
     stencil: int = 3

@@ -12,8 +12,9 @@ FAR = 4
 
 
 class PeriodicAxis(NamedTuple):
-    """A shape function along a periodic axis: `function` is the wrapped one, with `stencil` nodes, evaluated far from walls;
-    the numbers of its nodes are folded into the period."""
+    """Shape function along a periodic grid axis. `function`: shape function of an axis with walls, evaluated far from the
+    walls; its node numbers are then reduced to the period. `stencil`: number of nodes whose functions can be non-zero at a
+    point."""
 
     function: Any
     stencil: int
@@ -28,8 +29,8 @@ def _far_from_walls(u, n):
 
 @pointwise
 def _within(i, n):
-    """Return the node number i, found at a coordinate of `_far_from_walls`, without its shift and within the period: 0 to n -
-    1."""
+    """Return the number within the period of n nodes (0 to n - 1) of node i, which was found at a coordinate shifted by
+    `_far_from_walls`."""
     first = i - FAR
     first = first + n if first < 0 else first
     return first - n if first >= n else first

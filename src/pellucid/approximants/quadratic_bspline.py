@@ -7,7 +7,8 @@ from pellucid.jit import point_function
 
 
 class QuadraticBSpline(NamedTuple):
-    """Quadratic B-spline as shape function along a grid axis, with three nodes at a point."""
+    """Shape function along one grid axis: a quadratic B-spline. `stencil`: number of nodes whose functions can be non-zero
+    at a point."""
 
     stencil: int = 3
 

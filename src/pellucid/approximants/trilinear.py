@@ -9,7 +9,8 @@ from pellucid.jit import point_function, pointwise
 
 
 class Trilinear(NamedTuple):
-    """Linear shape function along a grid axis, with two nodes at a point."""
+    """Shape function along one grid axis: linear between neighbouring nodes. `stencil`: number of nodes whose functions can
+    be non-zero at a point."""
 
     stencil: int = 2
 

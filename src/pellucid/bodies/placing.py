@@ -27,9 +27,9 @@ def place_problems(
     """Yield findings (errors of the case) for a body at `path` that extends beyond the grid, or touches itself across a
     periodic seam.
 
-    bounds: its lower and upper corner [m]; is_surface: True for a membrane; cut_at: faces of the grid beyond which it may
-    extend; fills: True if a body as long as the period continues across the seam without a gap; flows: True if the body may
-    touch itself, like a fluid.
+    bounds: lower and upper corner of the bounding box of the body [m]; is_surface: True for a membrane; cut_at: faces of
+    the grid beyond which the body may extend; fills: True if a body as long as the period continues across the seam without
+    a gap; flows: True if the body may touch itself, like a fluid.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:

@@ -364,9 +364,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self.constraint is not None and getattr(self.constraint, "by_slabs", False) == by_slabs
 
     def _lead(self, remap: bool) -> None:
-        """Set the velocities that the constraint of the body prescribes; if `remap`, scatter their momentum to the grid
-        nodes.
-        """
+        """Set the velocities of the points that the constraint of the body prescribes, if there is a constraint, and sum
+        the momentum of the points; if `remap`, scatter this momentum to the grid nodes."""
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         kernels.sum_momentum(self.n_slabs, self.mapped)
@@ -400,7 +399,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     def update_positions(self, dt: float) -> None:
-        """Move the points over a step dt [s]. If the constraint moves the body as a whole, it sets all positions."""
+        """Move the points over a step dt [s]. If a constraint moves the body as a whole, the constraint sets all positions."""
         if self.constraint is None or self.constraint.strains:
             self._move_by_nodes(dt)
         self.prescribe_positions()

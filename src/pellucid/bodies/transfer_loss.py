@@ -45,14 +45,16 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], as work of the transfers, and the
     correction of the work of internal forces.
 
-    L is the kinetic energy lost by mass lumping; v and v' are the nodal velocities from the points before and after the step,
-    Δv the change by nodal forces f (see the module). bodies: the bodies of the field; strained_last: True with MUSL and USL,
-    where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these are strained
-    along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step, so their L counts as
-    work of internal forces; the part of other impulses is then in `time_integration_error`.
+    L is the kinetic energy lost by mass lumping; v and v' are the nodal velocities from the points before and after the
+    step, Δv the change by nodal forces f (see `pellucid.bodies.transfer_loss`). bodies: the bodies of the field;
+    strained_last: True with MUSL and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that
+    keep no heat. With USL these bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is
+    unknown before the next step, so this part counts as work of internal forces; the part of L due to other impulses is
+    then in `time_integration_error`.
 
-    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v (`EnergyBudget`).
-    That is also its work, in addition to the kinetic energy that it removes from the points.
+    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v
+    (`EnergyBudget`). This change is also work of the drag, in addition to the kinetic energy that the drag removes from the
+    points.
     """
     others = [body.transfer_loss for body in bodies if not body.keeps_heat]
     keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
@@ -81,11 +83,12 @@ def contact_lag_work(pairs: ContactPairs) -> StepWork:
 
 def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
     """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step, and return the
-    corresponding corrections of the works, one `StepWork` or none.
+    corresponding corrections of the works: a list with one `StepWork`, or an empty list if no body keeps heat from this
+    step.
 
     Such a gain is possible if a fluid shares its velocity field with other bodies. The fluid keeps the losses of its own
-    points, which are due to the forces of all bodies; the others get the part of the losses of all points that belongs to their
-    forces. The sum may exceed the loss of all points.
+    points, which are due to the forces of all bodies; the other bodies get the part of the losses of all points that
+    belongs to their forces. The sum may exceed the loss of all points.
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)

@@ -31,13 +31,13 @@ class Fits(NamedTuple):
     position: np.ndarray  # (n, 3) node positions [m]
     cells: Lists  # the nodes of each cell
     nodes: Lists  # the entries of `cells` that belong to each node
-    cell: np.ndarray  # cell of each entry
+    cell: np.ndarray  # cell of each entry of `cells`
     n_points: int  # quadrature points per cell
     weights: np.ndarray  # (m,) quadrature weights [m³]
-    over: np.ndarray  # (m,) 1/C
-    centre: np.ndarray  # (m, 3) centre y [m]
-    inverse: np.ndarray  # (m, 3, 3) J⁻¹ [1/m²]
-    shares: np.ndarray  # c_a, in the layout of `PointRows.values`
+    over: np.ndarray  # (m,) 1/C, C: sum of the weights of the fit at a point
+    centre: np.ndarray  # (m, 3) centre y of the nodes, weighted [m]
+    inverse: np.ndarray  # (m, 3, 3) J⁻¹ [1/m²], J: weighted second moments of the nodes about y
+    shares: np.ndarray  # weights c_a = |p_a| of the nodes in the fits, in the layout of `PointRows.values`
     gradients: np.ndarray  # gradients of the shape functions, in the layout of `PointRows.gradients`
 
 

@@ -19,12 +19,12 @@ from pellucid.model import parameter
 
 
 class CellLeastSquares(NamedTuple):
-    """Parameters of the shape functions: nodes, and data for computing distances from the faces that bound the ring of cells
-    around each node."""
+    """Parameters of cell-based least-squares shape functions for kernels. The weight of a node depends on the distance from
+    the faces that bound the ring of cells around the node."""
 
     smoothness: float  # exponent s of the weights
     position: np.ndarray  # (n, 3) node positions [m]
-    distances: FaceDistances
+    distances: FaceDistances  # faces that bound the ring of cells around each node
 
 
 class CellLeastSquaresModel(FacedApproximant):
@@ -53,10 +53,10 @@ class CellLeastSquaresModel(FacedApproximant):
 
 @pointwise
 def _weight(fn, x, a, faces):
-    """Return the weight D^s of node a at x [m], where D is the smooth distance from the faces of its ring of cells divided by
-    the ring size, and the gradient of the weight times the ring size.
+    """Return the weight D^s of node a at x [m], and the gradient of this weight times the size of the ring of cells around
+    the node. D is the smooth distance of x from the faces that bound the ring, divided by the ring size.
 
-    faces: scratch memory for a block of faces. fn: `CellLeastSquares`.
+    fn: `CellLeastSquares`, with the exponent s; faces: scratch memory for a block of faces.
     """
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh

@@ -18,12 +18,12 @@ from pellucid.model import parameter
 
 
 class CellMaximumEntropy(NamedTuple):
-    """Parameters of the priors: nodes, and data for computing distances from the faces that bound the ring of cells around each
-    node."""
+    """Parameters of cell-based maximum-entropy shape functions for kernels. The prior (weight) of a node depends on the
+    distance from the faces that bound the ring of cells around the node."""
 
     smoothness: float  # exponent s of the priors
     position: np.ndarray  # (n, 3) node positions [m]
-    distances: FaceDistances
+    distances: FaceDistances  # faces that bound the ring of cells around each node
 
 
 class CellMaximumEntropyModel(MaximumEntropyModel):
@@ -58,10 +58,11 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
 
 @pointwise
 def _prior(fn, x, a, faces):
-    """Return ln w_a = s ln D_a, the logarithm of the prior of node a at x [m], and its gradient times the ring size.
+    """Return ln w_a = s ln D_a, the logarithm of the prior (weight) of node a at x [m], and the gradient of this logarithm
+    times the ring size.
 
-    D_a: smooth distance of x from the faces of the ring of the node, divided by the ring size; faces: scratch memory for a
-    block of faces. fn: `CellMaximumEntropy`.
+    D_a: smooth distance of x from the faces that bound the ring of cells around the node, divided by the ring size; faces:
+    scratch memory for a block of faces. fn: `CellMaximumEntropy`, with the exponent s.
     """
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh

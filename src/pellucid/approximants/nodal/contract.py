@@ -31,21 +31,20 @@ class NoFunctions(ValueError):
 class Scratch(NamedTuple):
     """Scratch memory of one thread in which the shape functions of the n active nodes of a cell are computed at a point."""
 
-    offset: np.ndarray  # (n, 3) vectors between the point and the nodes, divided by a length
+    offset: np.ndarray  # (n, 3) x - x_a (maximum entropy) or x_a - x (least squares) of point x and nodes x_a, over a length
     log_prior: np.ndarray  # (n,) logarithms of the nodal priors, or the weights of least squares
     slope: np.ndarray  # (n, 3) gradients of `log_prior`, times the length
     moments: np.ndarray  # (4, 10, 10) moment matrix of least squares and its derivatives along x, y, z
-    terms: np.ndarray  # (5, 10) polynomials of least squares, and their coefficients and derivatives of these
+    terms: np.ndarray  # (5, 10) least squares: basis at a node, coefficients c, and derivatives of c along x, y, z
     faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,) distances from a block of faces, see `face_distances`
     normal: np.ndarray  # (3,) normal of the face on which the point lies, zero if there is none
 
 
 class Evaluator(NamedTuple):
-    """Shape functions of an approximant on a mesh: the active nodes of each cell (nodes whose functions can be non-zero there),
-    in ascending order, and the parameters of the functions, in a NamedTuple whose type selects the kernel."""
+    """Shape functions of an approximant on a mesh, in the form that kernels evaluate."""
 
-    active: Lists
-    functions: Any
+    active: Lists  # nodes whose functions can be non-zero in each cell, ascending
+    functions: Any  # parameters of the functions: a NamedTuple whose type selects the kernel
     positive: bool = True
     """True if all shape functions are non-negative."""
 

@@ -29,7 +29,7 @@ class FaceDistances(NamedTuple):
     size: np.ndarray  # (n,) size of the support of each node [m]
     first: np.ndarray  # (n + 1,) start of the faces of each node in `faces`, and the end of the last
     faces: np.ndarray  # faces of node a: entries first[a] to first[a + 1]
-    planes: np.ndarray  # (f, 4, 4) normals and offsets of the face and of planes through its edges (segment: middle, length)
+    planes: np.ndarray  # (f, 4, 4) normal, offset [m]: of the face, of planes through its edges (segment: middle, length [m])
 
 
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
@@ -130,7 +130,8 @@ def _triangle_sum(fn, x, a, s):
 
 @pointwise
 def _segment_sum(fn, x, a):
-    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ for faces that are segments; arguments and results as in `_triangle_sum`."""
+    """Return the sum Σ ρ⁻² and the components of Σ ρ⁻³ ∇ρ over the faces of node a, which are segments in the plane z = 0;
+    ρ: trimmed distance of x [m] from a face, in units of the support size of the node. fn: `FaceDistances`."""
     total = gx = gy = 0.0
     size = fn.size[a]
     for i in range(fn.first[a], fn.first[a + 1]):
@@ -160,8 +161,12 @@ def inverse_square(fn, x, a, scratch):
 
 @pointwise
 def share_before_faces(fn, x, a, scratch):
-    """Return the factor (1 + D⁻²)^(-s/2), s = SMOOTHNESS, by which faces reduce the weight of node a at x, and the gradient of
-    the factor times the support size; D and arguments as in `inverse_square`."""
+    """Return the factor (1 + D⁻²)^(-s/2), s = SMOOTHNESS, by which faces reduce the weight of node a at x [m], and the
+    gradient of the factor times the support size. D: smooth distance of x from the faces that bound the support of the
+    node, divided by the support size.
+
+    fn: `FaceDistances`; scratch: memory for a block of faces.
+    """
     total, gx, gy, gz = inverse_square(fn, x, a, scratch)
     if total * VANISHING * VANISHING >= 1.0:
         return 0.0, 0.0, 0.0, 0.0

@@ -7,8 +7,8 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 class FacedApproximant(NodalApproximant):
-    """An approximant whose parameters include `distances` from faces, on which the shape functions of nodes can be made
-    zero."""
+    """Base class of approximants whose shape functions can be made zero on given faces: the parameters of the functions
+    include `distances` from faces."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
         from pellucid.approximants.nodal.rings import with_faces  # scipy is slow to import

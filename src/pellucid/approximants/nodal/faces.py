@@ -21,11 +21,11 @@ def unit_normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def face_shares(evaluator: Evaluator, nodes: np.ndarray, faces: np.ndarray, cells: np.ndarray) -> FaceShares:
-    """Return the means ∫ p_a dA / A of the shape functions p_a over triangles of area A, with their nodes.
+    """Return the means ∫ p_a dA / A of the shape functions p_a over triangles of area A, with the numbers a of the nodes.
 
     evaluator: defines the shape functions; nodes: positions, shape (n, 3) [m]; faces: corners of the triangles, shape (f,
     3); cells: number of the cell that contains each face, shape (f,). The means reproduce constant and linear fields: on
-    each face their sum is 1, and the sum of means times nodal positions is the centroid of the face.
+    each face the sum of the means is 1, and the sum of means times nodal positions is the centroid of the face.
     """
     means, normals = np.zeros(0), unit_normals(nodes, faces)
     for place, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):

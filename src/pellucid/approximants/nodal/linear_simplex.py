@@ -10,11 +10,10 @@ from pellucid.jit import point_function
 
 
 class LinearSimplex(NamedTuple):
-    """Parameters of linear shape functions: their gradients for each cell's corners in ascending order [1/m], shape (c, d + 1,
-    3), and the cell centres."""
+    """Parameters of linear shape functions on c triangles (d = 2) or tetrahedra (d = 3), for kernels."""
 
-    gradient: np.ndarray
-    middle: np.ndarray  # (c, 3) [m]
+    gradient: np.ndarray  # (c, d + 1, 3) gradients of the functions of each cell's corners, in ascending order [1/m]
+    middle: np.ndarray  # (c, 3) centres of the cells [m]
 
 
 class LinearSimplexModel(NodalApproximant):

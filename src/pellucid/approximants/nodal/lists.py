@@ -12,7 +12,7 @@ class Lists(NamedTuple):
     items: np.ndarray  # entries of all lists, one list after the other
 
     def of(self, things: np.ndarray) -> "Lists":
-        """Return the lists of the objects with the numbers `things`, shape (m,), in this order."""
+        """Return the lists of the objects with the numbers `things`, shape (m,), in the order of `things`."""
         count = np.diff(self.first)[things]
         first = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
         return Lists(

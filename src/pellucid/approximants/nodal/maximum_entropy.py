@@ -32,7 +32,7 @@ class MaximumEntropyModel(FacedApproximant):
 @pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
     """Fill p (n,) with the maximum-entropy shape functions p_a = w_a exp(λ·(x - x_a)) / Z of n nodes with the priors w_a
-    for the multiplier λ = (l0, l1, l2), and return ln Z, where Z makes their sum one.
+    for the multiplier λ = (l0, l1, l2), and return ln Z, where Z makes the sum of the functions one.
 
     offset: vectors x - x_a in units of a length, shape (n, 3); log_prior: logarithms ln w_a of the priors, shape (n,).
     """
@@ -176,12 +176,13 @@ def to_lengths(gradients, length):
 
 @pointwise
 def keep_face(n, normal, offset, log_prior):
-    """For a point on a face with the given unit normal, set the priors of nodes off the face to zero, if all nodes with a prior
-    lie on one side: their functions vanish on the face.
+    """For a point on a boundary face with the given unit normal, set the priors of the nodes off the plane of the face to
+    zero if all nodes with a prior lie on one side of the plane. The shape functions of nodes off the plane vanish on such a
+    face.
 
     n: number of nodes; offset, log_prior: as in `entropy_weights`, changed in place.
-    The functions are the limit for a multiplier λ that grows along the normal. Newton's method cannot reach this limit if
-    nodes lie close to the plane of the face, as on a curved boundary.
+    The functions on the face are the limit for a multiplier λ that grows along the normal. Newton's method cannot reach
+    this limit if nodes lie close to the plane of the face, as on a curved boundary.
     """
     above = below = False
     for a in range(n):
@@ -204,8 +205,8 @@ def entropy_functions(length, flat, scratch, values, gradients):
     """Fill `values` (n,) with the shape functions of n nodes at a point and `gradients` (3, n) with their gradients [1/m];
     return `OK` or a code of `FAILURES`.
 
-    length: unit of length [m] of the offsets, logarithms of priors and gradients of these in `scratch`; flat: True if the
-    nodes lie in a plane z = const.
+    length: unit of length [m] of `scratch`, which contains the offsets, the logarithms of the priors and the gradients of
+    the logarithms; flat: True if the nodes lie in a plane z = const.
     """
     n = len(values)
     if scratch.normal[0] != 0.0 or scratch.normal[1] != 0.0 or scratch.normal[2] != 0.0:

@@ -44,7 +44,7 @@ def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.nd
 
 
 def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
-    """Return for each cell, in ascending order, its active nodes: those whose k-th ring (the cells around a node, see
+    """Return for each cell, in ascending order, its active nodes: the nodes whose k-th ring (the cells around a node, see
     `ring`) contains the cell."""
     nodes = sparse.csr_array(mesh.incidence.T)
     for _ in range(k - 1):

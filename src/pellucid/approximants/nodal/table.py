@@ -28,9 +28,9 @@ class Points(NamedTuple):
     active: np.ndarray  # active nodes of all cells, one cell after the other
     position: np.ndarray  # (m, 3) [m]
     cell: np.ndarray  # (m,) cell of each point
-    row: np.ndarray  # (m + 1,) as in `PointRows`
-    values: np.ndarray  # as in `PointRows`
-    gradients: np.ndarray  # as in `PointRows`
+    row: np.ndarray  # (m + 1,) index in `values` of the first entry of each point
+    values: np.ndarray  # shape functions, layout of `PointRows.values`
+    gradients: np.ndarray  # gradients of the functions [1/m], layout of `PointRows.gradients`
     failure: np.ndarray  # (m,) `OK` or a code of `FAILURES`
     normal: np.ndarray  # (m, 3) normals of faces on which the points lie, or (0, 3)
     longest: int  # largest number of nodes of a point
@@ -83,9 +83,9 @@ def evaluate(
     """Compute the shape functions of an approximant at points, shape (m, 3) [m], in given cells, shape (m,), and their
     gradients [1/m] if `gradients` is set.
 
-    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do; gradients must not be
-    requested there. Raises NoFunctions with the position if the approximant has no functions at a point. evaluator: defines
-    the shape functions.
+    evaluator: defines the shape functions; normals: if the points lie on boundary faces, the unit normals of these faces,
+    shape (m, 3); gradients must then not be requested. Raises NoFunctions with the position if the approximant has no
+    functions at a point.
     """
     row, nodes = evaluator.active.of(cells)
     size = int(row[-1])

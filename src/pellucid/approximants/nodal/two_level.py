@@ -26,7 +26,7 @@ PASSES, MOST_ITERATIONS = 6, 2000
 
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Return the solution x of matrix @ x = wanted, shape (n, k), by two-level conjugate gradients. The affine functions of
-    the nodes are in the null space, so x is determined up to these.
+    the nodes are in the null space of the matrix, so x is determined up to an affine function.
 
     wanted: k right-hand sides, shape (n, k). nodes: positions of the nodes [m], shape (n, 3). Raises Refusal if the
     residual stays above 1e-10 of the right-hand side.

@@ -13,8 +13,8 @@ from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
 class BlendedRows(NamedTuple):
-    """Shape functions at q points of each of t simplices in d dimensions, with r entries per point; a node may occur in
-    several of them."""
+    """Shape functions and derivatives at q points of each of t simplices in d dimensions, in r entries per point; several
+    entries may belong to the same node, and their sum is then the function of the node."""
 
     nodes: np.ndarray  # (t, r) numbers of the nodes
     value: np.ndarray  # (t, q, r) shape functions
@@ -31,7 +31,7 @@ class BlendedRows(NamedTuple):
         return self.first @ of_nodes[self.nodes][:, None]
 
     def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
-        """Return the same shape functions with one entry per node of a simplex: entries of the same node are added.
+        """Return the shape functions with one entry per node of a simplex: entries of the same node are added.
 
         nodes: numbers of the m nodes of each simplex, shape (t, m). slots: index in `nodes` of each node in the stencils of
         the corners, shape (t, d + 1, s), with s nodes per stencil.
@@ -60,14 +60,15 @@ class Places(NamedTuple):
 
     place: np.ndarray  # (t, q, k) positions [m]
     first: np.ndarray  # (t, q, d, k) first derivatives [m]
-    second: np.ndarray  # (t, p, k) second derivatives [m], the same at all points
+    second: np.ndarray  # (t, p, k) second derivatives [m] by p pairs of coordinates, the same at all points
 
 
 def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> BlendedRows:
-    """Return the shape functions at q points of each of t simplices, blended from those of the stencils of their corners.
+    """Return the shape functions at q points of each of t simplices, blended from the shape functions of the stencils of
+    their corners.
 
-    near, found: the stencils of all points in their order, and their interpolants; shares: barycentric coordinates, shape
-    (q, d + 1) or (t, q, d + 1); derivatives: 1 or 2, order of the highest derivatives.
+    near: stencils of all points, in the order of the points; found: interpolants of these stencils; shares: barycentric
+    coordinates of the q points, shape (q, d + 1) or (t, q, d + 1); derivatives: 1 or 2, order of the highest derivatives.
     """
     corners, d = simplices.corners, simplices.corners.shape[1] - 1
     slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the barycentric coordinates
@@ -97,9 +98,10 @@ def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: n
 def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:
     """Return points on simplices, whose edges are first curved to match the normals, and derivatives of the positions.
 
-    shares: barycentric coordinates, shape (t, q, d + 1); slopes: their derivatives by the coordinates of all corners except
-    the first, shape (d + 1, d); pairs: indices of the two coordinates of each second derivative. The middle of an edge is
-    shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of order h².
+    shares: barycentric coordinates, shape (t, q, d + 1); slopes: derivatives of the barycentric coordinates by the
+    coordinates of all corners except the first, shape (d + 1, d); pairs: indices of the two coordinates of each second
+    derivative. The middle of an edge is shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give
+    areas only of order h².
     """
     corner = simplices.points[simplices.corners]
     place = np.einsum("tqa,tak->tqk", shares, corner)

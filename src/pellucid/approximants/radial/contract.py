@@ -15,9 +15,9 @@ NO_SHAPE = 0.0
 class Profile(NamedTuple):
     """A radial function φ and its first and second derivatives with respect to s = r², all of the same shape."""
 
-    value: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+    value: np.ndarray  # φ
+    first: np.ndarray  # dφ/ds
+    second: np.ndarray  # d²φ/ds²
 
 
 class RadialModel(Model):
@@ -46,7 +46,7 @@ class RadialModel(Model):
     @property
     @abstractmethod
     def least_degree(self) -> int:
-        """Smallest degree of the polynomials that guarantees a unique interpolant; -1 if none are needed."""
+        """Smallest degree of the polynomials that guarantees a unique interpolant; -1 if no polynomials are needed."""
 
     @property
     @abstractmethod

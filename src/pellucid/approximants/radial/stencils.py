@@ -43,17 +43,18 @@ class Functions(NamedTuple):
 
 
 class Interpolants(NamedTuple):
-    """Interpolants of s stencils with m nodes in d dimensions: node positions, shape parameters and coefficients."""
+    """Interpolants of s stencils with m nodes in d dimensions (symbols: see `pellucid.approximants.radial.stencils`). An
+    interpolant is a sum of radial functions φ of the distances from the nodes and of p polynomials."""
 
-    radial: RadialModel
+    radial: RadialModel  # radial function φ and degree of the polynomials
     centre: np.ndarray  # (s, d) mean node position [m]
     radius: np.ndarray  # (s,) largest distance of a node from the centre [m]
     nodes: np.ndarray  # (s, m, d) positions relative to the centre, divided by the radius
     shape: np.ndarray  # (s,) shape parameters times the radius
-    fit: np.ndarray  # (s, p, m) matrix F of the module docstring, for p polynomials
-    across: np.ndarray  # (s, m - p, m) matrix Zᵀ
-    coefficients: np.ndarray  # (s, m + p, m - p) coefficients of w Zᵀ A Z for the radial functions and the monomials
-    inverse: np.ndarray  # (s, m - p, m - p) inverse of Zᵀ A Z
+    fit: np.ndarray  # (s, p, m) matrix F: least-squares coefficients of p polynomials from nodal values
+    across: np.ndarray  # (s, m - p, m) matrix Zᵀ: orthonormal basis of the nodal values orthogonal to the polynomials
+    coefficients: np.ndarray  # (s, m + p, m - p) coefficients of (φ - p F A) Z for the radial functions φ and the monomials p
+    inverse: np.ndarray  # (s, m - p, m - p) inverse of Zᵀ A Z, A: radial functions between the nodes
 
 
 def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:

@@ -59,7 +59,7 @@ def windows_on_line(x: np.ndarray, radial: RadialModel, half_width: float = 0.5)
 
 
 class _Sum:
-    """Sparse matrix of shape (n, n), assembled from entries."""
+    """Builds a sparse matrix of shape (n, n) by adding entries; entries at the same place are summed."""
 
     def __init__(self, n: int) -> None:
         self._n = n

@@ -41,11 +41,12 @@ def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
 
 
 def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
-    """Return the matrices of Galerkin's method for a closed surface, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, with the shape
-    functions N_I of the nodes. The surface is the one that these functions interpolate.
+    """Return the matrices of Galerkin's method for a closed surface, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, with the
+    shape functions N_I of the nodes. The integrals are over the curved surface that the shape functions interpolate between
+    the nodes.
 
-    mesh: triangles between the nodes; radial: settings of the shape functions. Uses six quadrature points per triangle; three
-    are too few for functions of this order.
+    mesh: triangles between the nodes; radial: settings of the shape functions. Uses six quadrature points per triangle;
+    three are too few for functions of this order.
     """
     vertices, normals = mesh.vertices, vertex_normals(*mesh)
     near = on_surface(vertices, normals, radial.stencil_size(2))

@@ -40,7 +40,7 @@ class Driving(NamedTuple):
     dimensions over a step.
     """
 
-    tractions: Sequence[ActingTraction]
+    tractions: Sequence[ActingTraction]  # loads per unit area
     forces: Sequence[tuple[int, np.ndarray]]  # nodal forces [N], shape (n, d), each with its index in `StepWork.works`
     known: np.ndarray  # (n, d) mask of the prescribed velocity components
     velocity: np.ndarray  # (n, d) values of the prescribed components [m/s]
@@ -56,7 +56,7 @@ class Found(NamedTuple):
     velocity: np.ndarray  # (n, d) nodal velocities [m/s]
     parts: Forms  # resistance, stiffness and forces of the elements
     tractions: list[tuple[int, np.ndarray]]  # nodal forces [N], shape (n, d), each with its index in `StepWork.works`
-    borders: list[tuple[Border, float]]  # constraints of volume and area, each with its force
+    borders: list[tuple[Border, float]]  # constraints of volume and area, with their forces: pressure [Pa], tension [N/m]
     normal: np.ndarray | None  # (n, d) normals at the nodes; None if no velocity along them is prescribed
 
 
@@ -208,10 +208,9 @@ class FilmBalance(FilmForces):
 
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:
-        """Return the rates of change of volume [m³/s] and area [m²/s] with which the film reaches their prescribed values (in
-        `driving`) at the end of a step dt [s]. The list has no entry for a volume or area that is free. o: geometry of the film
-        at the start of the step.
-        """
+        """Return the rates of change of volume [m³/s] and area [m²/s] with which volume and area have the values prescribed
+        by `driving` at the end of a step dt [s]. The list has no entry for a volume or area that is free. o: geometry of
+        the film at the start of the step."""
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]
@@ -231,11 +230,11 @@ def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
-    """Return the derivatives of the enclosed volume [m²] and of the area [m] of a film with respect to the positions of the m
-    nodes of each of its e elements, shape (e, m, d) each.
+    """Return the derivatives of the enclosed volume [m²] and of the area [m] of a film with respect to the positions of the
+    m nodes of each of its e elements, shape (e, m, d) each.
 
-    o: geometry and strain operators of the film; driving: constraints of the film. A quantity (volume or area) that it does not
-    prescribe is omitted from the list.
+    o: geometry and strain operators of the film; driving: constraints of the film. The list contains only the quantities
+    (volume, area) that `driving` prescribes.
     """
     rows = []
     if driving.volume is not None:

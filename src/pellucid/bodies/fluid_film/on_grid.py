@@ -44,10 +44,10 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
     """A film whose nodes move with a velocity field that other bodies share.
 
-    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
-    initial shape; the array `node` holds the number of each point in the geometry. `v`, the velocities of the last step [m/s],
-    and `part_mass`, the masses of the parts of the film (those of its nodes or elements) [kg], are in the order of the
-    geometry.
+    For a Loop surface the points are the control vertices, near the surface but not on the surface. Points are numbered as
+    in the initial shape; the array `node` holds the number of each point in the geometry. `v`, the velocities of the last
+    step [m/s], and `part_mass`, the masses of the parts of the film (pieces that belong to a node or an element) [kg], are
+    in the order of the geometry.
     """
 
     energy_kind = "strain"
@@ -202,8 +202,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid that strain the bodies [m/s]; a film moves with them, so that no energy is
-        lost between its motion and the work of its forces."""
+        """Return the nodal velocities of the grid that strain the bodies [m/s], shape (nodes, 3). A film moves with these
+        velocities, so that no energy is lost between its motion and the work of its forces."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:

@@ -127,8 +127,8 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """Return a message about the place where the film is stretched so much that its density is too low for the model; None if
-    it is not.
+    """Return a message about the place where the film is stretched so much that its density is too low for the model; None
+    if there is no such place.
 
     balance: forces and densities of the film; arrays: state of the film; o: geometry of the film in this state.
     """

@@ -63,9 +63,9 @@ def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping
 
 
 def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
-    """Return the values that a field adds at positions [m], shape (n, 3). Raises CaseError if the array does not have this
-    shape or contains values that are not finite numbers. key: path of the field in the case, for the message.
-    """
+    """Return the values that a field adds at positions [m], shape (n, 3). Raises CaseError if the array of the values does
+    not have the shape `shape` or contains values that are not finite numbers. key: path of the field in the case, for the
+    message."""
     what = f'the initial field of kind "{field.kind}"'
     with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
         found = field.at(read_only(position))
@@ -82,9 +82,8 @@ def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], ke
 
 
 def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
-    """Yield findings (errors of the case) for initial fields of a quantity that the points of the body at `path` do not have.
-    quantities: names of the quantities that they have.
-    """
+    """Yield findings (errors of the case) for initial fields of a quantity that the points of the body at `path` do not
+    have. quantities: names of the quantities that the points have."""
     for index, field in enumerate(fields):
         if field.quantity not in quantities:
             text = f'kind "{field.kind}" sets `{field.quantity}`, but the points of this body do not have it'

@@ -374,10 +374,11 @@ class MaterialPoints(
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
         """Add points with these arrays (position, velocity, mass, volume, material state) to the body, e.g. at an inflow,
-        after a step; they must lie in the grid. They use the rows of points that left or have not entered yet.
+        after a step; the points must lie in the grid. They are stored in the rows of points that left or have not entered
+        yet.
 
-        n_steps, time: steps and time [s] of the run, for the message. Returns mass, momentum and energies of the added points.
-        Raises RunStopped if no rows are left.
+        n_steps, time: steps and time [s] of the run, for the message. Returns mass, momentum and energies of the added
+        points. Raises RunStopped if no rows are left.
         """
         there, mass = self.n_there, arrays["mass"]
         end = there + len(mass)

@@ -27,9 +27,9 @@ LARGEST_SCALE = 0.02  # largest relative correction of the volumes
 
 
 class FilledRegion:
-    """A shape minus excluded regions, `left_out`, that is filled with the points of a lattice, `cells`. active: True for axes
-    along which the grid has more than one cell.
-    """
+    """Computes the positions and volumes of the material points that fill a region: a shape minus excluded regions
+    `left_out`. The points lie in the cells of a lattice, `cells`. active: True for axes along which the grid has more than
+    one cell."""
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
         self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
@@ -46,8 +46,8 @@ class FilledRegion:
         """Yield the positions of the points inside [m], shape (k, 3), and the volume of each divided by the volume of a
         lattice cell, shape (k,), for some layers of the lattice at a time.
 
-        Points also receive slivers (parts of cells whose own point is outside) from neighbouring layers; these slivers may be
-        closer to points of further layers, so the search includes those.
+        Points also receive slivers (parts of cells whose own point is outside) from neighbouring layers. The nearest point
+        of such a sliver may lie in a layer further away, so the search includes further layers.
         """
         cells, reach = self._cells, int(np.ceil(self._far / self._cells.spacing[0] + 0.5))
         for first, end in cells.chunks():
@@ -171,11 +171,11 @@ def _slivers(
     centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Assign slivers (parts of cells whose own lattice point is outside) to the nearest points. Returns the cells of the
-    slivers, the cells of their points, and the fraction of each sliver for each point, shape (pairs,) each. Equally near
-    points share a sliver, so that symmetric shapes stay symmetric.
+    slivers, the cells of the points that receive them, and the fraction of each sliver for each point, shape (pairs,) each.
+    Equally near points share a sliver, so that symmetric shapes stay symmetric.
 
-    centres, middle: centres of the cells and centroids of their parts in the region [m], shape (k, 3); kept: numbers of the
-    cells with a point; slivers: numbers of the cells without.
+    centres: centres of the cells [m], shape (k, 3); middle: centroids of the parts of the cells that lie in the region [m],
+    shape (k, 3); kept: numbers of the cells with a point; slivers: numbers of the cells without.
     """
     from scipy.spatial import cKDTree
 

@@ -40,7 +40,7 @@ class MovedSurface(NamedTuple):
     """
 
     functions: Any  # shape functions along x, y, z
-    lattice: Lattice
+    lattice: Lattice  # cells of the grid
     velocity: np.ndarray  # (nodes, 3) nodal velocities that strain the points [m/s]; internal forces do work on them
     host: np.ndarray  # (m, 3) positions of the host material points at the start of the step [m]
     offset: np.ndarray  # (m, 3) vectors from the hosts to the surface points, less a constant depth along the normal [m]
@@ -74,9 +74,9 @@ def _put_on_hosts(surface, position, stored, stays, depth, place):
     """Compute the positions `place` of the surface points [m], shape (m, 3): position of the host material point, plus the
     offset, plus a constant depth along the normal.
 
-    surface: a `MovedSurface`; position: positions of all material points [m], shape (n, 3); stored: row of each host in it,
-    shape (m,); stays: True if the point at the end of the offset does not move with the host, so that the offset changes;
-    depth: the constant depths [m], shape (m, 1).
+    surface: a `MovedSurface`; position: positions of all material points [m], shape (n, 3); stored: row of each host in
+    `position`, shape (m,); stays: True if the point at the end of the offset does not move with the host, so that the
+    offset changes; depth: the constant depths [m], shape (m, 1).
     """
     host, offset, area = surface.host, surface.offset, surface.area
     for p in range(len(place)):
@@ -129,7 +129,8 @@ def _add_forces(surface, listed, force, target):
 
 @kernel()
 def _list_pushed(force, listed):
-    """List the numbers of the points with non-zero forces [N], shape (m, 3), into `listed`; return how many there are."""
+    """List the numbers of the points with non-zero forces [N], shape (m, 3), into `listed`; return the number of points
+    listed."""
     n = 0
     for p in range(len(force)):
         if force[p, 0] != 0.0 or force[p, 1] != 0.0 or force[p, 2] != 0.0:
@@ -284,8 +285,9 @@ class GridSurface(ContactSurface):
 def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:
     """Return a mask, shape (m,), of the surface points on a flat side.
 
-    All neighbours of such a point have the same normal, except those beyond a sharp edge. place: positions [m], shape (m, 3);
-    normal: unit normals, shape (m, 3), where zero counts as flat; about: search distance for neighbours [m].
+    All neighbours of a point on a flat side have the same normal as the point, except neighbours beyond a sharp edge.
+    place: positions [m], shape (m, 3); normal: unit normals, shape (m, 3), where zero counts as flat; about: search
+    distance for neighbours [m].
     """
     pairs = cKDTree(place).query_pairs(about, output_type="ndarray")
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])

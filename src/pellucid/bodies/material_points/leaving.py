@@ -41,11 +41,12 @@ class OpenFaces:
 def taken_along(
     arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
 ) -> tuple[Passed, float]:
-    """Return number, mass, momentum and energies of leaving points (`Passed`), and the energy of their affine velocity fields
-    (APIC) [J].
+    """Return number, mass, momentum and energies of leaving points (`Passed`), and the energy of their affine velocity
+    fields (APIC) [J].
 
-    arrays: arrays of the points present; stored: their internal or strain energies [J], shape (n,); which: selection of the
-    leaving points, shape (n,); half_power: half the power of their internal forces [W].
+    arrays: arrays of the points present by name; stored: internal or strain energies of the points present [J], shape (n,);
+    which: selection of the leaving points, shape (n,); half_power: half the power of the internal forces of the leaving
+    points [W].
     """
     mass, velocity = arrays["mass"][which], arrays["velocity"][which]
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0
@@ -70,8 +71,7 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
 
 
 def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Passed, float]:
-    """Return number, mass, momentum and energies of entering points (`Passed`), and their Σ m|v| [kg m/s]. arrays: their
-    arrays; stored: their internal or strain energies [J], shape (n,).
-    """
+    """Return number, mass, momentum and energies of entering points (`Passed`), and the sum Σ m|v| over these points [kg
+    m/s]. arrays: arrays of the entering points by name; stored: internal or strain energies of the points [J], shape (n,)."""
     entered, _ = taken_along(arrays, stored, slice(None), 0.0)
     return entered, float(np.sum(arrays["mass"] * np.linalg.norm(arrays["velocity"], axis=1)))

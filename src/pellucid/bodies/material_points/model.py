@@ -92,9 +92,8 @@ class MaterialPointsCase(SeededBody):
         return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
-        """Return None: walls are possible for solids, whose surface has contact with them, and for fluids, whose points
-        have.
-        """
+        """Return None, since walls are possible for all these bodies: a solid touches walls with its surface, a fluid with
+        its points."""
         return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:

@@ -194,7 +194,8 @@ class SeededBody(DampedModel):
         return place[within], area[within]
 
     def edge_points(self, grid: GridCase, side: float) -> EdgePoints:
-        """Return contact points on the sharp edges of a body that does not deform. side: area of its largest side [m²]."""
+        """Return contact points on the sharp edges of a body that does not deform. side: area of the largest side of the
+        body [m²]."""
         x, y, z = (not thin for thin in grid.thin())
         others, spacing = self._left_out_in(grid), self.boundary_spacing(grid, hard=True)
 
@@ -230,9 +231,8 @@ class SeededBody(DampedModel):
 
     @property
     def has_users_fields(self) -> bool:
-        """True if an initial field is defined by user code: such fields are evaluated only at the points of the body, in their
-        order.
-        """
+        """True if an initial field is defined by user code. Such fields are evaluated only at the points of the body, in
+        the order of the points."""
         return not all(is_own(file_of(type(field))) for field in self.initial)
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:

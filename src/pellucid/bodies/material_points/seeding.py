@@ -18,8 +18,9 @@ def points_along_axes(
 ) -> tuple[int, int, int]:
     """Return the number of points per cell along x, y, z.
 
-    points_per_cell: number in a cell, or numbers along the axes; thin: True for axes along which the grid has one cell. A
-    single number is distributed equally over the other axes. Raises ValueError if that is impossible.
+    points_per_cell: number in a cell, or numbers along the axes; None: two along each axis that is not thin; thin: True for
+    axes along which the grid has one cell. A single number is distributed equally over the axes with more than one cell.
+    Raises ValueError if an equal distribution is impossible.
     """
     if isinstance(points_per_cell, tuple):
         return points_per_cell

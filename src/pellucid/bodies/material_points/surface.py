@@ -30,9 +30,8 @@ class RigidState(Protocol):
     def per_inertia(self) -> np.ndarray: ...
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Return Σ f·a for the accelerations a that forces f [N] at positions `place` [m], shape (m, 3) each, cause there
-        [N²/kg]; see `ContactSurface.mobility_along`.
-        """
+        """Return Σ f·a [N²/kg] for forces f [N] on the body at positions `place` [m], shape (m, 3) each, and the
+        accelerations a of the body at these positions due to the forces; see `ContactSurface.mobility_along`."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
         """Return the velocities [m/s] due to the rotation of the body at positions `place` [m], shape (m, 3) both."""
@@ -40,7 +39,7 @@ class RigidState(Protocol):
 
 @runtime_checkable
 class TakesForces(Protocol):
-    """A constraint that moves a rigid body and accepts forces on it."""
+    """A constraint that moves a rigid body and accepts forces on the body."""
 
     moves_freely: bool
     """True if the body has at least one free degree of freedom."""
@@ -104,9 +103,9 @@ def surface_of(
     hard: bool,
     first: np.ndarray | None = None,
 ) -> GridSurface | None:
-    """Build the contact surface of a body from its shape within the grid; None if the shape has no surface there.
+    """Build the contact surface of a body from its shape within the grid; None if the shape has no surface in the grid.
 
-    arrays, mapped: arrays of its material points and their data for kernels; load: function that returns the nodal forces,
+    arrays, mapped: arrays of the material points and their data for kernels; load: function that returns the nodal forces,
     shape (nodes, 3), to which surface forces are added; rigid: True if forces act on the body as a whole; hard: True if the
     body does not deform; first: initial positions of the points in an earlier run, by number [m], shape (n, 3).
     """

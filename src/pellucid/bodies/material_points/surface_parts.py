@@ -96,7 +96,8 @@ class SurfaceParts:
 
 
 def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Return displacements [m], shape (n, 3), reduced by whole periods of the grid [m], shape (3,), to the shortest ones."""
+    """Return displacements [m], shape (n, 3), reduced by whole periods of the grid [m], shape (3,), to the shortest
+    equivalent displacements."""
     folds = periods > 0.0
     shortest = way.copy()
     shortest[:, folds] -= periods[folds] * np.round(way[:, folds] / periods[folds])
@@ -104,8 +105,8 @@ def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
 
 
 def _after_rigid_motion(before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions `before` [m], shape (n, 3), after the rigid motion that fits them best to `after`, and the
-    transposed rotation matrix of this motion (Kabsch 1976, Acta Cryst. A 32, 922)."""
+    """Return the positions `before` [m], shape (n, 3), after the rigid motion for which they are closest to `after`, and
+    the transposed rotation matrix of this motion (Kabsch 1976, Acta Cryst. A 32, 922)."""
     first, last = before.mean(axis=0), after.mean(axis=0)
     left, _, right = np.linalg.svd((before - first).T @ (after - last))
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])

@@ -51,8 +51,8 @@ class Swings(NamedTuple):
     """Half the eigenfrequencies [1/s] of the oscillations of the nodes on the penalty springs of area and of volume, each
     alone; 0 if there is no such spring."""
 
-    area: float = 0.0
-    volume: float = 0.0
+    area: float = 0.0  # [1/s]
+    volume: float = 0.0  # [1/s]
 
     @property
     def rate(self) -> float:
@@ -74,10 +74,10 @@ class Swings(NamedTuple):
 
 
 class Constraints(NamedTuple):
-    """Penalty springs on area and enclosed volume of a membrane of triangles; a stiffness of 0 switches one off."""
+    """Penalty springs on area and enclosed volume of a membrane of triangles; a spring with the stiffness 0 is off."""
 
-    area: Kept
-    volume: Kept
+    area: Kept  # penalty on the total area
+    volume: Kept  # penalty on the enclosed volume
 
     @classmethod
     def of(cls, area_stiffness: float, volume_stiffness: float, mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":

@@ -47,8 +47,8 @@ def edges(x, corners, e):
 
 @pointwise
 def area_slopes(chi, psi):
-    """Return the derivatives of the area of a triangle with edges χ and ψ with respect to its second and third corner [m]; the
-    derivative for the first corner is minus their sum."""
+    """Return the derivatives of the area of a triangle with edges χ and ψ with respect to its second and its third corner
+    [m]; the derivative for the first corner is minus the sum of the two."""
     n = cross(chi, psi)
     half = 0.5 / sqrt(dot(n, n))
     b, c = cross(psi, n), cross(n, chi)

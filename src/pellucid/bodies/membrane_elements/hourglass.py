@@ -20,17 +20,17 @@ from pellucid.model import Model, parameter
 
 
 class StiffnessControl(NamedTuple):
-    """Hourglass control of quadrilaterals by springs: Q̇ = 2 κ m c² B² q̇, with the hourglass force Q, the hourglass rate q̇,
-    and the coefficient κ (other symbols as in the module).
-    """
+    """Hourglass control of quadrilaterals by springs: Q̇ = 2 κ m c² B² q̇, with the hourglass force Q [N], the hourglass
+    rate q̇ [m/s], the mass m of the element, the speed c of waves in its plane, and B² = Σ_K |∇N_K|² over its nodes K at
+    the centre."""
 
     share: float  # κ
 
 
 class ViscousControl(NamedTuple):
-    """Hourglass control of quadrilaterals by dashpots: Q = κ m c B q̇, with the hourglass force Q, the hourglass rate q̇, and
-    the coefficient κ (other symbols as in the module).
-    """
+    """Hourglass control of quadrilaterals by dashpots: Q = κ m c B q̇, with the hourglass force Q [N], the hourglass rate
+    q̇ [m/s], the mass m of the element, the speed c of waves in its plane, and B² = Σ_K |∇N_K|² over its nodes K at the
+    centre."""
 
     share: float  # κ
 

@@ -9,9 +9,8 @@ from pellucid.parts.capabilities import Membrane
 
 
 class ElementMembrane(Body, Membrane):
-    """Base class of membranes whose nodes are the nodes of an `ElementSurface`; provides their fields, areas and contact
-    data.
-    """
+    """Base class of membranes whose nodes are the nodes of an `ElementSurface`; provides fields, areas and contact data of
+    the membrane."""
 
     energy_kind = "strain"
     surface: ElementSurface

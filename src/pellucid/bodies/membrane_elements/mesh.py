@@ -11,9 +11,8 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pair_edges
 
 
 class Fan(NamedTuple):
-    """List of the element corners around each node: places[start[K]:start[K+1]] for node K, as k e + corner for element e with
-    k corners.
-    """
+    """Lists, for each node K, the element corners at the node: the entries `places[start[K]:start[K + 1]]`, each k e + c
+    for corner c of element e, where elements have k corners."""
 
     start: np.ndarray  # (n+1,) index in `places` of the first corner of each node
     places: np.ndarray  # corners around the nodes, node by node
@@ -30,8 +29,8 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
 
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
-    """Return for each hinge (edge shared by two triangles) its two nodes, and the third nodes of the triangles on its left and
-    right, shape (h, 4).
+    """Return for each of h hinges (edges shared by two triangles) the numbers of the two nodes of the edge, of the third
+    node of the triangle on its left, and of the third node of the triangle on its right, shape (h, 4).
 
     triangles: shape (t, 3), with consistent orientation.
     """
@@ -41,8 +40,8 @@ def hinges_of(triangles: np.ndarray) -> np.ndarray:
 
 
 class ElementMesh:
-    """Mesh of elements: quadrilaterals first, then triangles. corners, shape (m, 4): nodes of the elements; triangles repeat
-    the last one."""
+    """Mesh of m membrane elements: quadrilaterals first, then triangles. `corners`, shape (m, 4): nodes of the elements;
+    the fourth node of a triangle repeats its third."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.n_nodes, self.n_quads = len(mesh.vertices), len(mesh.quads)
@@ -69,11 +68,11 @@ class ElementMesh:
 
 
 def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
-    """Return the gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape (t,
-    4): ∂N₂/∂x₁, ∂N₂/∂x₂, ∂N₃/∂x₁, ∂N₃/∂x₂.
+    """Return the gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape
+    (t, 4): ∂N₂/∂x₁, ∂N₂/∂x₂, ∂N₃/∂x₁, ∂N₃/∂x₂.
 
-    places: positions of their corners at rest [m], shape (t, 3, 3); direction: the first axis is its projection onto the plane,
-    shape (3,); None: the first axis is along the first edge.
+    places: positions of the corners of the triangles at rest [m], shape (t, 3, 3); direction: vector, shape (3,), whose
+    projection onto the plane of a triangle is the first axis; None: the first axis is along the first edge.
     """
     chi, psi = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
     if direction is not None:
@@ -89,8 +88,8 @@ def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarr
 def initial_turns(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
     """Return the cosine and sine of the angle from the frame of each quadrilateral to its material frame, shape (q, 2).
 
-    direction: the material frame is along its projection onto the plane, shape (3,); None: the angle is zero. places:
-    positions of the corners [m], shape (q, 4, 3).
+    places: positions of the corners [m], shape (q, 4, 3); direction: vector, shape (3,), whose projection onto the plane of
+    a quadrilateral is the first axis of the material frame; None: the angle is zero.
     """
     turn = np.tile((1.0, 0.0), (len(places), 1))
     if direction is None or not len(places):

@@ -155,9 +155,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid with which bodies are strained [m/s], shape (nodes, 3); the membrane moves
-        with them, so that no energy is lost between its motion and the work of its forces.
-        """
+        """Return the nodal velocities of the grid with which bodies are strained [m/s], shape (nodes, 3). The membrane
+        moves with these velocities, so that no energy is lost between its motion and the work of its forces."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:

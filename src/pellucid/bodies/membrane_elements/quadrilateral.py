@@ -83,9 +83,9 @@ def _fetch(surface, x, v, first, n, c):
 
 @pointwise
 def _find_rates(n, dt, c):
-    """Compute the velocity gradients, rates of deformation and rotations of n quadrilaterals at the middle of the step dt [s],
-    and their tangents χ, ψ and hourglass vectors η in the frame there, in the columns of the work array c.
-    """
+    """Compute the velocity gradients, rates of deformation and rotations of n quadrilaterals at the middle of the step dt
+    [s], and their tangents χ, ψ and hourglass vectors η in the frame at the middle of the step; all in the columns of the
+    work array c."""
     half = 0.5 * dt
     for q in range(n):
         now, moving = take((SPANS, SPANS), c, q + NOW * WIDTH)
@@ -108,9 +108,11 @@ def _find_rates(n, dt, c):
 
 @pointwise
 def _turn_of(here, change, dt):
-    """Return the component of χ × ψ along the normal of a quadrilateral at the middle of the step [m²], with its tangents χ and
-    ψ advanced from there by `dt` [s]; it is negative if the element turned over. here, change: tangents χ, ψ and hourglass
-    vector η [m] and their rates [m/s] at the middle of the step, in the frame of the element.
+    """Return the component of χ × ψ along the normal of a quadrilateral [m²]; negative if the element turned over. Normal
+    and frame are those at the middle of the step; χ and ψ are taken at a time `dt` [s] after (negative: before) the middle.
+
+    here, change: tangents χ, ψ and hourglass vector η [m] and their rates [m/s] at the middle of the step, in the frame of
+    the element.
     """
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])

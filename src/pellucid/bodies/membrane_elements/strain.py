@@ -44,13 +44,13 @@ class StrainedElements(NamedTuple):
     elements are quadrilaterals, the others triangles.
     """
 
-    corners: np.ndarray  # (m, 4) storage rows of the nodes; triangles repeat the last one
+    corners: np.ndarray  # (m, 4) storage rows of the nodes; the fourth of a triangle repeats the third
     n_quads: int  # number of quadrilaterals
     law: Any  # material law in plane stress
     control: Any  # hourglass control, see `hourglass`
-    thickness: float  # at rest [m]
+    thickness: float  # thickness of the membrane at rest [m]
     rest: np.ndarray  # (triangles, 4) shape of the triangles at rest, see `rest_gradients`
-    state: ElementArrays
+    state: ElementArrays  # stresses, deformations and energies, updated in each step
 
 
 @pointwise

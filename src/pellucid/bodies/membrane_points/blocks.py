@@ -42,8 +42,10 @@ SUMS = 3  # number of summed columns, from BAD on
 
 @pointwise
 def fetch_shapes(surface, start, n, c):
-    """Copy frames, in-plane deformations and velocity gradients of n points to the columns of the work array c; `start` is the
-    first of them in the order of slabs (layers of grid cells). surface: a `StrainedMembrane`.
+    """Copy frames, in-plane deformations and velocity gradients of a block of n points to the columns of the work array c.
+
+    surface: a `StrainedMembrane`; start: number of the first point of the block, in the order of slabs (layers of grid
+    cells).
     """
     index, damage, record, state = surface.index, surface.damage, surface.record, surface.state
     fetch(index, (IDENTITY, IDENTITY), (surface.gradient, state.frame), start, n, c, GRADIENT * WIDTH)
@@ -144,8 +146,9 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Update the damage of a block of n points from the strains that drive it, which the work array c contains. Writes to the
-    columns of c the fraction of the stiffness that remains, and its ratio to the fraction before; both are 0 for failed points.
+    """Update the damage of a block of n points from the strains that drive it, which the work array c contains. Writes to
+    the columns of c the fraction of the stiffness that remains, and the ratio of this fraction to the fraction before the
+    step; both are 0 for failed points.
 
     surface: a `StrainedMembrane`; start: first point of the block, in the order of slabs (layers of grid cells).
     """

@@ -167,9 +167,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return torn(self.name, self.places(), self._triangles, failed, self.grid)
 
     def fault(self, code: int, p: int) -> Fault:
-        """Return the description of a fault with this code at point p, and its remedy; for a lost point also report that it
-        had failed.
-        """
+        """Return the description of a fault with this code at point p, and its remedy. For a point outside the grid that
+        had failed before, the description reports the failure."""
         if code == LOST and len(self._record.failed) and self._record.failed[p] > 0.0:
             return Fault("it had failed, and left the grid", "enlarge the grid, or end the run before")
         return super().fault(code, p)

@@ -24,14 +24,14 @@ class Kept(NamedTuple):
     arrays for all points.
     """
 
-    position: Any
-    gradient: Any  # [1/s]
+    position: Any  # new position [m]
+    gradient: Any  # velocity gradient [1/s]
 
 
 class GatherGradient(NamedTuple):
     """Rule of a loop over points: gather velocity gradients, and compute new positions if points move."""
 
-    moving: float  # 1 if they move, else 0
+    moving: float  # 1 if the points move, else 0
 
 
 @point_function(gathered, GatherGradient)

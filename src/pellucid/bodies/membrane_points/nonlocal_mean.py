@@ -19,11 +19,12 @@ CHUNK = 256  # points that a thread processes at a time
 
 
 class Neighbours(NamedTuple):
-    """The neighbours of n points within the radius of a nonlocal mean, with weights, and the field to be averaged."""
+    """The neighbours of n points within the radius of a nonlocal mean, the weights of the mean, and its argument and
+    result: the local field and the weighted means."""
 
     start: np.ndarray  # (n + 1,) index in `neighbour` of the first neighbour of each point
     neighbour: np.ndarray  # numbers of the neighbours, point by point
-    weight: np.ndarray  # their weights
+    weight: np.ndarray  # weights of the neighbours; their sum is 1 for each point
     local: np.ndarray  # (n,) the field to be averaged
     mean: np.ndarray  # (n,) the weighted means
 

@@ -30,17 +30,17 @@ class StrainedMembrane(NamedTuple):
     material and damage laws, and state.
     """
 
-    lattice: Lattice
-    points: PointArrays
-    slabs: Slabs
+    lattice: Lattice  # cells of the grid
+    points: PointArrays  # positions, velocities, masses, volumes, stresses
+    slabs: Slabs  # layers of grid cells by which the points are sorted
     index: Any  # storage order of the points, as in `MappedPoints`
     fans: Any  # the triangles around each point, see `Fans`
     gradient: np.ndarray  # (n, 9) velocity gradients [1/s]
     law: Any  # material law in plane stress
-    state: MembraneArrays
-    thickness: float  # at rest [m]
+    state: MembraneArrays  # frames, in-plane deformations and stresses, energies
+    thickness: float  # thickness at rest [m]
     damage: Any  # damage law
-    record: DamageRecord
+    record: DamageRecord  # damage of the points
 
 
 @pointwise
@@ -81,10 +81,11 @@ def turned(damage, total, frame):
 
 @pointwise
 def spun(L, before, tangent, normal, dt):
-    """Return the frame with a new normal and first tangent, rotated by the spin about the normal over a step dt [s], and the
-    rate of deformation in it [1/s], components 11, 22, 12.
+    """Return the frame with a new normal and first tangent, rotated by the spin about the normal over a step dt [s], and
+    the rate of deformation in this frame [1/s], components 11, 22, 12.
 
-    L: velocity gradient [1/s]; before: rate of deformation in the old frame [1/s]; tangent, normal: from `turned`.
+    L: velocity gradient [1/s]; before: rate of deformation in the old frame [1/s]; tangent, normal: first tangent and
+    normal from `turned`.
     """
     tx, ty, tz = tangent
     nx, ny, nz = normal

@@ -9,16 +9,16 @@ from pellucid.grid.nodal_fields import aligned_rows
 
 
 class Fans(NamedTuple):
-    """The triangles around each point: corners[start[p]:start[p+1]] are the two other corners of each, in their
-    orientation.
+    """The triangles of a membrane, and for each point p the list of the triangles around the point, at the indices start[p]
+    to start[p + 1] of `corners` and `triangle`.
 
     Triangles are numbered in the order of their points, so that neighbouring triangles are close in memory.
     """
 
     start: np.ndarray  # (n+1,) index in `corners` and `triangle` of the first triangle of each point
-    corners: np.ndarray  # (3 m, 2) the two other corners of each triangle around each point, for m triangles
-    triangle: np.ndarray  # (3 m,) numbers of these triangles
-    triangles: np.ndarray  # (m, 3) corners
+    corners: np.ndarray  # (3 m, 2) for each triangle around a point, its other two corners, counterclockwise
+    triangle: np.ndarray  # (3 m,) numbers of the triangles around the points, in the order of `corners`
+    triangles: np.ndarray  # (m, 3) points at the corners of the m triangles
     normals: np.ndarray  # (4 m,) unit normal and area [m²] of each triangle, computed by `find_normals`
 
 
@@ -45,11 +45,11 @@ def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
-    """Return the initial frames of the points (rows t₁, t₂, n), shape (n, 9); the normal n is the normalised mean of the unit
-    normals of the triangles around a point (Gan 2011, eq. 8).
+    """Return the initial frames of the points (rows t₁, t₂, n), shape (n, 9); the normal n is the normalised mean of the
+    unit normals of the triangles around a point (Gan 2011, eq. 8).
 
-    position: [m], shape (n, 3); triangles: shape (m, 3); direction: t₁ is along its projection onto the surface, shape (3,);
-    None: any tangent.
+    position: positions of the points [m], shape (n, 3); triangles: shape (m, 3); direction: vector, shape (3,), whose
+    projection onto the surface has the direction of t₁; None: any tangent.
     """
     a, b, c = position[triangles.T]
     normal = np.cross(b - a, c - a)

@@ -64,11 +64,11 @@ def make_bending(
 
 
 def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.ndarray) -> bool:
-    """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if the clamps differ from those
-    before.
+    """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if the clamps differ from the
+    clamps before the call.
 
-    rows: number of the constraint of each node along each axis, 0 if it is free, shape (n, 3); on_plane: True if the node lies
-    in a plane of symmetry normal to the axis, shape (n, 3); both in the order of the mesh.
+    rows: number of the constraint of each node along each axis, 0 if it is free, shape (n, 3); on_plane: True if the node
+    lies in a plane of symmetry normal to the axis, shape (n, 3); both in the order of the mesh.
     """
     if not isinstance(bending, PlateBending):
         return False

@@ -11,9 +11,9 @@ from pellucid.geometry.algorithms.lids import rims_of
 def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float) -> float:
     """Return an upper bound of half the largest eigenfrequency of bending of a membrane [1/s], which limits the time step.
 
-    triangles: shape (t, 3); position: nodal positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,); rigidity: κ [J];
-    poisson_ratio: ν, for an open surface. `Bending` and, for an open membrane without supports, `PlateBending` compute the
-    same bound in a run. It depends on lengths and areas, not on angles.
+    triangles: shape (t, 3); position: nodal positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,); rigidity: κ
+    [J]; poisson_ratio: ν, for an open surface. `Bending` and, for an open membrane without supports, `PlateBending` compute
+    the same bound in a run. The bound depends on lengths and areas, not on angles.
     """
     n, hinges = len(position), hinges_of(triangles)
     if len(rims_of(triangles).edges):

@@ -34,9 +34,11 @@ OWN = 4  # columns of the values of a corner of a hinge: force and stiffness bou
 
 
 class Hinges(NamedTuple):
-    """Data of the bending kernels of a closed membrane with h hinges (pairs of triangles with a common edge), t triangles and n
-    nodes: mesh, properties of the membrane, and results of the kernels, in mesh order unless stated otherwise; symbols as in
-    the module.
+    """Data of the bending kernels of a closed membrane with h hinges (pairs of triangles with a common edge), t triangles
+    and n nodes: mesh, properties of the membrane, and results of the kernels, in mesh order unless stated otherwise.
+
+    Symbols: l, length of the edge of a hinge; φ, angle between the normals of its triangles; A, a third of the area of the
+    triangles around a node; g = M/A - c, with M = ½ Σ l φ over the edges around the node.
     """
 
     corners: np.ndarray  # (h, 4) nodes a and b of the edge, then the third node of the triangle on its left and on its right
@@ -58,9 +60,9 @@ class Hinges(NamedTuple):
 
 
 class Bending:
-    """Bending energy and forces of a closed membrane of triangles, computed from the mean curvature at its nodes (see the
-    module).
-    """
+    """Computes bending energy and forces of a closed membrane of triangles with the energy κ/2 (2H - c)² per unit area. The
+    sum of the principal curvatures at a node, 2H, is ½ Σ l φ over the edges around the node (length l, angle φ between the
+    normals of the triangles), divided by the area around the node."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
         """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
@@ -104,8 +106,7 @@ class Bending:
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
         """Add the nodal forces of bending [N] at these positions [m] to `target`, shape (n, 3) both, in storage order, and
-        update `rate`, the bound of the frequency.
-        """
+        update `rate`, the upper bound of half the largest eigenfrequency of the nodes [1/s]."""
         self._bend(position)
         _push_hinges(self._chunks[0], self._bundle, position)
         _push_triangles(self._chunks[1], self._bundle, position)
@@ -155,8 +156,9 @@ def _bend_hinges(chunk, of, x):
 
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
-    """Compute the bending energies of a chunk of nodes, and their derivatives with respect to the integral of the curvature 2H
-    around the node (M_i in the module) and to the area around it (A_i).
+    """Compute the bending energies of a chunk of nodes, and the derivatives of the energy with respect to ½ Σ l φ over the
+    edges around a node (length l, angle φ between the normals of the triangles), which is the integral of the curvature 2H,
+    and to the area around the node.
 
     of: data of `Hinges`, to which the results are written; x: nodal positions [m], shape (n, 3).
     """

@@ -41,12 +41,12 @@ NEAR = 7.0  # distance from the edge of a clamp within which points may have wei
 
 
 def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
-    """Return the shape functions with which the points of a membrane interact with the grid. bends: True for an open membrane
-    that resists bending.
+    """Return the shape functions with which the points of a membrane interact with the grid. bends: True for an open
+    membrane that resists bending.
 
-    Points have no extent normal to the membrane; GIMP assumes half a cell. The slopes of its functions change only within half
-    a cell around each node, where the points of a plate then bend twice as much as they should. Such a membrane uses B-splines
-    instead, for which the bending converges.
+    Points have no extent normal to the membrane; GIMP assumes half a cell. The slopes of the GIMP functions change only
+    within half a cell around each node, where the points of a plate then bend twice as much as they should. An open
+    membrane that resists bending uses B-splines instead of GIMP; with B-splines the bending converges.
     """
     name = "quadratic-bspline" if bends and grid_case.functions == "gimp" else grid_case.functions
     return grid_functions(name, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
@@ -57,7 +57,7 @@ class ClampEdges(NamedTuple):
 
     start: np.ndarray  # (e, 3) start points of the edges [m]
     along: np.ndarray  # (e, 3) vectors from the start to the end [m]
-    inward: np.ndarray  # (e, 3) unit vectors in the plane of the clamped triangle, pointing away from it
+    inward: np.ndarray  # (e, 3) unit vectors in the plane of the clamped triangle, from the edge out of the triangle
     normal: np.ndarray  # (e, 3) unit normals of the clamped triangles
 
 
@@ -81,8 +81,9 @@ def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarra
 
 
 class Extension:
-    """Extrapolates the velocities of prescribed grid nodes near the edges of clamps (see the module), for the motion of the
-    free points of a membrane."""
+    """For the motion of the free points of a membrane near a clamp, replaces the normal velocities of prescribed grid nodes
+    near the edges of the clamp by values extrapolated from free nodes, so that the membrane has zero slope at the edge
+    (equation: see `pellucid.bodies.membranes.on_grid`)."""
 
     def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
         """grid: the grid; edges: edges of the clamps; degree: degree p of the B-splines; held: mask of the grid nodes that are
@@ -190,7 +191,8 @@ class BendsOnGrid(PointsOnGrid):
 
     @property
     def resistance(self) -> Resistance | None:
-        """Bending resistance of the membrane; None without one."""
+        """Object that computes bending energy and bending forces of the membrane; None for a membrane without bending
+        resistance."""
         raise NotImplementedError
 
     @property

@@ -14,11 +14,11 @@ LEANING = 1e-3  # relative deviation of a band from its axis that is allowed, si
 
 
 def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
-    """Return the factor by which mass and forces of the whole surface with these vertices [m], shape (n, 3), are multiplied to
-    get those of the computed slice.
+    """Return the factor by which mass and forces of the whole surface with these vertices [m], shape (n, 3), are multiplied
+    to get mass and forces of the computed slice.
 
-    For each thin axis (one cell thick) along which the surface extends, this is the thickness of the slice divided by the
-    extent of the surface. An axis without extent is normal to the membrane, which is included with its full thickness.
+    For each thin axis (one cell thick) along which the surface extends, the factor is the thickness of the slice divided by
+    the extent of the surface. An axis without extent is normal to the membrane, which is included with its full thickness.
     """
     if grid is None:
         return 1.0
@@ -68,7 +68,7 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
 
 
 def _bands(vertices: np.ndarray, grid: GridCase) -> np.ndarray:
-    """Return the thin axes of the grid (one cell thick) along which the surface extends as a band."""
+    """Return the numbers of the thin axes of the grid (one cell thick) along which the surface extends as a band."""
     extent = np.ptp(vertices, axis=0)
     return np.flatnonzero(np.array(grid.thin()) & (extent > FLAT * extent.max()))
 

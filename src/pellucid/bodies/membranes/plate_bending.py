@@ -22,11 +22,11 @@ from pellucid.reductions import ordered_sum
 
 
 class Folds(NamedTuple):
-    """Data of the bending kernels of an open membrane with h hinges (edges between two triangles) and n nodes: mesh, stiffness
-    matrix S of the fold angles φ, and results of the kernels; symbols as in the module.
-    """
+    """Data of the bending kernels of an open membrane with h hinges (edges between two triangles) and n nodes: mesh,
+    stiffness matrix S of the fold angles φ (angles between the normals of the two triangles), and results of the kernels.
+    The bending energy is ½ (φ - φ₀)ᵀ S (φ - φ₀)."""
 
-    corners: np.ndarray  # (h, 4) storage rows of the corners of the hinges
+    corners: np.ndarray  # (h, 4) storage rows of the corners: start and end of the edge, left, right
     mirror: np.ndarray  # (h,) axis across which the fourth corner is the mirror image of the third, else -1
     start: np.ndarray  # (h+1,) start of the entries of each row of S
     columns: np.ndarray  # columns of the entries of S
@@ -45,9 +45,9 @@ class Folds(NamedTuple):
 
 
 class PlateBending:
-    """Bending energy and forces of an open membrane of triangles that bends like an isotropic plate (see the module), with the
-    interface of `Bending`.
-    """
+    """Computes bending energy and forces of an open membrane of triangles that bends like an isotropic plate: ½ (φ - φ₀)ᵀ S
+    (φ - φ₀) for the fold angles φ (angles between the normals of adjacent triangles), with the values φ₀ in the unbent
+    state and the stiffness matrix S. Has the interface of `Bending`."""
 
     def __init__(
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
@@ -110,8 +110,8 @@ class PlateBending:
     def curvatures(self, position: np.ndarray) -> np.ndarray:
         """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order.
 
-        It is an average over the triangles around a node; at free edges the curvature follows from zero moment. position: in
-        storage order [m], shape (n, 3).
+        The curvature at a node is an average over the triangles around the node; at free edges it follows from zero moment.
+        position: in storage order [m], shape (n, 3).
         """
         return np.asarray(self._operators.curvature @ self._operators.folds(position[self._where]))
 
@@ -122,8 +122,7 @@ class PlateBending:
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
         """Add the nodal forces of bending [N] at these positions [m] to `target`, shape (n, 3) both, in storage order, and
-        update `rate`, the bound of the frequency.
-        """
+        update `rate`, the upper bound of half the largest eigenfrequency of the nodes [1/s]."""
         self._bend(position)
         _push_corners(self._chunks[0], self._bundle, position)
         _gather(self._chunks[1], self._bundle, target)
@@ -144,8 +143,9 @@ def _unfolded(x, corners, mirror, e):
     """Return the vectors of hinge e (an edge and its two triangles): the edge, the vectors from its start to the left and
     right corners, and the normals of the two triangles.
 
-    x: nodal positions [m]; corners: rows of the four nodes of each hinge; mirror: for a hinge in a plane of symmetry the axis
-    normal to it, else -1; such a hinge moves with the plane.
+    x: nodal positions [m]; corners: rows of the four nodes of each hinge; mirror: for a hinge in a plane of symmetry the
+    axis normal to the plane, else -1. The right triangle of a hinge in a plane of symmetry is the mirror image of the left
+    one.
     """
     a, b, c, d = corners[e, 0], corners[e, 1], corners[e, 2], corners[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
@@ -172,9 +172,11 @@ def _places(along, left, right):
 
 @pointwise
 def _turned(length, n1, n2, s, t):
-    """Return |∂φ/∂x| [1/m] of the fold angle φ for the four corners x of a hinge; for the two ends of its edge these are upper
-    bounds. length: length of the edge [m]; n1, n2: normals of the triangles, as long as twice their area; s, t: positions of
-    the left and right corners along the edge, see `_places`.
+    """Return |∂φ/∂x| [1/m] of the fold angle φ for the four corners x of a hinge; for the two ends of its edge the results
+    are upper bounds.
+
+    length: length of the edge [m]; n1, n2: normals of the triangles, with lengths of twice the areas of the triangles [m²];
+    s, t: positions of the left and right corners along the edge, see `_places`.
     """
     one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
     return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two

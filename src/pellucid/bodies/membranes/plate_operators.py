@@ -50,11 +50,12 @@ def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
 
 
 def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return a mask of the triangles that move as a clamp, shape (t,).
+    """Return a mask of the triangles that move as a clamp, shape (t,): all nodes of the triangle and of at least one
+    neighbour follow the same constraint along every axis along which the normal of the triangle has a component. A single
+    triangle, as in the corner of a plate on knife edges, clamps nothing.
 
-    All nodes of such a triangle, and of a neighbour, follow the same constraint along every axis along which the normal has a
-    component. A single triangle, as in the corner of a plate on knife edges, clamps nothing. triangles: shape (t, 3); normals:
-    of the triangles, shape (t, 3); rows: number of the constraint of a node along each axis, 0 if it is free, shape (n, 3).
+    triangles: shape (t, 3); normals: normals of the triangles, shape (t, 3); rows: number of the constraint of a node along
+    each axis, 0 if it is free, shape (n, 3).
     """
     of = rows[triangles]
     agree = (of[:, 0] == of[:, 1]) & (of[:, 1] == of[:, 2]) & (of[:, 0] > 0)
@@ -197,11 +198,11 @@ class _Mesh:
         self.is_shared = (self.mirror < 0) & ~one_led & ~other_led
 
     def exact_folds(self, frames: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-        """Return the fold angles at k hinges of triangles whose corners lie on the surfaces z = ½x², z = ½y² and z = xy, shape
-        (k, 3). As these z have the unit m², the angles have the unit m.
+        """Return the fold angles at k hinges of triangles whose corners lie on the surfaces z = ½x², z = ½y² and z = xy,
+        shape (k, 3). As these z have the unit m², the angles have the unit m.
 
-        frames: numbers of the hinges that define the axes, shape (k,): x is along and y across each of them; hinges: numbers of
-        the k hinges at which the angles are computed.
+        frames: numbers of the hinges that define the axes, shape (k,): x along the edge of the hinge and y across it;
+        hinges: numbers of the k hinges at which the angles are computed.
         """
         one, other = (self.shares(frames, *side[:, hinges]) for side in (self.left, self.right))
         return self.counts[0, hinges, None] * one + self.counts[1, hinges, None] * other
@@ -247,10 +248,11 @@ def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.
 
 
 def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corrections with which every quadratic surface has its exact curvature: at a hinge between two triangles, the
-    angle of each triangle to the smooth surface is half the fold angle ± Σ c φ over nearby hinges with fold angles φ.
+    """Return the coefficients c of corrections that give every quadratic surface its exact curvature: at a hinge between
+    two triangles, the angle of each triangle to the smooth surface is half the fold angle of the hinge, plus (left
+    triangle) or minus (right triangle) Σ c φ over nearby hinges with fold angles φ.
 
-    Returns pairs (hinge, nearby hinge), shape (2, k), and their coefficients c, shape (k,).
+    Returns the pairs (hinge, nearby hinge), shape (2, k), and the coefficient c of each pair, shape (k,).
     """
     shared = np.flatnonzero(mesh.is_shared)
     both = np.stack([mesh.left[0, shared], mesh.right[0, shared]], axis=1)

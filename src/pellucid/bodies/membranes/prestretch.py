@@ -27,8 +27,8 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
     """Return the state of a membrane, with the present thickness [m], under a tension [N/m] or with the biaxial stretch 1 +
     inflation.
 
-    law_of: function that returns the law of a membrane of a given thickness at rest [m]; the ratio of stretched thickness to
-    thickness at rest must not depend on it. Raises ValueError if no such state exists.
+    law_of: function that returns the law of a membrane of a given thickness at rest [m]; the ratio of stretched thickness
+    to thickness at rest must not depend on the thickness at rest. Raises ValueError if no such state exists.
     """
     if tension == inflation == 0.0:
         law = law_of(thickness)

@@ -176,9 +176,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
-        """Compute internal forces and stored energy for the present nodal positions. dt: length of the step that led to them
-        [s]; iterate: True to also update the estimate of the largest natural frequency.
-        """
+        """Compute internal forces and stored energy for the present nodal positions. dt: length of the step that ended with
+        these positions [s]; iterate: True to also update the estimate of the largest natural frequency."""
         displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
         if iterate:
             self._forces.find_and_iterate(displacement, force, dt, self._fastest)
@@ -305,7 +304,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.coupling.sort()
 
     def _check_held(self) -> None:
-        """Raise `CaseError` if the initial displacement of a node differs from the one that a support or motion prescribes."""
+        """Raise `CaseError` if the initial displacement of a node differs from the initial displacement that a support or
+        motion prescribes."""
         displacement = self.arrays["position"] - self.mesh.nodes
         held = (self.arrays["prescribed"] > 0) & (abs(displacement) > HELD * np.ptp(self.mesh.nodes, axis=0).max())
         if held.any():

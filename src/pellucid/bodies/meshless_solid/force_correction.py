@@ -31,12 +31,13 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """Computes the impulses on nodes that make the displacement field of a solid follow its prescribed values (see the module).
+    """Computes the impulses on nodes that make the displacement field of a solid follow its prescribed values (method: see
+    `pellucid.bodies.meshless_solid.force_correction`).
 
-    prescribed: prescribed displacements; values: shape functions at all nodes, shape (n, n); evaluator: shape functions at any
-    point; position: nodal positions of the body [m], shape (n, 3), read at each call; inertia: nodal masses [kg], shape (n,);
-    motions: first row of the prescribed values that belongs to a motion, and the row after the last; spread: True to distribute
-    forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
+    prescribed: prescribed displacements; values: shape functions at all nodes, shape (n, n); evaluator: shape functions at
+    any point; position: nodal positions of the body [m], shape (n, 3), read at each call; inertia: nodal masses [kg], shape
+    (n,); motions: first row of the prescribed values that belongs to a motion, and the row after the last; spread: True to
+    distribute forces over faces (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
     """
 
     def __init__(
@@ -86,12 +87,14 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """Return the weights with which the impulse at each of m prescribed nodes is distributed to all n nodes, shape (m, n): the
-    means of the shape functions over the boundary faces around the prescribed node (EBCIEM, s_ja in the module).
+    """Return the weights with which the impulse at each of m prescribed nodes is distributed to all n nodes, shape (m, n):
+    the means of the shape functions over the boundary faces around the prescribed node, weighted with its linear function
+    on the faces (EBCIEM).
 
     prescribed: prescribed displacements, with the mesh; evaluator: shape functions at any point; chosen: numbers of the
-    boundary faces; nodes: the prescribed nodes, shape (m,); values: shape functions at them, shape (m, n). A prescribed node
-    without such a face has a point force at its position, with the weights `values`.
+    boundary faces; nodes: the prescribed nodes, shape (m,); values: shape functions at the prescribed nodes, shape (m, n).
+    A prescribed node that belongs to none of the faces `chosen` has a point force at its position, with the weights
+    `values`.
     """
     mesh = prescribed.mesh
     faces, owners = mesh.faces

@@ -53,12 +53,13 @@ def check_functions(case: "MeshlessSolidCase", mesh: SimplexMesh) -> None:
 
 
 class SolidFunctions:
-    """Shape functions of a solid over its mesh; on prescribed faces they take the prescribed values if the approximant allows
-    it.
+    """Shape functions of a solid over its mesh. If nodal values are prescribed directly, functions of nodes with another
+    prescribed displacement, or none, are made zero on prescribed faces, provided that the approximant supports this.
 
-    Attributes: tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n,
-    n); residuals: evaluator of the difference between the displacement field and its prescribed values. law: hyperelastic law;
-    prescribed: prescribed displacements. Raises CaseError if the approximant has no functions.
+    Attributes: tables: gradients of the functions and weights at the quadrature points; at_nodes: values of the functions
+    at the nodes, shape (n, n); residuals: evaluator of the difference between the displacement field and its prescribed
+    values. law: hyperelastic law; prescribed: prescribed displacements. Raises CaseError if the approximant has no
+    functions.
     """
 
     def __init__(self, case: "MeshlessSolidCase", mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:

@@ -104,7 +104,7 @@ class MeshlessSolidCase(DampedModel):
         return self._at_rest.law()
 
     def viscous(self) -> "Viscous | None":
-        """Return the material law with history variables and its initial state; None for a hyperelastic solid."""
+        """Return the material law with history variables and the initial state of a point; None for a hyperelastic solid."""
         from pellucid.bodies.meshless_solid.viscous_forces import Viscous
 
         if isinstance(self.material, HyperelasticMaterial):
@@ -197,9 +197,8 @@ class MeshlessSolidCase(DampedModel):
         return len(self.mesh.mesh().nodes)
 
     def table_bytes(self) -> float:
-        """Return the largest memory that the shape functions at quadrature points need, reached while they are built
-        [bytes].
-        """
+        """Return the largest memory [bytes] that the shape functions at quadrature points need; it is reached while they
+        are built."""
         points = len(self.mesh.mesh().cells) * self.points_per_cell
         history = 0
         if isinstance(self.material, ViscoelasticMaterial):

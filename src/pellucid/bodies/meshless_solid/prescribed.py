@@ -17,13 +17,14 @@ _ON_FACE = np.array(
 
 
 class PrescribedField:
-    """The nodes with a prescribed displacement, and the boundary faces on which the displacement field is prescribed.
+    """The nodes of a meshless solid with a prescribed displacement, and the boundary faces on which the displacement field
+    is prescribed.
 
-    number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n, 3):
-    one number for all supports and motions that always prescribe the same displacement; n_rows: number of supports and
-    motions; displacement: displacement prescribed so far by each of them [m], shape (n_rows, 3); faces: numbers of the
-    boundary faces whose nodes are all in one group along an axis; held: mask of the axes for which this is so, shape (faces,
-    3).
+    number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n,
+    3): one number for all supports and motions that always prescribe the same displacement, 0 if the node is free; n_rows:
+    number of supports and motions. Attributes: displacement: displacement prescribed so far by each support or motion [m],
+    shape (n_rows, 3); faces: numbers of the boundary faces whose three nodes belong to one group along at least one axis;
+    held, shape (faces, 3): True for the axes along which the nodes of the face belong to one group.
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:

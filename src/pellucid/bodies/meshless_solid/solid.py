@@ -57,8 +57,12 @@ class Elastic(NamedTuple):
 
 
 class Solid(NamedTuple):
-    """Data of a meshless solid for kernels: material, shape functions at the quadrature points, present state, and results of
-    the kernels. See the module for packs, lanes, blocks, g_a and K, and the module `forces` for w, J and U.
+    """Data of a meshless solid for kernels: material, shape functions at the quadrature points, present state, and results
+    of the kernels.
+
+    Quadrature points are arranged in packs of four, the lanes of a SIMD vector, and packs in blocks. The gradients of the
+    shape functions are ∇p_a = Kᵀ g_a, with g_a in single precision and one tensor K per point. J: volume ratio at a point;
+    J̄_a: average of J around node a, with the linear functions N_a of the cells; U: volumetric energy of the law.
     """
 
     law: Any  # hyperelastic law
@@ -68,7 +72,7 @@ class Solid(NamedTuple):
     turns: np.ndarray  # K - I of the points, 9 × LANES numbers per pack
     corners: Functions  # w N_a [m³] of the corners a of the cells, LANES numbers per entry
     weights: np.ndarray  # quadrature weights w [m³], LANES numbers per pack; 0 for lanes without a point
-    blocks: Blocks
+    blocks: Blocks  # nodes of the blocks
     displacement: np.ndarray  # (n, 3) nodal displacements [m]
     deformation: np.ndarray  # deformation gradients, 9 × LANES numbers per pack
     block_force: np.ndarray  # (places, 3) forces of each block on its nodes [N]
@@ -87,9 +91,8 @@ def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
 
 
 def inversion(mesh: SimplexMesh, solid: Solid) -> tuple[str, int] | None:
-    """Return a text about the location of an inverted quadrature point, or of a node with a non-positive mean volume ratio,
-    and the number of a node there; None if there is none.
-    """
+    """Return a text about the location of an inverted quadrature point, and the number of a node of its cell; or of a node
+    with a non-positive mean volume ratio, and its number. None if the solid has neither."""
     if not solid.sums[:, LEAST_J].min() > 0.0:
         ratios = np.linalg.det(deformation_gradients(solid, len(mesh.cells)))
         cell = int(np.argmin(ratios)) // solid.n_points

@@ -20,16 +20,17 @@ reciprocal of a frequency [rad/s]."""
 
 
 class PowerIteration:
-    """Estimates the largest natural frequency of nodes with an inertia [kg], shape (n,), and the mode. free: mask of the
-    components that are not prescribed, shape (n, 3); extent: size of the solid [m].
+    """Estimates the largest natural frequency of nodes with an inertia [kg], shape (n,), and the vector of its mode. free:
+    mask of the components that are not prescribed, shape (n, 3); extent: size of the solid [m].
 
-    With v of unit length in the norm of the inertia M and the stiffness K, the estimate is the square root of the norm of M⁻¹
-    K v. Its square never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
+    For a vector v of unit length in the norm of the inertia M, and the stiffness K, the estimate is the square root of the
+    norm of M⁻¹ K v. The square of the estimate never exceeds the largest eigenvalue of M⁻¹ K and is closer to this
+    eigenvalue than vᵀ K v.
 
-    Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M - dt² K
-    - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the stiffness for a
-    displacement that takes the time 1/s. s is therefore computed together with the vector; each iteration at least halves an
-    error in s. For one mode of damping ratio ξ the limit is dt = 2/ω (√(1 + ξ²) - ξ).
+    Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M -
+    dt² K - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the
+    stiffness for a displacement that takes the time 1/s. s is therefore computed together with the vector; each iteration
+    at least halves an error in s. For one mode of damping ratio ξ the limit is dt = 2/ω (√(1 + ξ²) - ξ).
     """
 
     def __init__(
@@ -100,11 +101,12 @@ def converge(
     iteration: PowerIteration, forces: Forces, displacement: np.ndarray, start: float = 0.0, renewed: int = ITERATIONS
 ) -> None:
     """Perform the first `ITERATIONS` power iterations around nodal displacements [m], shape (n, 3); `iteration` stores the
-    largest frequency.
+    estimated largest frequency.
 
-    forces: function that computes the internal forces at displacements that are reached within the reciprocal of a frequency
-    [rad/s]; start: this frequency in the first iterations; renewed: number of iterations after which it is replaced by the
-    estimate. The internal forces of the body must be computed again afterwards.
+    forces: function that computes the internal forces for three arguments: displacements [m], array for the result [N], and
+    a frequency ω [rad/s], where the displacements are reached within the time 1/ω; start: ω in the first iterations;
+    renewed: number of iterations after which ω is replaced by the current estimate. The internal forces of the body must be
+    computed again afterwards.
     """
     here, there, told = np.empty_like(displacement), np.empty_like(displacement), start
     for number in range(ITERATIONS):

@@ -28,9 +28,9 @@ class Tables(NamedTuple):
     of each node a, with shape functions p and quadrature weights w.
     """
 
-    solid: Solid
-    node_volume: np.ndarray
-    row_sums: np.ndarray
+    solid: Solid  # data at the quadrature points
+    node_volume: np.ndarray  # (n,) volumes of the nodes [m³]
+    row_sums: np.ndarray  # (n,) bounds of the rows of the stiffness matrix over a modulus [m]
 
 
 def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:

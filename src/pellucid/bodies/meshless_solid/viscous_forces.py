@@ -1,8 +1,9 @@
 """Internal forces of a meshless solid with a material law that has history variables.
 
-As in `forces`, except that the stress of a point is the stress of its state. The state is advanced over a time dt with the
-velocity gradient that maps its deformation gradient F₀ to the present one, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. If the volume
-ratio is averaged, this applies to the volumetric part of the underlying hyperelastic law; the viscous part has none.
+The forces are computed as in `pellucid.bodies.meshless_solid.forces`, except that the stress of a point is the stress of
+its state. The state is advanced over a time dt with the velocity gradient that maps its deformation gradient F₀ to the
+present one, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. If the volume ratio is averaged, this applies to the volumetric part of the
+underlying hyperelastic law; the viscous part has none.
 """
 
 from typing import Any, NamedTuple
@@ -29,8 +30,8 @@ RETOLD = 3  # power iterations between updates of the frequency for materials th
 class Viscous(NamedTuple):
     """A material law with history variables (viscous stresses), and the initial state of its points."""
 
-    law: Law
-    state: PointState
+    law: Law  # law with history variables
+    state: PointState  # initial stress and history variables
 
 
 class History(NamedTuple):

@@ -38,10 +38,12 @@ def pays(solid: Solid, shear: float) -> bool:
 
 
 class VolumeInertia:
-    """Inertia against changes of volume (virtual mass), for a solid with averaged volume ratio; see the module.
+    """Inertia β Kᵥ against changes of volume (virtual mass), in addition to the masses M, for a solid with averaged volume
+    ratio in a relaxation to a steady state; Kᵥ is the stiffness against changes of the volumes around the nodes (equations:
+    see `pellucid.bodies.meshless_solid.volume_inertia`).
 
-    inertia: nodal masses M [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear: shear
-    modulus at rest [Pa]; frequency: largest natural frequency with M alone [rad/s].
+    inertia: nodal masses M [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear:
+    shear modulus at rest [Pa]; frequency: largest natural frequency with M alone [rad/s].
     """
 
     def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
@@ -51,7 +53,7 @@ class VolumeInertia:
         squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: squared frequency of shear alone
         self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
-        """Nodal displacements at which B (see the module) was computed [m], shape (n, 3)."""
+        """Nodal displacements at which the derivatives B of the volumes around the nodes were computed [m], shape (n, 3)."""
         self._alone, self.rate = 0.5 * frequency, 0.0
         """After a release of nodes, the rate at which B becomes inaccurate [1/s], which limits the step until it is small;
         otherwise 0."""
@@ -101,8 +103,8 @@ class VolumeInertia:
 
     def shift(self, force: np.ndarray) -> np.ndarray:
         """Return the addition to forces on the nodes [N], shape (n, 3), that turns them into effective forces for the nodal
-        masses, so that the nodes respond as if they had the inertia against changes of volume: -Bᵀ y in the module.
-        """
+        masses: with these forces the masses have the accelerations that the nodes have with the inertia against changes of
+        volume."""
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
 
@@ -164,7 +166,8 @@ class VolumeRates:
         self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)
 
     def find(self) -> sparse.csr_array:
-        """Return the matrix B of nodal volume gradients in the current state [m²], shape (n, 3 n)."""
+        """Return the matrix B of the derivatives of the volumes around the nodes with respect to the nodal coefficients in
+        the present state [m²], shape (n, 3 n)."""
         values, n = np.empty((int(self._first[-1]), 3)), len(self._solid.volume)
         _find_rates(len(self._solid.sums), Bundle(self._solid), self._first, values)
         sums = [np.bincount(self._place, values[:, d], len(self._columns) // 3) for d in range(3)]

@@ -101,9 +101,9 @@ class GridCoupling:
         return self._shared.fill(second, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
-        """Find the slabs (layers of grid cells) that a node left in this step. Returns a fault code (of
-        `pellucid.grid.points`) and the number of its node; None without fault.
-        """
+        """Check the positions of the nodes after a step, and mark the slabs (layers of grid cells) that a node has left.
+        Returns a fault code (of `pellucid.grid.points`) and the number of the node with the fault, such as a node outside
+        the grid; None without a fault."""
         move_points(self._staying, 0.0)
         found = np.flatnonzero(domain.complete(self.slabs.fault)[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None

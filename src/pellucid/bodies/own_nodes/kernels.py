@@ -54,7 +54,7 @@ class NodeForces(NamedTuple):
     motions: tuple[int, int]  # first row of the prescribed motions in `rows`, and the row after the last; supports come before
     faces: np.ndarray  # (3, 2) coordinates of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that no node can pass: 1 + the row of their support; 0 for other faces
-    friction: np.ndarray  # (3, 2) friction coefficients of these faces; empty without friction
+    friction: np.ndarray  # (3, 2) friction coefficients of the faces in `walls`; empty without friction
     work: np.ndarray  # (chunks, ...) works, as in `pellucid.energy`, impulses of the constraints, other impulses
 
 
@@ -162,11 +162,11 @@ def advance_velocities(chunk, forces, drag, dt):
 
 @parallel_loop()
 def add_velocities(chunk, forces, change, dt):
-    """Add velocities `change` [m/s], shape (n, 3), to the advanced velocities of a chunk of nodes; their work counts as
-    contact work.
+    """Add velocities `change` [m/s], shape (n, 3), to the advanced velocities of a chunk of nodes; the work of this change
+    counts as contact work.
 
-    forces: data of `NodeForces`; dt: time step [s]. The elements are strained over the whole step with the new velocities, on
-    which the internal forces have not yet done work. Half of this work, with the forces at the start of the step, is
+    forces: data of `NodeForces`; dt: time step [s]. The elements are strained over the whole step with the new velocities,
+    on which the internal forces have not yet done work. Half of this work, with the forces at the start of the step, is
     subtracted from the contact work; the other half is `staggering` in `EnergyBudget`.
     """
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):

@@ -20,12 +20,12 @@ from pellucid.reductions import ordered_sum
 
 
 class NodalMotion:
-    """Advances the nodes of a body.
+    """Advances the nodes of a body by their equation of motion.
 
     The body computes internal forces; contact provides velocity increments. arrays: arrays of the body, `position`,
-    `velocity`, `mass`, and `prescribed` (numbers of the constraints of each node), which is filled here; grid: None if there
-    is none; thin: axes without motion; gravity: [m/s²]; n_loads: number of channels (entries of the energy balance) of
-    external forces; increment: velocity increments from contact [m/s], shape (n, 3).
+    `velocity`, `mass`, and `prescribed` (numbers of the constraints of each node), which this class fills; grid: None
+    without a grid; thin: axes without motion; gravity: [m/s²]; n_loads: number of channels (entries of the energy balance)
+    of external forces; increment: velocity increments from contact [m/s], shape (n, 3).
     """
 
     def __init__(

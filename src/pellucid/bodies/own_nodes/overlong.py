@@ -31,12 +31,12 @@ def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
 
 
 def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
-    """Return a warning about the longest element near any of the grid nodes `nodes`, shape (n,); None if none is longer than
-    `LONGEST` cells.
+    """Return a warning about the longest element near any of the grid nodes `nodes`, shape (n,); None if none is longer
+    than `LONGEST` cells.
 
-    what: name of the elements, such as "body sheet touches another, its element"; corners: of the elements, shape (m, 3 or 4);
-    place: positions of the corners [m], shape (k, 3); effect: consequence and remedy. Lengths along an axis that is one cell
-    thick are ignored.
+    what: name of the elements, such as "body sheet touches another, its element"; corners: nodes of the elements, shape (m,
+    3 or 4); place: positions of the nodes [m], shape (k, 3); effect: consequence and remedy. Lengths along an axis that is
+    one cell thick are ignored.
     """
     lattice, thin = grid.lattice, grid.thin
     flat = np.where(thin, 0.0, place)[corners]

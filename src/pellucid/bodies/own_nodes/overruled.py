@@ -14,10 +14,10 @@ ALIKE = 1e-6  # relative difference of velocities that counts as round-off
 class Overruled(NamedTuple):
     """A support and a motion that prescribe the same nodes along some axes."""
 
-    support: NodalSupport
+    support: NodalSupport  # overruled by the motion
     motion: int  # index of the motion
     nodes: int  # number of nodes that both prescribe
-    axes: tuple[int, ...]  # axes along which both prescribe them
+    axes: tuple[int, ...]  # axes along which both prescribe these nodes
 
     def differ(self, velocity: np.ndarray) -> list[str]:
         """Return the names of the axes along which motion and support prescribe different velocities. velocity: velocities of

@@ -57,7 +57,8 @@ class FilmForces:
         """Return resistance, stiffness and forces of the film's elements (see `Forms`).
 
         o: operators of the film at the present positions; mass: masses of its parts [kg]; ahead: time over which pressure,
-        tension and curvature are assumed to change [s]; the stiffness is their change over this time.
+        tension and curvature are assumed to change with the motion [s]; the stiffness is the resistance due to these
+        changes.
         """
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)

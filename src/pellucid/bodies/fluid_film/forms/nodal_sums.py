@@ -14,14 +14,12 @@ CHUNK = 256  # nodes or elements
 
 
 class ElementRows(NamedTuple):
-    """Coefficients of r linear forms Σ rows · v of the nodal vectors v of each element, such as strain rates, and a factor for
-    each.
-
-    Used for quadratic forms Σ factor (row · v)² and for forces Σ factor row. Elements have m nodes, vectors d components.
-    """
+    """r linear forms row · v of the nodal vectors v of each of e elements, for example strain rates, each with a weight
+    `factor`. They define quadratic forms Σ factor (row · v)², such as the dissipation, and nodal forces Σ factor row.
+    Elements have m nodes, vectors d components."""
 
     rows: np.ndarray  # (e, r, m d) coefficients
-    factor: np.ndarray  # (e, r)
+    factor: np.ndarray  # (e, r) weights, e.g. viscosity times area
 
     def of_components(self, d: int) -> "ElementRows":
         """Return self: these coefficients already refer to d components per node."""
@@ -38,20 +36,19 @@ def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
 
 
 class SharedRows(NamedTuple):
-    """Coefficients of r linear forms of scalars at the m nodes of each element, and a factor for each form. A form is applied
-    to each component of a vector separately.
-    """
+    """r linear forms row · s of scalars s at the m nodes of each of e elements, each with a weight `factor`, which define
+    quadratic forms Σ factor (row · s)². A form is applied to each component of the nodal vectors separately."""
 
     rows: np.ndarray  # (e, r, m) coefficients
-    factor: np.ndarray  # (e, r)
+    factor: np.ndarray  # (e, r) weights, e.g. drag coefficient times area
 
     def of_components(self, d: int) -> ElementRows:
-        """Return the same linear forms as `ElementRows`, one for each of the d components of a vector."""
+        """Return these linear forms as `ElementRows`: one form for each of the d components of the nodal vectors."""
         return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
 
 class Uses(NamedTuple):
-    """Index lists of the elements that contain each node."""
+    """For each node, the list of the elements that contain the node; used to sum contributions of elements at the nodes."""
 
     nodes: np.ndarray  # (e, m) nodes of the elements
     d: int  # components per node

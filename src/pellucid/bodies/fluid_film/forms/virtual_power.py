@@ -40,16 +40,17 @@ class FilmPhysics(NamedTuple):
 
 
 class Tension(NamedTuple):
-    """Surface pressure of the film and its stiffness against dilatation at the quadrature points, shape (e, q)."""
+    """Surface pressure of a film, and the stiffness of the film against dilatation, at the q quadrature points of each of e
+    elements; shape (e, q) both."""
 
     pressure: np.ndarray  # p [N/m]
     stiffness: np.ndarray  # ρ p', with the surface density ρ [N/m]
 
 
 class Forms(NamedTuple):
-    """Resistance and stiffness of a film as sums of squares of linear forms of the nodal velocities of each element, and its
-    forces as sums of such forms.
-    """
+    """Resistance, stiffness and forces of a film, element by element, as weighted linear forms of the nodal velocities
+    (`ElementRows`). The dissipated power is the sum of the weighted squares of the forms in `resistance`; the nodal forces
+    are the weighted sums of the rows in `force`."""
 
     resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
     stiffness: list[ElementRows]  # resistance by changes of pressure, tension and curvature [N s/m]
@@ -114,10 +115,10 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
     """Return the linear forms of nodal velocities whose squares sum to Σ factor · v·v over the quadrature points, with the
-    velocity v of the film there.
+    velocity v of the film at the point.
 
-    o: shape functions of the film; factor: one number for each element and quadrature point, shape (e, q). The components of v
-    have the same shape functions on surfaces of triangles, but not at the mirrored nodes of curves.
+    o: shape functions of the film; factor: one number for each element and quadrature point, shape (e, q). The components
+    of v have the same shape functions on surfaces of triangles, but not at the mirrored nodes of curves.
     """
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
@@ -132,10 +133,10 @@ def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
 
 
 class Dissipation(NamedTuple):
-    """Power dissipated by a motion of the film: by its viscosity and by drag [W]."""
+    """Power dissipated by a motion of a film."""
 
-    viscous: float
-    drag: float
+    viscous: float  # by the viscosity of the film [W]
+    drag: float  # by the drag of the surrounding fluid [W]
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:

@@ -38,8 +38,8 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Return displacements along a surface that smooth the mesh [m], shape (n, 3), after the film moved the nodes by
     `moved` [m], shape (n, 3), to `places`.
 
-    They revert the tangential motion, except its rigid part, and move each node towards the centroids of the triangles
-    around it.
+    The displacements revert the tangential part of `moved`, except its rigid part, and move each node towards the centroids
+    of the triangles around the node.
     """
     triangles, n = mesh.triangles, len(places)
     corner = places[triangles]

@@ -41,8 +41,8 @@ def _triple(a, b, c):
 
 @parallel_loop(allocates=True)
 def _locate(chunk, mesh, places, normal, aim, triangle, share):
-    """Find, for the nodes of a chunk, the triangle around each node that contains the end of its displacement, projected along
-    the normal, and the barycentric coordinates there.
+    """Find, for the nodes of a chunk, the triangle around each node that contains the end point of its displacement,
+    projected along the normal, and the barycentric coordinates of this point.
 
     mesh: triangles around the nodes; places, normal: positions [m] and unit normals of the nodes, shape (n, 3); aim:
     displacements [m], shape (n, 3); triangle, share: the results, shape (n,) and (n, 3).

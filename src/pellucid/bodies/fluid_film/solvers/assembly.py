@@ -27,7 +27,7 @@ class Pattern(NamedTuple):
 
     first: np.ndarray  # (n + 1,) index of the first block of each node's rows
     column: np.ndarray  # (blocks,) node of each block's columns, ascending in each row
-    place: np.ndarray  # (e, m, m) index of the block of two nodes of an element among those in its row
+    place: np.ndarray  # (e, m, m) for two nodes of an element, index of their block among the blocks of its row
 
 
 @parallel_loop()
@@ -49,11 +49,11 @@ def _find_places(chunk, uses, pattern):
 
 @kernel(inner=True)
 def _node_rows(at, a, R, M, rows, factor, first, shares, part):
-    """Add up the contributions of R linear forms of an element to the three matrix rows of its node a; write them to `part`, 3
-    rows of M numbers.
+    """Add up the contributions of R linear forms of an element to the three matrix rows of its node a; write the sums to
+    `part`, 3 rows of M numbers.
 
-    rows, factor: coefficients and factors of the forms, flat arrays in which those of this element start at `at` and `first`;
-    shares: work array of 3 R numbers.
+    rows, factor: coefficients and factors of the forms of all elements, flat arrays; at, first: index of the first
+    coefficient and of the first factor of this element; shares: work array of 3 R numbers.
     """
     for r in range(R):
         for c in range(3):

@@ -29,11 +29,11 @@ class Border(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Solution of a film's linear system: velocities of the nodes [m/s], shape (n, d), and the force of each linear constraint,
-    shape (k,); it acts along the row of the constraint."""
+    """Solution of the linear system of a film: nodal velocities, and the k factors of the linear constraints. The
+    constraint forces on the nodes are the sum of each factor times the coefficients of its constraint (`Border.row`)."""
 
-    velocity: np.ndarray
-    border_forces: np.ndarray
+    velocity: np.ndarray  # (n, d) nodal velocities [m/s]
+    border_forces: np.ndarray  # (k,) e.g. pressure [Pa] for a constraint of the volume
 
 
 class System(NamedTuple):

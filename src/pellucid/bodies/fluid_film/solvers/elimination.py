@@ -22,30 +22,30 @@ Precision = type[np.float32] | type[np.float64]
 
 
 class Supernode(NamedTuple):
-    """A set of nodes that separates two parts of the surface; they are eliminated together, after both parts."""
+    """A set of nodes of a surface that separates two parts of the surface, for a Cholesky factorisation by nested
+    dissection: the nodes of both parts are eliminated first, then the nodes of the set, together."""
 
-    own: np.ndarray  # its nodes
+    own: np.ndarray  # numbers of the nodes in the set
     children: tuple[int, ...]  # indices of the last supernodes of the two parts
 
 
 class Front(NamedTuple):
-    """The dense submatrix in which a supernode (a set of nodes that separates two parts of the surface) is eliminated; indices
-    of unknowns refer to the order of elimination.
-    """
+    """The dense submatrix (front) in which the unknowns of a supernode (a set of nodes that separates two parts of the
+    surface) are eliminated. Unknowns are numbered in the order of elimination."""
 
-    first: int  # index of its first unknown
-    own: int  # number of unknowns that it eliminates, from `first` on
-    border: np.ndarray  # later unknowns that they are linked to, ascending
-    entries: np.ndarray  # indices of the entries of the sparse matrix in its columns
-    at: np.ndarray  # indices of these entries in the dense columns, stored column by column
-    children: tuple[tuple[int, np.ndarray], ...]  # earlier fronts, each with the places of its border in this front
+    first: int  # first unknown of the supernode
+    own: int  # number of unknowns of the supernode, numbered from `first` on
+    border: np.ndarray  # later unknowns in the front: linked directly or by earlier eliminations; ascending
+    entries: np.ndarray  # indices of the entries of the sparse matrix that belong to the front
+    at: np.ndarray  # index of each of these entries in the front, stored column by column
+    children: tuple[tuple[int, np.ndarray], ...]  # numbers of earlier fronts, each with the indices of its border in this front
 
 
 def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
     """Return the supernodes (sets of nodes eliminated together) in their order of elimination, by nested dissection: the
     surface is bisected recursively across its longest extent.
 
-    links: adjacency matrix of the nodes, shape (n, n); places: their positions [m], shape (n, 3).
+    links: adjacency matrix of the nodes, shape (n, n); places: positions of the nodes [m], shape (n, 3).
     """
     supernodes: list[Supernode] = []
     beyond = np.zeros(len(places), np.int8)

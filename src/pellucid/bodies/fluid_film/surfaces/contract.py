@@ -31,12 +31,13 @@ class FilmGeometry(Protocol):
     differ from its nodes."""
 
     nodes: np.ndarray
-    """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one, with zero functions."""
+    """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one of their nodes, with shape
+    functions of zero."""
     axes: tuple[int, ...]
     """The d axes of space along which the film extends."""
     held: np.ndarray
     """Mask of the components that cannot move, such as those perpendicular to an axis of symmetry, shape (n, d)."""
-    shares: Shares
+    shares: Shares  # fractions of the mass-carrying parts of the film in the area at each quadrature point
 
     def operators(self, x: np.ndarray) -> Operators:
         """Return the geometry at the quadrature points, and the operators that map nodal velocities to strain rate, slope and

@@ -25,7 +25,8 @@ EVEN = 0.01  # relative difference of segment lengths above which nodes are redi
 
 def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
     """Return the shape functions of the m nodes of a segment and their first and second derivatives, shape (3, q, m), at
-    parameters `places`, shape (q,), from 0 at its first node to 1 at its second. They are the same for all segments.
+    parameters `places`, shape (q,), from 0 at the first node of the segment to 1 at the second. All segments have the same
+    functions.
 
     radial: settings of the radial functions. The m nodes extend from half a stencil before the first node to half a stencil
     after the second.
@@ -131,8 +132,8 @@ class Curve:
         """Do nothing: a curve has no arrays."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """Return n nodes at equal distances along the curve, unless they already are, and the new mass of each segment [kg],
-        taken from the mass distribution before.
+        """Return n nodes at equal distances along the curve, or the nodes x if their distances are already equal, and the
+        new mass of each segment [kg], taken from the mass distribution before.
 
         x: nodal positions [m], shape (n, 2); mass: masses of the segments [kg]; moved: not used. The cumulative mass is
         interpolated monotonically between the nodes, so that no density becomes negative.

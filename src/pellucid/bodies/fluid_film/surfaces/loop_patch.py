@@ -98,11 +98,11 @@ def _cut(corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_at_corner(c, corner, ring, count, moved, middle):
-    """Replace a triangle of a Loop surface, in place, by the one of its four child triangles that lies at corner c and begins
-    with it.
+    """Replace a triangle of a Loop surface, in place, by the child triangle at corner c, one of four; this corner becomes
+    its first one.
 
-    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of these
-    nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
+    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of
+    these nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
     """
     d, p = (c + 1) % 3, (c + 2) % 3
     n = count[c]
@@ -119,11 +119,11 @@ def _child_at_corner(c, corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_in_middle(corner, ring, count, moved, middle):
-    """Replace a triangle of a Loop surface, in place, by the one of its four child triangles that lies between the midpoints of
-    its edges. It begins with the midpoint of the edge from corner 0 to corner 1.
+    """Replace a triangle of a Loop surface, in place, by the child triangle between the midpoints of its edges, one of
+    four. The first corner of the child is the midpoint of the edge from corner 0 to corner 1.
 
-    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of these
-    nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
+    corner, ring, count: values at the corners, (3, k), values at the nodes around each corner, (3, v, k), and numbers of
+    these nodes, (3,), which are overwritten; moved, middle: values after one subdivision, from `_cut`.
     """
     for i in range(corner.shape[1]):
         for c in range(3):
@@ -183,11 +183,11 @@ def _spline(corner, ring, share, along, factors, powers, out):
 def evaluate(corner, ring, count, share, factors, powers, out):
     """Evaluate the Loop surface and its derivatives on a triangle at barycentric coordinates `share`, shape (3,).
 
-    corner: values of k components at the corners, (3, k); ring: at the nodes around each corner, (3, v, k), v >= 6; count:
-    numbers of these nodes, (3,); factors, powers: coefficients and powers of the polynomials of the box splines (`BOX_SPLINES`,
-    `POWERS`); out: the result, (6, k): value, 2 first and 3 second derivatives with respect to the barycentric coordinates of
-    corners 1 and 2. The other arguments are overwritten, except `factors` and `powers`. At a corner without six neighbours the
-    derivatives are zero.
+    corner: values of k components at the corners, (3, k); ring: values at the nodes around each corner, (3, v, k), v >= 6;
+    count: numbers of these nodes, (3,); factors, powers: coefficients and powers of the polynomials of the box splines
+    (`BOX_SPLINES`, `POWERS`); out: the result, (6, k): value, 2 first and 3 second derivatives with respect to the
+    barycentric coordinates of corners 1 and 2. `corner`, `ring`, `count` and `share` are overwritten. At a corner without
+    six neighbours the derivatives are zero.
     """
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))

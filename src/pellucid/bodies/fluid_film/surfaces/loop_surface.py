@@ -94,9 +94,9 @@ def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.
 
 
 def _slots(valences: list[int]) -> list[list[int]]:
-    """Return, for each corner of a triangle, the positions of the nodes around this corner in the list of the nodes on which
-    the surface there depends (see `_slot_nodes`). valences: numbers of neighbours of the corners.
-    """
+    """Return, for each corner of a triangle of a Loop surface, the positions of the nodes around the corner in the list of
+    all nodes on which the surface on the triangle depends (see `_slot_nodes`). valences: numbers of neighbours of the
+    corners."""
     first = [3, valences[0], valences[0] + valences[1] - 3]
     rings_of: list[list[int]] = []
     for c in range(3):

@@ -16,12 +16,12 @@ class Operators(NamedTuple):
     dimensions, for given node positions."""
 
     area: np.ndarray  # (e, q) area that belongs to a quadrature point [m²]
-    position: np.ndarray  # (e, q, d) of the quadrature points [m]
+    position: np.ndarray  # (e, q, d) positions of the quadrature points [m]
     normal: np.ndarray  # (e, q, d) outward unit normal
     value: np.ndarray  # (e, q, m, d) shape functions, for each component of the velocity
     strain: np.ndarray  # (e, q, s, m, d) s = 1, 2 or 3 rates of deformation D₁₁, D₂₂, 2 D₁₂ in an orthonormal frame [1/m]
-    slope: np.ndarray  # (e, q, c, m, d) gradient of the normal velocity along the c = 1 or 2 axes of that frame [1/m]
-    curvature: np.ndarray  # (e, q) J = 2H, the sum of the principal curvatures [1/m], positive as of a sphere
+    slope: np.ndarray  # (e, q, c, m, d) gradient of the normal velocity along the c = 1 or 2 axes of this frame [1/m]
+    curvature: np.ndarray  # (e, q) J = 2H, the sum of the principal curvatures [1/m], positive for a sphere
     bending: np.ndarray  # (e, q, m, d) rate of change of J at a material point [1/m²]
 
     def dilatation(self) -> np.ndarray:

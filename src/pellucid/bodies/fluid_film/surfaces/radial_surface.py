@@ -86,9 +86,9 @@ class RadialSurface(TriangleSurface):
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
-        """Return the shape functions, blended from those of the three corners, and their derivatives up to order `derivatives`,
-        in triangles (k,) at barycentric coordinates `share`, shape (q, 3) for all triangles or (k, q, 3).
-        """
+        """Return the shape functions, blended from the functions of the stencils of the three corners, and their
+        derivatives up to order `derivatives`, in triangles (k,) at barycentric coordinates `share`, shape (q, 3) for all
+        triangles or (k, q, 3)."""
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 

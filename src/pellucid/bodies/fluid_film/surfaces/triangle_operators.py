@@ -32,9 +32,9 @@ class SurfaceTables(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """The arrays of `Operators` that a kernel (`_fill`) computes: areas, positions, normals and curvatures at the quadrature
-    points, and the coefficients of strain rate, slope and change of curvature; shapes and units as there.
-    """
+    """The arrays of `Operators` that a kernel (`_fill`) computes: areas, positions, normals and curvatures at the
+    quadrature points, and the coefficients of strain rate, slope and change of curvature; shapes and units as in
+    `Operators`."""
 
     area: np.ndarray
     position: np.ndarray

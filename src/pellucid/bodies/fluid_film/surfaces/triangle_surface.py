@@ -24,8 +24,8 @@ class TriangleRule(NamedTuple):
     (q,).
     """
 
-    shares: np.ndarray
-    weights: np.ndarray
+    shares: np.ndarray  # (q, 3) barycentric coordinates of the points
+    weights: np.ndarray  # (q,) weights, fractions of the area of the triangle
 
 
 THREE = TriangleRule(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3), np.full(3, 1.0 / 3.0))  # exact to degree 2

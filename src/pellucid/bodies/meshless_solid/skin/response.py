@@ -52,7 +52,9 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 
 
 class SkinResponse:
-    """Computes the velocity changes of grid nodes that follow from contact impulses on a meshless body (see the module).
+    """Computes the velocity changes of grid nodes that follow from contact impulses on a meshless body: increments at the
+    grid nodes are mapped to the nodes of the body through the surface points, and the resulting velocities are mapped back
+    (equations: see `pellucid.bodies.meshless_solid.skin.response`).
 
     surface: coupling of the surface points to the grid; mass: masses of the surface points [kg], shape (m,); values: shape
     functions S_ka of the n nodes at the surface points, shape (m, n); inertia: masses of the nodes [kg], shape (n,);
@@ -74,9 +76,9 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Compute the matrix that maps velocity increments of the grid nodes `at` in contact, shape (k,), to impulses on the
-        nodes of the body (K in the module); called in each step after the momentum of the grid nodes was advanced.
-        """
+        """Compute the matrix Σ_k N_I(x_k) m_k S_ka that maps velocity increments of the grid nodes I = `at` in contact,
+        shape (k,), to impulses on the nodes a of the body, through surface points x_k with masses m_k; N: functions of the
+        grid, S: functions of the body. Called in each step after the momentum of the grid nodes was advanced."""
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)
         self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))
