@@ -27,8 +27,11 @@ def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | Non
 
 
 def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, Any]) -> CaseType:
-    """Apply settings to the data of a case and return the resulting case. model: class of the case. settings: values by dotted
-    key, such as {"grid.cell": 0.02}. Raises CaseError, whose problems name the setting."""
+    """Apply settings to the data of a case, in place, and return the resulting case.
+
+    model: class of the case. data: nested tables of the case as read from TOML. settings: values by dotted key, such as
+    {"grid.cell": 0.02}. Raises CaseError, whose problems name the setting.
+    """
     paths: dict[str, Path] = {}
     problems: list[Problem] = []
     for key, value in settings.items():
@@ -57,10 +60,10 @@ def setting(key: str, value: Any) -> str:
 
 
 def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Remove from the data the keys that only the previous kind of a table has, where a setting changed its `kind`. The new
-    kind starts from its defaults.
+    """Where a setting changed the `kind` of a table in the data, remove the keys of the table that the new kind does not
+    have, so that the new kind starts from its defaults. Keys that settings changed are kept.
 
-    model: class of the case. paths: paths of the values that settings changed.
+    model: class of the case. data: nested tables of the case. paths: paths of the values that settings changed.
     """
     for path in paths:
         if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
@@ -70,8 +73,8 @@ def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list
 
 
 def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
-    """Return a finding as a problem that names the setting at, above or below its path; if there is no such setting, it names
-    all settings.
+    """Return a finding as a problem that names the setting with the same key as the finding, or with an enclosing or
+    enclosed key; if there is no such setting, the problem names all settings.
 
     settings: values by dotted key; paths: path of each of these keys in the data.
     """

@@ -22,8 +22,8 @@ MOMENTUM, ENERGY = "kg m/s", "J"
 
 
 def unit_of(name: str, parts: Parts) -> str | None:
-    """Return the SI unit of a column of the history, "" for a dimensionless number; None if the history of a case with these
-    parts has no such column."""
+    """Return the SI unit of the column `name` of the history, "" for a dimensionless number; None if the history of a case
+    with the given parts (tables of the case) has no column with this name."""
     probe = parts.named(Probe, name)
     if probe is not None:
         return probe.unit

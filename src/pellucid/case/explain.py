@@ -38,8 +38,8 @@ TYPES = {
 
 
 class Detail(NamedTuple):
-    """An error of pydantic: the path of the key as the user wrote it, the type of the error, its context (e.g. a limit) and
-    its message."""
+    """An error of pydantic, from which `explain` makes findings: the path of the key as the user wrote it, the type of the
+    error (`kind`), the context of the error by name (e.g. a limit), and the message."""
 
     path: Path
     kind: str
@@ -48,8 +48,8 @@ class Detail(NamedTuple):
 
 
 def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
-    """Convert the errors that pydantic raised for the data of a case to findings, each at the path of the key as the user wrote
-    it, without repetitions. schema: JSON schema of the case."""
+    """Convert the errors that pydantic raised for the data of a case to findings without repetitions. Each finding has the
+    path of the key as the user wrote the key. schema: JSON schema of the case."""
     details = [
         Detail(written_path(item["loc"], item["type"], data), item["type"], item.get("ctx", {}), item["msg"])
         for item in error.errors(include_url=False)
@@ -79,7 +79,7 @@ def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
 
 
 def value_at(path: Path, data: Any) -> Any:
-    """Return the value at a path of keys in nested data; MISSING if there is none."""
+    """Return the value at a path of keys in nested tables and lists; MISSING if no value exists at the path."""
     for part in path:
         is_key = isinstance(data, dict) and part in data
         is_item = isinstance(data, (list, tuple)) and part in range(len(data))
@@ -158,8 +158,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
 
 
 def _belongs(path: Path, data: Any, schema: Schema) -> str:
-    """Return the remedy for an unknown key, at `path`, that would be valid in a neighbouring or enclosing table; an empty text
-    if there is no such table."""
+    """Return the remedy for an unknown key, at `path`, that would be valid in a neighbouring or enclosing table; an empty
+    text if the key is valid in none of these tables."""
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
@@ -172,7 +172,8 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
 
 
 def _of_others(path: Path, data: Any, schema: Schema) -> str:
-    """Return the remedy for a key at `path` that is valid only in other kinds of its table; an empty text if none has it."""
+    """Return the remedy for a key at `path` that is valid only in other kinds of its table; an empty text if no kind has
+    this key."""
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
     if not kinds:
         return ""

@@ -13,8 +13,11 @@ class GravityAmplitude(Amplitude, Part):
     """Factor on gravity as a function of time: piecewise linear, constant before the first and after the last time."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding if the amplitude is given in a case without gravity or with steady states, or with hydrostatic fluids
-        if the factor at time 0 is not 1. Arguments as in `Part.problems`."""
+        """Yield a finding if the amplitude is given in a case without gravity or with steady states, or with hydrostatic
+        fluids if the factor at time 0 is not 1.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         if parts.gravity is not None and not any(parts.gravity):
             yield Finding(path, "the case has no gravity", "Add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this key.")
         if parts.one(SteadyCase) is not None:

@@ -26,7 +26,8 @@ def digests(case: Case) -> dict[str, str]:
 
 
 def users_kinds(case: Case) -> dict[str, str]:
-    """Return the file that registered each user-defined kind, reduction and quantity of a case, by name."""
+    """Return the path of the file that registered each user-defined kind, reduction and quantity that a case uses, by the
+    name of the kind, reduction or quantity."""
     found = {}
     for probe in case.probe:
         if probe.reduce not in OWN_REDUCTIONS:

@@ -79,8 +79,11 @@ class Check(Part):
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for an unknown column, a value with a unit of another dimension, a time after the end of the run, and
-        a file without the curve. Arguments as in `Part.problems`."""
+        """Yield a finding for an unknown column, a value with a unit of another dimension, a time after the end of the run,
+        and a file without the curve.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         yield from unknown_column(self.column, (*path, "column"), parts)
         if self.at is not None:
             yield from beyond_end(self.at, (*path, "at"), parts)

@@ -21,7 +21,7 @@ class CurveError(UsageError):
 
 
 class Table(NamedTuple):
-    """Columns of a CSV file, by name."""
+    """Columns of a CSV file that `MeasuredCurve` reads, by name, with their units."""
 
     path: Path
     units: dict[str, str]
@@ -32,7 +32,8 @@ class Table(NamedTuple):
     """Line number in the file of each row of the table."""
 
     def column(self, name: str, unit: str) -> np.ndarray:
-        """Return a column in an SI unit, "" for dimensionless numbers, shape (n,). Raises CurveError."""
+        """Return the column `name` converted to the SI unit `unit` ("" for dimensionless numbers), shape (n,). Raises
+        CurveError if the column does not exist or has another dimension."""
         if name not in self.values:
             raise CurveError(f"{self.path}:1: no column is named {name}; available: {', '.join(self.values)}")
         said, wanted = self.units[name].strip("-"), "" if unit == "1" else unit
@@ -60,7 +61,7 @@ class MeasuredCurve(Model):
 
     @property
     def title(self) -> str:
-        """Text that names the curve in the legend of a plot."""
+        """Name of the curve in the legend of a plot: `label`, otherwise the name of the file."""
         return self.label or Path(self.path).stem.replace("_", " ")
 
     def read(self, x_unit: str, y_unit: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

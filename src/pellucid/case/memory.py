@@ -72,8 +72,8 @@ def memory_estimate(case: "Case") -> float:
 
 
 def viscous_bytes(case: "Case") -> float:
-    """Return the memory of the linear system of the implicit viscosity [bytes], which the nodes of fluids with this option need
-    in addition."""
+    """Return the memory of the linear systems of implicit viscosity [bytes], which cases with fluids that use this option
+    need in addition to the grid."""
     solved = {body.field for body in case.body if body.solves_viscosity}
     return bytes_of(ViscousRows) * n_nodes(case) * len(solved) / len({body.field for body in case.body})
 
@@ -93,13 +93,13 @@ def n_nodes(case: "Case") -> float:
 
 
 def n_points(case: "Case") -> float:
-    """Return the number of points of all bodies, estimated from the volumes of their shapes; accurate to one layer of
-    points."""
+    """Return the number of points of all bodies, estimated from the volumes of their shapes; the error is at most about one
+    layer of points at the surfaces."""
     return sum(body.with_others(case.body).n_points(case.grid_or_none) for body in case.body)
 
 
 def physical_memory() -> int | None:
-    """Return the physical memory of this machine [bytes]; None if the system does not report it."""
+    """Return the physical memory of this machine [bytes]; None if the operating system does not report this number."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):

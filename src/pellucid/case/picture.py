@@ -98,7 +98,10 @@ class Pictured(Figure):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding for each key that does not fit the case: unknown bodies, fields and components, units of another
-        dimension, and cuts, slices, windows or mirrors that the case cannot have. Arguments as in `Part.problems`."""
+        dimension, and cuts, slices, windows or mirrors that the case cannot have.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         yield from super().problems(path, parts)
         for name in self.bodies:
             yield from parts.unknown(BodyModel, (*path, "bodies"), name)

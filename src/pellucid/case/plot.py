@@ -36,7 +36,10 @@ class Figure(Part):
     title: str = parameter("", "caption in the report", "")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding if the name is already used or reserved. Arguments as in `Part.problems`."""
+        """Yield a finding if the name is already used or reserved.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         taken = self.name in RESERVED or self.name.startswith("bodies")
         if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
             why = "this name is reserved for a figure of the report" if taken else "another figure has this name"
@@ -66,8 +69,11 @@ class Panel(Model):
             raise ValueError("`difference` requires a `measured` curve; add one, or remove `difference`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for unknown columns, columns with different units, units of another dimension, and files without the
-        curve. Arguments as in `Part.problems`."""
+        """Yield a finding for unknown columns, columns with different units, units of another dimension, and files without
+        the curve.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         wrong = list(unknown_column(self.x, (*path, "x"), parts))
         for name in self.y:
             wrong += unknown_column(name, (*path, "y"), parts)

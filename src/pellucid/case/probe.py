@@ -28,8 +28,9 @@ QuantityFunction = Callable[[Fetch], np.ndarray]
 
 
 class Quantity(NamedTuple):
-    """A field of a body that probes can name and that is computed from other fields: the function that computes it, and its
-    description."""
+    """A registered quantity: a field of a body that probes can name and that a function computes from other fields.
+    `function` receives a function that returns other fields by name, and returns the values, shape (n,) or (n, components);
+    `field` holds components, unit and meaning."""
 
     function: Callable[[Fetch], np.ndarray]
     field: Field
@@ -46,8 +47,8 @@ PLACED = ("count", "nearest", "point")  # reductions that need a further key
 
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
-    """Decorator that registers a function under `name` as a reduction, which probes can name: it receives the values of all
-    points of a body, shape (n,), and returns one number."""
+    """Decorator that registers a function under `name` as a reduction, which probes can name. The function receives the
+    values of all points of a body, shape (n,), and returns one number."""
     if not isinstance(name, str):
         raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
     _check_name("reduction", name)
@@ -90,10 +91,10 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
 def surface_quantity(
     name: str, unit: str, meaning: str, components: tuple[str, ...] = ()
 ) -> Callable[[QuantityFunction], QuantityFunction]:
-    """Decorator that registers a quantity of a body's surface. The function is used as in `quantity`; `field(TRIANGLES)`
-    returns the triangles of the surface, shape (t, 3).
+    """Decorator that registers a quantity of a body's surface under `name`, which probes can name. The function receives
+    `field`, as in `quantity`; `field(TRIANGLES)` returns the triangles of the surface, shape (t, 3).
 
-    unit: SI unit. meaning: description. components: names of several components.
+    unit: SI unit. meaning: description. components: names of the components if there are several.
     """
 
     def add(function: QuantityFunction) -> QuantityFunction:
@@ -139,7 +140,8 @@ COLUMNS = (
 
 
 def other_columns(parts: Parts) -> list[str]:
-    """Return the names of the columns that the history of a case may have in addition to its probes."""
+    """Return the names of the columns that the history of a case has in addition to its probes. parts: parts (tables) of
+    the case."""
     conditions = conditions_in_case(parts)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
@@ -202,14 +204,16 @@ class Probe(Part):
 
     @property
     def unit(self) -> str:
-        """SI unit of the column, "" for a dimensionless number."""
+        """SI unit of the history column of the probe, "" for a dimensionless number."""
         if self.body is None:
             return "N m" if self.quantity == "torque" else "N"
         return "" if self.reduce == "count" else self.field().unit
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for an unknown body, field, component or condition, and for a reserved name. Arguments as in
-        `Part.problems`."""
+        """Yield a finding for an unknown body, field, component or condition, and for a reserved name.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         if self.name in other_columns(parts):
             yield Finding((*path, "name"), "the name is reserved for a column of the history", "Choose another name.")
         if self.body is None:
@@ -246,8 +250,8 @@ class Probe(Part):
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "Add this `name` to the condition.")
 
     def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
-        """Return problem and remedy for a probe of a torque whose condition is not a motion of a rigid body. names: motions of
-        rigid bodies in the case."""
+        """Return the text of the problem and the remedy for a probe of a torque whose condition is not a motion of a rigid
+        body. names: motions of rigid bodies in the case."""
         text = f"`torque` requires a [[motion]] of a rigid body, but `{self.condition}` is not one"
         if names:
             return (
@@ -263,13 +267,13 @@ class Probe(Part):
 
     @property
     def of_surface(self) -> bool:
-        """True if the quantity belongs to the surface of the body, not to its points."""
+        """True if the quantity of the probe belongs to the surface of the body (`surface_quantity`), not to its points."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return quantity is not None and quantity.of_surface
 
     @property
     def runs_users_code(self) -> bool:
-        """True if the quantity or the reduction is user-defined."""
+        """True if the quantity or the reduction of the probe is a function of the user."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 
@@ -284,15 +288,15 @@ class Probe(Part):
         return _checked(f'the quantity "{self.quantity}" of body {self.body}', own.function, fetch, shape)
 
     def reduced(self, values: np.ndarray) -> float:
-        """Return the values of all points, shape (n,), reduced to one number by the registered reduction. Raises
-        RunStopped."""
+        """Reduce the values of all points, shape (n,), to one number with the registered reduction of the probe. Raises
+        RunStopped if the reduction fails or does not return a number."""
         what = f'the reduction "{self.reduce}" of the probe {self.name}'
         return float(_checked(what, REDUCTIONS.entries[self.reduce], values, ()))
 
 
 def _checked(what: str, function: Callable[[Any], Any], given: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Call `function(given)`, which may be user code, and return its result as an array of the given shape. Raises RunStopped
-    if it fails or returns another shape; what: name of the function in the message."""
+    """Return `function(given)`, the result of a function that may be user code, as an array of the given shape. Raises
+    RunStopped if the function fails or returns another shape; what: name of the function in the message."""
     with failing_as(lambda why: RunStopped(f"{what} raised an error: {why}"), function):
         found = function(given)
     try:

@@ -28,15 +28,15 @@ def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quic
     case
         Gallery id or path of the file.
     settings
-        Values by dotted key, such as {"grid.cell": 0.02}. They replace those of the file before the case is checked, so that
-        they can also correct it.
+        Values by dotted key, such as {"grid.cell": 0.02}. They replace the values of the file before the case is checked, so
+        that settings can also correct an invalid file.
     quick
-        Whether the case's own quick settings apply, before `settings`.
+        True to apply the quick settings of the case, before `settings`.
 
     Raises
     ------
     CaseError
-        Everything that is wrong with the case as it would run: file and line or setting, key, value, limit and remedy.
+        All problems of the case as it would run: file and line or setting, key, value, limit and remedy.
     """
     text, filename = _source(case)
     folder = catalogue.folder(str(case)) if catalogue.has(str(case)) else str(FilePath(case).parent)
@@ -53,8 +53,11 @@ def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quic
 
 
 def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any], quick: bool) -> Case:
-    """Read a case from TOML text that is not valid by itself, with settings applied before the check. Arguments as in `load`
-    and `loads`. Raises CaseError as `load`."""
+    """Read a case from TOML text that is not a valid case by itself, after applying settings.
+
+    filename, folder: name of the file in messages, and folder of relative paths. settings, quick: see `load`. Raises
+    CaseError as `load` does.
+    """
     data, lines = _parse(text, filename, folder)
     coarse = data.get("quick", {}) if quick else {}
     chosen = {**(coarse if isinstance(coarse, dict) else {}), **settings}
@@ -82,10 +85,11 @@ def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
-    """Complete an error that the set-up of a run raised: return it with the name of the case file, and with the line or the
+    """Complete an error that the set-up of a run raised, and return it: add the name of the case file, and the line or the
     setting that caused each problem.
 
-    case, quick: as in `load`. settings: settings as written on the command line, such as "grid.cell=0.02".
+    case: gallery id or path of the case file. quick: True if the quick settings of the case apply. settings: settings as
+    written on the command line, such as "grid.cell=0.02".
     """
     text, filename = _source(case)
     data, lines = parsed(text), key_lines(text)
@@ -101,8 +105,8 @@ def located(error: CaseError, case: str, quick: bool = False, settings: Sequence
 
 
 def _source(case: "str | FilePath") -> tuple[str, str]:
-    """Return the text of a case, given by its gallery id or path, and the name of its file. Raises CaseError if it cannot be
-    read."""
+    """Return the text of a case, given by its gallery id or path, and the name of its file. Raises CaseError if the file
+    cannot be read."""
     if catalogue.has(str(case)):
         return catalogue.text(str(case)), f"{case}.toml"
     path = FilePath(case)
@@ -158,7 +162,7 @@ def _resolve_paths(data: Any, folder: str) -> None:
 
 
 def _quick_findings(case: Case) -> list[Finding]:
-    """Apply the quick settings of a valid case and return the findings in them."""
+    """Check the quick settings of a valid case by applying them; return a finding for each error in these settings."""
     found = []
     try:
         case.quick_variant()
@@ -176,8 +180,8 @@ def _at_line(found: Finding, data: Any, lines: Mapping[Path, int]) -> Problem:
 
 
 def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Return the line number of the key at a path, or of the innermost enclosing table with a known line; None if there is
-    none. lines: result of `key_lines`."""
+    """Return the line number of the key at a path; if the line is unknown, the line of the innermost enclosing table with a
+    known line; None if no line is known. lines: result of `key_lines`."""
     return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
 
 

@@ -10,10 +10,11 @@ from pellucid.registry import Registry
 
 
 class Schema:
-    """The JSON schema (draft 2020-12) of a case or of one of its tables, the class `model`; every number has its SI unit under
-    the key `unit`.
+    """JSON schema (draft 2020-12) of a case or of one of its tables, with methods that find the schema of a key that a user
+    wrote. Every number has its SI unit under the key `unit`.
 
-    In the methods, path is the path of a key in the case, data the data of the case, and node the schema of a key.
+    model: class of the case or table. In the methods, path is the path of a key in the case, data the data of the case, and
+    node the schema of a key.
     """
 
     def __init__(self, model: type[BaseModel]) -> None:
@@ -21,8 +22,8 @@ class Schema:
         self.whole |= model.model_json_schema(by_alias=True)
 
     def field_at(self, path: Path, data: Any) -> dict[str, Any]:
-        """Return the schema of the key at `path`. If several kinds of tables are possible, the data determine which one; empty
-        if the key is unknown."""
+        """Return the schema of the key at `path`; empty if the key is unknown. If a table can be of several kinds, the data
+        determine the kind."""
         node = self.whole
         for part in path:
             node = self._choice(node, data)
@@ -36,7 +37,8 @@ class Schema:
         return node
 
     def keys_at(self, path: Path, data: Any) -> list[str]:
-        """Return the keys that the table at `path` may have; an empty list if there is no table."""
+        """Return the names of the keys that the table at `path` may have; an empty list if the data contain no table at
+        this path."""
         value = data
         try:
             for part in path:
@@ -46,8 +48,8 @@ class Schema:
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
-        """Return the kinds of tables that a key accepts; with `key`, only those kinds that have this key. node: schema of
-        the key that holds the table."""
+        """Return the names of the kinds of tables that a key accepts. With `key`, only kinds with a key of this name are
+        returned. node: schema of the key that holds the table."""
         tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
         return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 
@@ -85,7 +87,7 @@ class Schema:
 
 
 def schema_of(model: type[BaseModel]) -> Schema:
-    """Return the schema of a model with all kinds that are registered now."""
+    """Return the schema of a model (class of a case or table), with all kinds that are registered at the time of the call."""
     return _made(model, Registry.changes)
 
 

@@ -13,8 +13,8 @@ from pellucid.parts.part import Parts, Section
 
 
 class Place(NamedTuple):
-    """Type of a key of a case: attribute of the case that holds its table or tables, class and validator of a table, and
-    whether the key holds a list."""
+    """A key of a case file that holds one table or a list of tables: attribute of the case class with the table or tables,
+    class of a table (`base`), its pydantic validator (`adapter`), and whether the key holds a list."""
 
     attribute: str
     base: type[Model]
@@ -26,7 +26,7 @@ class Place(NamedTuple):
 
 @cache
 def places(case: type[BaseModel]) -> dict[str, Place]:
-    """Return the keys of a case file that hold tables with a class of their own, with the class and type of each. case: class
+    """Return the keys of a case file that hold tables with their own class, each with a description (`Place`). case: class
     of the case."""
     found = {}
     for attribute, field in case.model_fields.items():
@@ -51,8 +51,8 @@ def parts_of(case: BaseModel) -> Parts:
 
 
 def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
-    """Return the parts (tables) of the data of a case that need not be valid; an invalid table is represented by its name, or
-    None. case: class of the case."""
+    """Return the parts (tables) of the data of a case, which may contain invalid tables; an invalid table is represented by
+    its name, or by None if the table has no name. case: class of the case."""
     sections = {}
     for key, place in places(case).items():
         if place.is_list:

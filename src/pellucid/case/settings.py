@@ -31,7 +31,8 @@ def parse_setting(text: str) -> tuple[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Read a value in TOML syntax; other text is returned as it is, so that `trilinear` and `3 kPa` need no quotes."""
+    """Read a value in TOML syntax. Text that is not TOML is returned unchanged, so that `trilinear` and `3 kPa` need no
+    quotes."""
     try:
         return parsed(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -39,7 +40,8 @@ def parse_value(text: str) -> Any:
 
 
 def split_key(key: str) -> list[str]:
-    """Return the parts of a dotted key; a quoted part may contain dots. Raises CaseError."""
+    """Split a dotted key such as "body.driver.velocity" at its dots; a part in quotes may contain dots. Raises CaseError
+    for an invalid key."""
     parts = ["".join(groups) for groups in _PART.findall(key)]
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
         raise CaseError(f"`{cut(key)}` is not a dotted key such as grid.cell or body.driver.material.density")
@@ -49,8 +51,8 @@ def split_key(key: str) -> list[str]:
 
 
 def find(data: Mapping[str, Any], key: str) -> Path:
-    """Return the path in `data` of a dotted key such as "body.driver.velocity", with list items by index; parts that do not
-    exist remain as written."""
+    """Return the path in `data` of a dotted key such as "body.driver.velocity". List items are given by index; path
+    components that do not exist in the data remain as written."""
     here: Any = data
     path: Path = ()
     for part in split_key(key):

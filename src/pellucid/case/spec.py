@@ -75,7 +75,9 @@ class TimeCase(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding for a chosen step together with steady states, a fixed step above the stable step at the start or
         with too many steps, a missing step if no body moves, and bodies whose strain the scheme `usf` cannot update first.
-        Arguments as in `Part.problems`."""
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         if parts.one(SteadyCase) is not None:
             text = "the step of a relaxation to steady states is chosen automatically"
             if self.step is not None:
@@ -135,7 +137,9 @@ class OutputCase(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding for too many rows or frames, since their space in the files is reserved at the start of the run.
-        Arguments as in `Part.problems`."""
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         time = parts.one(TimeCase)
         rows = ("history", self.history, MOST_ROWS, "rows of history.csv")
         frames = ("frames", self.frames, MOST_FRAMES, "frames of the fields")
@@ -153,7 +157,10 @@ class EnergyCase(Part):
     stop: float = parameter("", "relative energy error above which the run stops", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding if the limit for warnings is above the limit that stops the run. Arguments as in `Part.problems`."""
+        """Yield a finding if the limit for warnings is above the limit that stops the run.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         if self.warn > self.stop:
             text = f"is above energy.stop = {self.stop:g}, so the run would stop without a warning"
             yield Finding((*path, "warn"), text, f"Set it to at most {self.stop:g}, or increase energy.stop.")
@@ -250,12 +257,12 @@ class Case(Model):
 
     @property
     def periods(self) -> Vector:
-        """Length after which the grid repeats itself along each axis [m]; 0 along axes that are not periodic."""
+        """Period of the grid along each axis [m]; 0 along axes that are not periodic."""
         return (0.0, 0.0, 0.0) if self.grid_or_none is None else self.grid_or_none.periods()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """Return the conditions on the bodies, such as supports, loads and contacts, by class; damping comes first, rigidity
-        last, since it receives the impulses of all others."""
+        """Return the conditions on the bodies, such as supports, loads and contacts, by class. Damping comes first,
+        rigidity last, since rigid bodies receive the impulses of all other conditions."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
         if self.steady is not None:
             led |= {body.name: self._without_turns(led[body.name]) for body in self.body if body.is_rigid}
@@ -277,15 +284,15 @@ class Case(Model):
         return first | acting | {Rigid: rigid}
 
     def _without_turns(self, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
-        """Return the prescribed motions of a rigid body; if none of them prescribes or holds a rotation, the last one is
-        replaced by a copy that prevents all rotations."""
+        """Return the prescribed motions of a rigid body in a steady analysis. If none of the motions prescribes or holds a
+        rotation, the last motion is replaced by a copy that prevents all rotations."""
         if not motions or any(motion.turns_about() or motion.hold_rotation is not None for motion in motions):
             return motions
         return (*motions[:-1], motions[-1].model_copy(update={"hold_rotation": ("x", "y", "z")}))
 
     def _growing(self, condition: Condition) -> Condition:
-        """Return the condition; if its load would act fully at once, return a copy whose load grows until the end of the load
-        time of a steady analysis."""
+        """Return a condition for a steady analysis: if its load would act fully at once, a copy whose load grows until the
+        end of the load time; otherwise the condition itself."""
         at_once = getattr(condition, "rise", None) == 0.0 and getattr(condition, "amplitude", None) is None
         return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
@@ -297,8 +304,8 @@ class Case(Model):
         return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
-        """Return the case with its quick settings applied (a smaller problem that runs within seconds); the case itself if it
-        has none."""
+        """Return the case with its quick settings applied (a smaller problem that runs within seconds); the case itself if
+        no quick settings are given."""
         return self.with_settings(self.quick) if self.quick else self
 
     def __repr__(self) -> str:
@@ -325,13 +332,13 @@ class Case(Model):
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a case file, with all kinds that are registered now."""
+    """Return the JSON schema of a case file, including all kinds that are registered at the time of the call."""
     load_installed()
     return schema_of(Case).whole
 
 
 def required(case: object) -> Case:
-    """Return the argument if it is a `Case`. Raises UsageError for anything else, such as the name of a case."""
+    """Return `case` if it is a `Case`. Raises UsageError for anything else, such as the name of a case."""
     if isinstance(case, Case):
         return case
     text = f"{case!r} is not a case"

@@ -52,8 +52,9 @@ class SteadyCase(Part):
     )
 
     def levels(self, end: float) -> list[float]:
-        """Return the load levels at the start and at each equilibrium, in ascending order: 0 at the start, k after the k-th of
-        the `load_steps` equal load steps, numbers in between at the times `at`.
+        """Return the load levels at the start and at each equilibrium of a steady analysis, in ascending order and in units
+        of a load step: 0 at the start, k after the k-th of the `load_steps` equal load steps, numbers in between at the
+        times `at`.
 
         end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
         """
@@ -67,8 +68,10 @@ class SteadyCase(Part):
         return regular
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for times outside the run, and for bodies that cannot be relaxed or do not start at rest. Arguments
-        as in `Part.problems`."""
+        """Yield a finding for times outside the run, and for bodies that cannot be relaxed or do not start at rest.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         bodies = parts.of(BodyModel)
         if bodies and all(_is_tool(body, parts) for body in bodies):
             text = "all bodies of the case are rigid, so there is no steady state to compute"
@@ -101,8 +104,8 @@ class SteadyCase(Part):
 
 
 def _is_tool(body: BodyModel, parts: Parts) -> bool:
-    """Return True if a body of points on the grid is rigid or has a prescribed motion as a whole; the relaxation does not move
-    such a body."""
+    """Return True if a body of points on the grid is rigid, or if its motion as a whole is prescribed; the relaxation does
+    not move such a body. parts: the parts of the case."""
     return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
 
 
@@ -151,8 +154,10 @@ class SettleCase(Part):
     most_steps: int = parameter("", "largest number of settling steps; the run stops when it is exceeded", 100_000, ge=10)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for steady states, for bodies without inertia or not at rest, and for supports that move. Arguments
-        as in `Part.problems`."""
+        """Yield a finding for steady states, for bodies without inertia or not at rest, and for supports that move.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         if parts.one(SteadyCase) is not None:
             yield Finding(path, "[settle] and [steady] cannot be combined", "Remove one of the two.")
         for other, body in parts.placed(BodyModel):
@@ -192,8 +197,10 @@ class StartCase(Part):
     body: tuple[str, ...] | None = parameter("", "names of the bodies (default: all bodies of both runs)", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding for an earlier run that does not exist, and for bodies that are not in the case. Arguments as in
-        `Part.problems`."""
+        """Yield a finding for an earlier run that does not exist, and for bodies that are not in the case.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
             other = "it is a file" if folder.exists() else "it does not exist"

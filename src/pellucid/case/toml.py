@@ -51,6 +51,8 @@ def key_lines(text: str) -> dict[Path, int]:
 
 
 class _Scanner:
+    """Scanner of a valid TOML text, which finds the line number of each key, table and list item (see `key_lines`)."""
+
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0

@@ -22,20 +22,21 @@ LEAST_GAP = 1e-3  # smallest width of a gap, in cells
 
 
 class Facing(NamedTuple):
-    """Pairs of points of a surface that face each other; n is the number of pairs."""
+    """Pairs of points of one surface that face each other across a narrow gap (see `select_facing`); n is the number of
+    pairs."""
 
     one: np.ndarray  # (n,) indices of the first points
     other: np.ndarray  # (n,) indices of the second points
     gap: np.ndarray  # (n,) gap widths [m]
-    middle: np.ndarray  # (n, 3) midpoints [m]
+    middle: np.ndarray  # (n, 3) positions midway between both points [m]
 
 
 class Gap(NamedTuple):
-    """Narrowest gap between two parts of a surface."""
+    """Narrowest gap between two parts of one surface, for a warning (see `describe_gap`)."""
 
-    width: float  # width of the gap [m]
-    before: float  # width at the start [m]
-    place: np.ndarray  # (3,) position of its midpoint [m]
+    width: float  # smallest distance of both parts across the gap [m]
+    before: float  # width of the gap at the start of the run [m]
+    place: np.ndarray  # (3,) position midway between both parts [m]
 
 
 def find_near(place: np.ndarray, distance: float, lower: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -61,20 +62,21 @@ def select_facing(
     periods: np.ndarray,
     opposite: float = OPPOSITE,
 ) -> tuple[Facing, np.ndarray]:
-    """Return the pairs of points that face each other across a gap of at most `NARROW` cells, and their mask, shape (k,).
+    """Return those of the given pairs of points that face each other across a gap of at most `NARROW` cells, and a mask
+    that selects them among the k given pairs, shape (k,).
 
     Parameters
     ----------
     place, normal
         Positions [m] and unit normals of the points, shape (n, 3).
     one, other
-        Indices of both points of each pair, shape (k,).
+        Indices of both points of each given pair, shape (k,).
     cell
         Cell size [m].
     periods
         Periods of the grid [m], shape (3,), zero along non-periodic axes.
     opposite
-        Largest cosine of the angle between both normals: -1 for exactly opposite ones.
+        Largest cosine of the angle between both normals of a selected pair; -1 accepts exactly opposite normals only.
     """
     gap, beside, away = measure_gaps(place, normal, one, other, periods)
     faces = (gap > LEAST_GAP * cell) & (gap <= NARROW * cell) & (beside <= ASIDE * cell)
@@ -85,8 +87,11 @@ def select_facing(
 def measure_gaps(
     place: np.ndarray, normal: np.ndarray, one: np.ndarray, other: np.ndarray, periods: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the gap and the tangential offset [m], shape (k,), and the connecting vector [m], shape (k, 3), of each pair of
-    points. Arguments as in `select_facing`.
+    """Return the gap and the tangential offset [m], shape (k,), and the connecting vector [m], shape (k, 3), of each of k
+    pairs of points of a surface.
+
+    place, normal: positions [m] and unit normals of the points, shape (n, 3). one, other: indices of both points of each
+    pair, shape (k,). periods: periods of the grid [m], shape (3,), zero along non-periodic axes.
 
     The gap is the component of the connecting vector along the mean normal. It is negative if the material of the body lies
     between the points. The tangential offset is the length of the remaining component.

@@ -56,10 +56,10 @@ def _count(low, high, lower, size, counts, first):
 
 @kernel()
 def _sort(low, high, lower, size, counts, first, order):
-    """Write the members to `order`, sorted by box. first: result of `_count`, which is used as a counter and restored at the
-    end.
+    """Write the indices of the members (points or triangles) to `order`, sorted by box.
 
-    Other arguments as in `_count`.
+    first: start of each box in `order`, as `_count` computes it; used as a counter and restored at the end. low, high,
+    lower, size, counts: see `_count`.
     """
     for t in range(len(low) - 1, -1, -1):
         for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):

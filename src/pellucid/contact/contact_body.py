@@ -10,13 +10,15 @@ from pellucid.jit.bundle import Bundle
 
 
 class ContactResponse(Protocol):
-    """Response to nodal contact impulses of a body that integrates its own equation of motion."""
+    """Model of a body that integrates its own equation of motion: it computes the nodal velocities that contact impulses on
+    the nodes cause. `ContactPairs` calls it in each step with contact."""
 
     def respond(self) -> None:
-        """Set the nodal velocities that result from the impulses applied so far."""
+        """Set the nodal velocities of the body that result from the contact impulses applied so far in this step."""
 
     def finish(self) -> None:
-        """Copy the velocities to the nodes that move the points, after contact is resolved."""
+        """Copy the resulting velocities to the nodal velocities that move the points of the body. Called once in a step,
+        after the contact impulses have converged."""
 
 
 class ContactBody(Protocol):
@@ -34,7 +36,7 @@ class ContactBody(Protocol):
 
     @property
     def n_points(self) -> int:
-        """Number of points."""
+        """Number of points of the body."""
 
     @property
     def functions(self) -> GridFunctions:
@@ -49,10 +51,10 @@ class ContactBody(Protocol):
         """Number of slabs (layers of grid cells that one thread processes) into which the points are sorted."""
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return (d, a, b): the distance d of the surface from the points [m], and two numbers a and b that define this
-        distance if d is negative.
+        """Return (d, a, b): the distance d of the surface from the points [m], and two numbers a and b.
 
-        If d is negative, each point is a cube with the edge length (a · volume)^b, and the distance is half of it.
+        If d is negative, each point is instead a cube with the edge length (a · volume)^b, and the surface is half of this
+        length away from the point.
         """
 
 
@@ -91,18 +93,16 @@ class WarnsOfApproach(Protocol):
 
 @runtime_checkable
 class TakesSecondImpulses(Protocol):
-    """Body that accepts second contact impulses: those that stop the approach of the nodal velocities mapped from the
-    points again at the end of a step."""
+    """Body that accepts second contact impulses. At the end of a step, the nodal velocities are mapped from the points
+    again; second impulses stop the approach of these velocities."""
 
     @property
     def takes_second_impulses(self) -> bool:
         """True if the body accepts second impulses in this step; a prescribed motion may prevent this."""
 
     def take_second_impulses(self, dt: float) -> float:
-        """Apply the second velocity increments at the end of a step dt [s]; return the gain in kinetic energy [J].
-
-        Returns 0 for a body that computes the work of second impulses itself.
-        """
+        """Add the velocity increments due to the second impulses to the body at the end of a step dt [s]; return the
+        resulting gain in kinetic energy [J], or 0 for a body that itself counts the work of second impulses."""
 
 
 def is_membrane(body: ContactBody) -> TypeGuard[ContactMembrane]:

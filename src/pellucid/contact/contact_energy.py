@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class Held(NamedTuple):
-    """Energy of overlapping surfaces at the start of a step [J]."""
+    """Energies of one contact at the start of a step [J]. `ContactEnergy.begin_step` adds up the energies of all contacts."""
 
     stored: float = 0.0  # energy in the springs of the overlap
     taken: float = 0.0  # energy dissipated by dampers and friction since the start of the last step
@@ -39,10 +39,10 @@ class ContactEnergy:
         self._at_first: float | None = None
 
     def begin_step(self, touching: Iterable[Held]) -> None:
-        """Add up the stored, dissipated and pending energy of all contacts at the start of a step, and update the unexplained
-        energy.
+        """Add up the stored, dissipated and pending energy of all contacts at the start of a step, and update the
+        unexplained energy.
 
-        touching: energies of each contact.
+        touching: the energies of each contact.
         """
         self.held = 0.0
         for stored, taken, pending in touching:
@@ -53,11 +53,11 @@ class ContactEnergy:
         self.unexplained = self.work + self.taken + self.held - self._at_first
 
     def add_work(self, work: float) -> None:
-        """Add the work of contact forces on the bodies in a step [J]; it does not include the work of moving walls."""
+        """Add the work of contact forces on the bodies in a step, `work` [J], which excludes the work of moving walls."""
         self.work += work
 
     def state_numbers(self) -> dict[str, float | None]:
-        """Return the energies [J] by name, for a checkpoint."""
+        """Return the energies of contact [J] by name, for a checkpoint."""
         return dict(vars(self))
 
     def restore(self, numbers: Mapping[str, float | None]) -> None:

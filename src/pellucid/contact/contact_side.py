@@ -16,10 +16,12 @@ from pellucid.contact.touch import Touch
 
 
 class PreviousForces:
-    """Damper and friction forces of the last step on contact points, with the feet of these points, i.e. their projections,
-    on the other surface.
+    """Store of the damper and friction forces on contact points in the last step, with the feet of these points
+    (projections on the other surface). With an implicit contact law, the forces are friction minus normal force.
 
-    Their power at the velocities at the end of that step is a part of the energy that they dissipated.
+    In a step Δt, the forces dissipate the energy -½ Δt (F + F')·v', with the forces F before and F' after the step and the
+    relative velocities v' after the step. The power F·v' of the stored forces is therefore computed in the next step
+    (`power`).
     """
 
     def __init__(self) -> None:
@@ -29,27 +31,28 @@ class PreviousForces:
         self._images = NO_IMAGES
 
     def store(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
-        """Store forces [N] on the listed points, shape (n, 3).
+        """Store the forces of this step [N], shape (n, 3), on the points of the surface with the indices `listed`.
 
-        feet: contact feet on the points and images of another surface; other: description of that surface with its images.
+        feet: feet of the points, as weights of the points and images of another surface; other: points and images of this
+        surface. Both are None for a wall.
         """
         self._listed, self._force, self._feet = listed, force, feet
         if other is not None:
             self._images = other.point.copy(), other.flip.copy()
 
     def discard(self) -> np.ndarray:
-        """Mark the stored forces as those of an earlier step, which only `pressed` still uses; return the indices of the
-        points that had forces."""
+        """Mark the stored forces as forces of an earlier step: from then on only `pressed` uses them, and `power` is 0
+        until the next call of `store`. Return the indices of the points that had forces."""
         listed = self._before = self._listed
         self._pressed = self._force
         self.store(self._listed[:0], self._force[:0])
         return listed
 
     def pressed(self, overlap: Overlap) -> np.ndarray:
-        """Return the stored normal forces of the last step on the points of an overlap [N], shape (n,); 0 for points
-        without a stored force.
+        """Return the implicit normal forces of the previous step on the points of an overlap [N], shape (n,), positive for
+        pressure; 0 for points without a stored force.
 
-        The stored implicit normal forces have the opposite sign (see `OverlapLaw`).
+        The stored forces are friction minus normal force (see `find_point_forces`); this function reverses the sign.
         """
         listed = overlap.listed
         if not len(self._before):
@@ -59,7 +62,7 @@ class PreviousForces:
         return np.where(self._before[at] == listed, np.maximum(press, 0.0), 0.0)
 
     def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
-        """Return the power of the stored forces at the velocities of the points relative to the feet [W].
+        """Return the power of the stored forces [W] at the given velocities of the points relative to their feet.
 
         velocity: velocities of the points of the surface [m/s]. of_other: velocities of the points of the other surface,
         shape (q, 3), or the velocity of a wall, shape (3,), if there are no feet [m/s].
@@ -100,14 +103,16 @@ class ContactSide(ABC):
     overlap : Overlap
         Overlapping points; None if no point overlaps.
     feet, images : Feet, Described
-        Feet of these points on the other surface, and the points and images of that surface; None for a wall.
+        Feet of the overlapping points on the other surface, and the points and images of the other surface; None for a
+        wall.
     pushed : ndarray
         Indices of the points that had forces in the last step, in ascending order.
     lead : ContactLead
         Leads: distances ahead of the surface at which contact acts, which remove the overlap in steady states; None
         on sides without leads.
     lent : float
-        Energy that the overlap gained in this step through changes of the leads, divided by the contact stiffness [m³].
+        Energy that the overlap gained in this step through changes of the leads, divided by the contact stiffness of this
+        side [m³].
     """
 
     def __init__(self, one: ContactSurface, other: ContactSurface | None, start: StartOverlap | None, share: float) -> None:
@@ -138,7 +143,8 @@ class ContactSide(ABC):
         self.lead, self.share = ContactLead(self.one), 1.0
 
     def apply(self, overlap: Overlap, force: np.ndarray, forces: Mapping[int, np.ndarray]) -> None:
-        """Add the forces on the points of the overlap [N], shape (n, 3), to the force arrays of both surfaces."""
+        """Add the forces on the overlapping points [N], shape (n, 3), to the force array of their surface, and the opposite
+        forces to the force array of the other surface. forces: force arrays of the surfaces, by the `id` of the surface."""
         forces[id(self.one)][overlap.listed] += force
         if self.other is not None and self.feet is not None:
             self.feet.spread(-force, forces[id(self.other)])

@@ -14,13 +14,14 @@ FULL_CONTACT, NO_CONTACT = 0.75, 0.25  # ratio of the weights to those of an unl
 
 
 class Response(Protocol):
-    """Response of m surface points to forces in a step; the points follow n nodes."""
+    """Model of the motion of m surface points under contact forces in a step, for implicit contact forces. The motion of
+    the points follows from n nodes, whose nodal forces are known before contact."""
 
     shares: sparse.csr_array
     """Weights of the nodes in the motion of the points, shape (m, n)."""
 
     def velocities(self, dt: float, pushed: np.ndarray | None) -> np.ndarray:
-        """Return the velocities of the points at the end of a step dt [s] [m/s], shape (m, 3).
+        """Return the velocities of the points at the end of a step of length dt [s], shape (m, 3) [m/s].
 
         pushed: contact forces on the points [N], shape (m, 3); None for no forces.
         """
@@ -128,10 +129,10 @@ class ContactSurface(ABC):
         """Update the points from the state of the body. Called before contact detection in each step."""
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:  # noqa: B027
-        """End the surface where the body crosses faces of the grid through which points leave: exclude the surface points
-        there.
+        """Exclude the surface points at faces of the grid through which material points leave, since the body, and bodies
+        in contact with it, continue beyond these faces.
 
-        The body and the bodies in contact with it continue beyond these faces. faces: axis and position [m] of each face.
+        faces: axis and position [m] of each face.
         """
 
     def sizes(self) -> np.ndarray:
@@ -141,7 +142,8 @@ class ContactSurface(ABC):
     def weights(self) -> np.ndarray:
         """Return the areas that weight the contact forces [m²], shape (m,).
 
-        For a deforming body they are the initial areas, so that the energy of an overlap does not change when areas change.
+        For a deforming body the initial areas are returned, so that the energy of an overlap does not change when areas
+        change.
         """
         return self.sizes()
 
@@ -157,7 +159,7 @@ class ContactSurface(ABC):
         _find_directions(self.area, normal, size)
 
     def side(self) -> float:
-        """Return the area of the body's projection along the coordinate axis for which it is largest [m²]."""
+        """Return the largest of the areas of the body's projections along the three coordinate axes [m²]."""
         return float(max(np.maximum(sign * self.area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
 
     def bearing_area(self) -> float:
@@ -167,8 +169,8 @@ class ContactSurface(ABC):
         return self.side() + 0.5 * float(self.weights()[n:].sum())
 
     def planes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the outward unit normals of `faces`, shape (k, 3), and the positions of the planes along them [m], shape
-        (k,).
+        """Return, for each plane of `faces`, the outward unit normal, shape (k, 3), and the position of the plane along
+        this normal [m], shape (k,).
 
         Raises
         ------
@@ -194,10 +196,10 @@ class ContactSurface(ABC):
         return float(np.linalg.norm(self.velocity, axis=1).max())
 
     def contact_rate(self) -> float:
-        """Return the oscillation rate of a rigid body on its contacts, which limits the time step [1/s].
+        """Return the oscillation rate of a rigid body on its contact springs [1/s], which limits the time step.
 
-        The rate exceeds `least_rate` if other bodies press on the body or if it rotates in an impact. Only half of the
-        current squared rate counts, because the step size has a margin for the rest.
+        The rate exceeds `least_rate` if other bodies press on the body or if the body rotates in an impact. Only half of
+        the current squared rate counts, because the step size has a margin for the rest.
         """
         return max(self.least_rate, sqrt(0.5 * self.swings))
 
@@ -210,16 +212,16 @@ class ContactSurface(ABC):
         return 0.0
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return a vector z for each force, shape (m, 6), such that z_i·z_j is the change per unit time of the velocity along
-        force i that force j causes [N²/kg].
+        """Return a vector z for each force, shape (m, 6). The product z_i·z_j is the change per unit time that force j
+        causes in the velocity along force i, times the magnitude of force i [N²/kg].
 
         place: points of application [m], shape (m, 3). force: forces [N], shape (m, 3).
         """
         return np.zeros((len(place), 6))
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities of a rigid body's points at the positions `place` [m], shape (m, 3), due to its rotation
-        [m/s]; zeros for other bodies."""
+        """Return the velocities due to the rotation of a rigid body at points of the body with the positions `place` [m],
+        shape (m, 3) [m/s]; zeros for other bodies."""
         return np.zeros_like(place)
 
     def contact_warning(self, places: np.ndarray) -> str | None:
@@ -237,17 +239,19 @@ class ContactSurface(ABC):
         """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays of the surface that a checkpoint stores."""
+        """Return the arrays of the surface that a checkpoint stores, by name: the slip of the points and the arrays of
+        self-contact."""
         return {"surface/slip": self.slip} | {f"surface/itself/{name}": array for name, array in self.of_itself.items()}
 
     def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the surface from the arrays of an earlier run; if that run had no such surface, start without friction."""
+        """Continue the surface from `arrays`, the arrays of the body in an earlier run by name. If the arrays of the
+        surface are missing there, or differ in shape, the slip stays zero."""
         own = self.state_arrays()
         if all(name in arrays and arrays[name].shape == array.shape for name, array in own.items()):
             self.restore(arrays)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the result of `state_arrays` from a checkpoint."""
+        """Restore the surface from the arrays of a checkpoint, named as in the result of `state_arrays`."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 

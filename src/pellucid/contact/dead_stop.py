@@ -54,27 +54,30 @@ weight below `ASKEW`."""
 
 
 class Before(NamedTuple):
-    """Points of a surface that had one damper each in the last step."""
+    """Dampers of the last step that each act on one point of a surface. `DeadStop` stores them to compute the energy that
+    they dissipate, which also depends on the velocities after that step."""
 
     listed: np.ndarray  # (n,) indices of the points
     force: np.ndarray  # (n, 3) damper forces [N]
     speed: np.ndarray  # (n, 3) velocities that the dampers oppose [m/s]
-    borne: np.ndarray  # (n,) normal force that each point supports: it follows the spring force with delay [N], see `BEARS`
+    borne: np.ndarray  # (n,) normal force that each point supports: running mean of its spring force [N], see `BEARS`
 
 
 NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 class DeadStop:
-    """Dampers that stop the approach of two bodies that do not deform, in addition to the contact springs (see the module).
-    At least one of the surfaces `sides` belongs to a rigid body with free motion.
+    """Dampers that stop the approach of two bodies that do not deform, in addition to the contact springs. There is either
+    one common damper on the mean approach velocity of all points, or one damper for each point of a flat side on a plane.
+
+    sides: surfaces of the bodies; at least one belongs to a rigid body with free motion.
 
     Attributes
     ----------
     damped, approach : float
-        Total damper force [N] and mean approach velocity [m/s] at the start of the last step.
+        Total force [N] of the common damper and mean approach velocity [m/s] at the start of the last step.
     before : dict
-        Damped points of each surface in the last step (`Before`), by its index in `sides`.
+        Dampers of single points in the last step (`Before`), for each surface by its index in `sides`.
     """
 
     def __init__(self, sides: Sequence[ContactSurface]) -> None:
@@ -92,11 +95,13 @@ class DeadStop:
         self._pushes, self._swings = {}, {}
 
     def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:
-        """Return the forces of one common damper on the points of each overlap over a step dt [s] [N], in proportion to
-        `pressures`. Increases `ContactSurface.swings` of the rigid bodies.
+        """Return the forces of one common damper over a step of length dt [s], as an array of normal forces on the points
+        of each overlap, shape (n,) [N]. They are proportional to `pressures`. The stiffness after the step also increases
+        `ContactSurface.swings` of the rigid bodies.
 
-        pressures: spring forces on the points of each overlap [N]. stiffness: for each overlap, shape (2, n) [N/m]: the tangent
-        stiffness of the springs now (which defines the damper) and after the step (which defines `swings`).
+        pressures: spring forces on the points of each overlap, shape (n,) [N]. stiffness: for each overlap, tangent
+        stiffness of the springs, shape (2, n) [N/m]: in the first row now (which defines the damper), in the second row
+        after the step.
         """
         self._speeds = []
         total = sum(float(pressure.sum()) for pressure in pressures)
@@ -120,12 +125,12 @@ class DeadStop:
     def forces_apart(
         self, overlaps: "Sequence[Overlap]", pressures: Arrays, drags: Arrays, friction: float, stiffness: Arrays, dt: float
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Return normal damper forces, shape (n,), and friction forces, shape (n, 3), of each overlap, with one damper per
-        point [N].
+        """Return two lists with one array per overlap, if each point has a damper: normal damper forces, shape (n,), and
+        friction forces, shape (n, 3) [N].
 
-        Used for flat sides on planes. The normal forces exclude `pressures`. The forces of other contacts of the same
-        bodies in this step are taken into account. drags: forces of the friction springs on the points [N], shape (n, 3).
-        friction: coefficient of friction. pressures, stiffness, dt: see `force_on_all`.
+        Used for flat sides on planes. The normal damper forces are forces in addition to `pressures`. The forces of other
+        contacts of the same bodies in this step are taken into account. drags: forces of the friction springs on the points
+        of each overlap [N], shape (n, 3). friction: coefficient of friction. pressures, stiffness, dt: see `force_on_all`.
         """
         place, normal, pressure = *_places(overlaps), np.concatenate(pressures)
         now, later = np.concatenate(stiffness, axis=1)
@@ -162,22 +167,24 @@ class DeadStop:
         return _split(force[:n] - pressure, overlaps), _split(drag, overlaps)
 
     def taken(self, given: Arrays, power: float, last: float) -> float:
-        """Return the energy dissipated by the common damper in the last step [J]; its length is `last` [s].
+        """Return the energy that the common damper dissipated in the last step, of length `last` [s], in joules.
 
-        given: damper forces on the points of each overlap [N]. power: power of the damper at the end of that step [W].
+        given: damper forces on the points of each overlap, shape (n,) [N]. power: power of the damper at the end of the
+        last step [W].
 
-        The contact work uses the mean of the velocities before and after a step. For a damper force F this is the mean of the
-        forces before and after times the velocity after, because F and v change considerably in a step.
+        The dissipated energy is the step length times the mean of the damper forces before and after the step times the
+        approach velocity after the step, because force and velocity change considerably in a step.
         """
         energy = 0.5 * last * (self.damped * self._now + power)
         self.damped, self.approach, self.before = sum(float(np.sum(force)) for force in given), self._now, {}
         return energy
 
     def taken_apart(self, overlaps: "Sequence[Overlap]", given: Arrays, pressed: Arrays, last: float) -> float:
-        """Return the energy dissipated in the last step by the dampers that act on one point each [J]; store their forces.
+        """Return the energy that the dampers of single points dissipated in the last step [J]; store the damper forces
+        `given` of this step for the next call.
 
-        given: damper forces [N], shape (n, 3) per overlap. pressed: spring forces [N], shape (n,) per overlap. last: length of
-        that step [s].
+        given: damper forces [N], shape (n, 3) per overlap. pressed: spring forces [N], shape (n,) per overlap. last: length
+        of the last step [s].
         """
         for side in self._rigid:
             side.swings += self._swings.get(id(side), 0.0)
@@ -196,10 +203,8 @@ class DeadStop:
         return 0.5 * last * work
 
     def end(self, last: float) -> float:
-        """Return the energy dissipated by the dampers in the step that ended the contact [J]; reset the dampers.
-
-        last: length of that step [s].
-        """
+        """Return the energy that the dampers dissipated in the step that ended the contact, of length `last` [s], in
+        joules; discard all stored dampers."""
         self._speeds, self._swings = [], {}
         energy = self.taken_apart([], [], [], last)
         self.approach = 0.0
@@ -212,7 +217,8 @@ class DeadStop:
         return [_at_points(part, of.listed, of.borne)[part.listed] for part, of in zip(overlaps, old, strict=True)]
 
     def state_numbers(self) -> list[object]:
-        """Return the damper forces and the velocities of the last step, for a checkpoint."""
+        """Return the force of the common damper and the dampers of single points in the last step, as lists for a
+        checkpoint."""
         kept = {str(number): [values.tolist() for values in old] for number, old in self.before.items()}
         return [self.damped, self.approach, kept]
 
@@ -225,10 +231,12 @@ class DeadStop:
 
 
 class Dampers:
-    """Solver for the forces of parallel springs and dampers in a step dt [s], f = s + c (v - Δt A (f - s)), with spring forces
-    s [N], dampers c [kg/s] and the velocities v [m/s] that the dampers oppose.
+    """Solver for the forces f of pairs of a spring and a parallel damper over a step dt [s], f = s + c (v - Δt A (f - s)),
+    with spring forces s [N], dampers c [kg/s] and the velocities v [m/s] that the dampers oppose. Used for one damper per
+    point.
 
-    A = rows rowsᵀ is the mobility: the change of the velocities per unit force and unit time. damper: c. speed: v. held: s.
+    A = rows rowsᵀ is the mobility: the change of the velocities per unit force and unit time. The arguments `damper`,
+    `speed` and `held` are c, v and s.
     """
 
     def __init__(self, damper: np.ndarray, rows: np.ndarray, speed: np.ndarray, held: np.ndarray, dt: float) -> None:
@@ -282,7 +290,8 @@ class Dampers:
             free &= ~slides
 
     def _solve(self, free: np.ndarray) -> None:
-        """Solve the equations for the forces with the given indices (`free`); the other forces keep their values."""
+        """Solve the equations of all forces with the indices `free`, and store these forces; all other forces keep their
+        values."""
         z, c = self._rows[free], self._damper[free]
         self._force[free] = self._held[free]
         v = self._speeds_with_forces(free)
@@ -307,18 +316,18 @@ def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
 
 def _signs(side: ContactSurface, overlaps: "Sequence[Overlap]") -> np.ndarray:
     """Return the sign of the contact force on surface `side` for each point of all overlaps, shape (n, 1): 1 for points of
-    this surface, -1 for points of the other one."""
+    this surface, -1 for points of the surface in contact with it."""
     return np.concatenate([np.full((len(part.listed), 1), 1.0 if part.one is side else -1.0) for part in overlaps])
 
 
 def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-    """Return the values of all points as one array per overlap."""
+    """Split an array with one row for each point of all overlaps into one array per overlap, and return the list."""
     return np.split(values, np.cumsum([len(part.listed) for part in overlaps])[:-1])
 
 
 def _at_points(part: "Overlap", listed: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return an array for all points of the surface of the overlap `part`: the given values at the listed points, zero at
-    the others."""
+    """Return an array with a row for each point of the surface whose overlap is `part`: row k of `values` at the point
+    listed[k], zero at points that are not listed."""
     found = np.zeros((len(part.one.place), *values.shape[1:]))
     found[listed] = values
     return found
@@ -342,8 +351,8 @@ def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
 
 
 def _approach(part: "Overlap") -> np.ndarray:
-    """Return the approach velocity of the two surfaces at each point of an overlap [m/s], shape (n,); where the surfaces
-    face each other, the part due to rotation of the body is measured along its own normals."""
+    """Return the approach velocity of the two surfaces at each point of an overlap [m/s], shape (n,). Where the surfaces
+    face each other, the part of the velocity due to rotation of a body is measured along the normals of this body."""
     approach = -np.einsum("ij,ij->i", part.relative, part.normal)
     if part.one.faces is not None:
         return approach

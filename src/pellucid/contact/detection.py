@@ -78,7 +78,8 @@ NUMBERED = fields_of(NumberedNodes)
 
 
 class Areas(NamedTuple):
-    """Area data of the points of a body."""
+    """Areas of the points of one body, from which its contact normals follow (see `_sum_moments`); m is the number of
+    points."""
 
     vector: np.ndarray  # (m, 3) outward vector areas [m²]; no rows for a volume, which uses volume gradients
     at_rest: float = 0.0  # undeformed area of a membrane per mass [m²/kg]
@@ -238,8 +239,8 @@ def _is_beyond(where, x, p):
 
 @pointwise
 def reach_of_point(radius, volume):
-    """Return the distance of the surface from a point with the given volume [m³] (half of the width of the point) [m];
-    radius: result of `ContactBody.half_width`."""
+    """Return the distance of the surface of a body from a point with the given volume [m³], i.e. half of the width of the
+    point [m]; radius: result of `ContactBody.half_width`."""
     half, scale, exponent = radius
     if half >= 0.0:
         return half

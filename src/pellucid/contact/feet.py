@@ -28,8 +28,8 @@ class Feet(NamedTuple):
         return found
 
     def spread(self, force: np.ndarray, into: np.ndarray) -> None:
-        """Distribute forces on the feet [N], shape (n, 3), to the points of the other surface; add them to `into`, shape
-        (q, 3)."""
+        """Distribute forces on the feet [N], shape (n, 3), to the points of the other surface by adding them to `into`, the
+        forces on these points [N], shape (q, 3)."""
         _spread(self.first, self.point, self.share, force, into)
 
 

@@ -21,7 +21,9 @@ MARGIN = 0.25  # margin of the search, in reaches
 
 
 class Following:
-    """Search for contact candidates: points of one surface that are near another surface `other`, with these neighbours.
+    """Search for contact candidates, i.e. points of one surface that are near points of another surface `other`. The result
+    `candidates` lists, for each candidate, the points of `other` nearby; it is searched again only when the surfaces may
+    have approached by a margin.
 
     width: distance of the surfaces below which they overlap [m].
     """
@@ -41,8 +43,8 @@ class Following:
         """Total number of points in all candidate lists."""
 
     def find(self, n_points: int, one: Described, other: Described, stands: tuple[bool, bool]) -> bool:
-        """Update the candidates among the first `n_points` points of surface `one` if required; return True if there are
-        any.
+        """Search again for candidates among the first `n_points` points of surface `one` if a search is due; return True if
+        there are any candidates.
 
         one, other: points and images of both surfaces. stands: for each surface, True if it has not moved since the
         previous step.
@@ -112,10 +114,10 @@ def _largest_square(place, before):
 def _list_near(one, other, normal, asks, boxes, sight, beside, two_sided, ends, near):
     """Compute the end index `ends` of the list of neighbours of each candidate; fill the lists if `near` is not empty.
 
-    The list of a candidate contains the points of the other surface within the distance `sight` [m]. It is empty if the
-    candidate lies further than the distance `beside` [m] above the plane of its nearest point (for a two-sided surface, on
-    either side). one, other: positions of the points of both surfaces [m]. normal: unit normals of the other surface. asks:
-    indices of the candidates. boxes: the points of the other surface, sorted.
+    The list of a candidate contains the points of the other surface within the distance `sight` [m]. The list is empty if
+    the candidate lies further than the distance `beside` [m] above the plane of its nearest point (for a two-sided surface,
+    on either side). one, other: positions of the points of both surfaces [m]. normal: unit normals of the other surface.
+    asks: indices of the candidates. boxes: the points of the other surface, sorted.
     """
     k, low, high = 0, indices(3), indices(3)
     for e in range(len(asks)):

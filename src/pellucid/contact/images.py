@@ -21,15 +21,15 @@ ACROSS = 2.0  # width of the strip at a seam with images, in the largest reach o
 class Plane(NamedTuple):
     """Plane of symmetry perpendicular to an axis."""
 
-    axis: int
-    place: float  # position [m]
+    axis: int  # 0 to 2
+    place: float  # position of the plane along the axis [m]
 
 
 class Seam(NamedTuple):
     """Seam of a periodic axis: both ends of the axis are the same plane."""
 
-    axis: int
-    place: float  # position of the lower end [m]
+    axis: int  # 0 to 2
+    place: float  # position of the lower end of the axis [m]
     period: float  # length of the axis [m]
 
 
@@ -79,7 +79,8 @@ def describe(
 ) -> Described:
     """Return the points of a surface with their images at planes of symmetry and at the seams of a periodic grid.
 
-    before: result of the previous step; its arrays are reused if the number of images is the same.
+    before: result for the same surface in the previous step; the arrays of this result are reused if the number of images
+    is the same.
     """
     m = len(surface.place)
     of_points = surface.place, surface.velocity, surface.reach

@@ -49,8 +49,8 @@ class Block(NamedTuple):
 class NormalForces:
     """System of equations for the implicit normal forces of several blocks over a step dt [s].
 
-    described: points and images of each surface, by the `id` of the surface. forces: forces of other contacts on these
-    points in this step [N], by the same key.
+    described: points and images of each surface, by the `id` of the surface. forces: forces that other contacts exert on
+    all points and images of a surface in this step [N], by the same `id`; surfaces without such forces may be missing.
     """
 
     def __init__(
@@ -120,7 +120,8 @@ class NormalForces:
         return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
 
     def solve(self) -> list[Implicit]:
-        """Return, for each block, the normal forces on its points [N] and their depths at the end of the step [m]."""
+        """Solve the system; return for each block the normal forces on its points and the depths of its points at the end
+        of the step."""
         ahead = np.concatenate([block.overlap.depth + self._dt * self._approach(block) for block in self._blocks])
         return solve_forces(
             self._factor, ahead, [block.stiffness for block in self._blocks], [block.given for block in self._blocks]

@@ -30,10 +30,10 @@ class Friction(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Nodes of one of two velocity fields, as an argument of kernels."""
+    """One of two velocity fields in contact, as an argument of kernels: its nodal arrays."""
 
-    nodes: Nodes
-    external: ExternalAction
+    nodes: Nodes  # nodal mass, momentum and velocities
+    external: ExternalAction  # loads and prescribed motions of the nodes
     moves_points: bool  # True if the grid moves the points
 
 
@@ -59,8 +59,8 @@ def _mobility_of(side, first, end, node, mobility):
 
 @parallel_loop()
 def measure_mobility(chunk, one, other, at):
-    """Compute the nodal mobility 1/m along each axis [1/kg] of both sides (`one`, `other`) and write it to `at.mobility`;
-    it is zero where supports or driven points constrain the node fully. at: a `ContactNodes`."""
+    """Compute the nodal mobility 1/m along each axis [1/kg] of both sides (`one`, `other`) and write the values to
+    `at.mobility`. The mobility is zero where supports or driven points constrain the node fully. at: a `ContactNodes`."""
     first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
@@ -162,7 +162,10 @@ def apply(chunk, one, other, at, impulse, total):
 @parallel_loop()
 def stop_straining(chunk, friction, one, other, at, total):
     """Stop the approach of the strain velocities of both sides (nodal velocities, mapped from the points again, that strain
-    the points); add the required impulses to `total` [N s], shape (n, 3). Arguments as in `resolve`."""
+    the points); add the required impulses on the first side to `total` [N s], shape (n, 3).
+
+    friction: a `Friction`. one, other: nodes of both sides. at: a `ContactNodes`.
+    """
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -226,12 +229,12 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
 
 @parallel_loop()
 def sum_works(chunk, one, other, at, impulse, works):
-    """Add the work [J] of the contact impulses on both sides (`one`, `other`), and of the resulting reactions of supports and
-    prescribed motions, to `works`.
+    """Add the work [J] of the contact impulses on both sides (`one`, `other`), and of the resulting reactions of supports
+    and prescribed motions, to `works`.
 
-    at: a `ContactNodes`. impulse: impulses on the first side [N s], shape (n, 3). works: one row for each chunk of nodes, see
-    `pellucid.energy`. Call when the mean velocities of the nodes over the step are known. A body with its own nodes computes
-    its own work.
+    at: a `ContactNodes`. impulse: impulses on the first side [N s], shape (n, 3). works: one row for each chunk of nodes,
+    see `pellucid.energy`. Call when the mean velocities of the nodes over the step are known. On a side whose nodes do not
+    move the points (`Side.moves_points`), only work on constrained nodes counts, because the body itself computes the rest.
     """
     _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
     _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)

@@ -61,21 +61,23 @@ NO_VALUES, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((3, 0))
 
 
 class Overlap(NamedTuple):
-    """Points of a surface that lie inside another body; n is their number."""
+    """Points of a surface that lie inside another body or behind a wall, with the data from which `OverlapLaw` computes the
+    forces on them; n is the number of points."""
 
     one: ContactSurface
     listed: np.ndarray  # (n,) indices of the overlapping points
-    depth: np.ndarray  # (n,) depths [m]
+    depth: np.ndarray  # (n,) depths of the points inside the other body [m]
     normal: np.ndarray  # (n, 3) outward unit normals of the other body
     area: np.ndarray  # (n,) effective areas [m²]
     relative: np.ndarray  # (n, 3) velocities relative to the other body [m/s]
-    share: float = 1.0  # fraction of the contact stiffness
+    share: float = 1.0  # fraction of the contact stiffness that these points have
     apart: bool = False  # True for one damper per point: a flat side on a plane
     new: np.ndarray | None = None  # (n,) mask of the points without overlap in the previous step; None if no body deforms
 
 
 class Implicit(NamedTuple):
-    """Implicit normal forces of n points over a step."""
+    """Implicit normal forces of the n points of an overlap over a step, the result of `pellucid.contact.implicit` for
+    `OverlapLaw`."""
 
     press: np.ndarray  # (n,) normal forces [N]
     after: np.ndarray  # (n,) depths at the end of the step [m]
@@ -83,18 +85,19 @@ class Implicit(NamedTuple):
 
 
 class StartOverlap:
-    """Initial overlap, which exerts no pressure.
+    """Initial overlap of two surfaces, which exerts no pressure.
 
     The initial overlap is the largest depth at the start. It is subtracted from the depths of all points: the surfaces
-    begin in contact without pressure, as if they were thinner by this depth. As the surfaces separate, it decreases to the
-    largest depth of the last `OUT` steps. (A point near a curved surface may be missed in one step. Without this delay the
-    full depth would push it off in the next step.) The overlap decreases only when there is no pressure, so that the energy
-    of the remaining depths is a function of the positions alone.
+    begin in contact without pressure, like surfaces of bodies that are thinner by this depth. When the surfaces separate,
+    the initial overlap decreases to the largest depth of the last `OUT` steps. (A point near a curved surface may be missed
+    in one step. Without this delay the full depth would push the point off in the next step.) The initial overlap decreases
+    only when there is no pressure, so that the energy of the remaining depths is a function of the positions alone.
 
-    Contact of a body with itself has an initial overlap for each contact of a point with a triangle instead, stored in its
-    slot (`pellucid.contact.triangles.slots.Slots`): its overlaps lie at unrelated places, and one depth for all would delay
-    contact at all other places by this depth. The rule for slots does not suit two bodies: a point that slides along the
-    other body would keep the depth of the place where it started, so that its force would depend on its path.
+    Contact of a body with itself is different: each contact of a point with a triangle has its own initial overlap, stored
+    in its slot (`pellucid.contact.triangles.slots.Slots`). The overlaps of such a body lie at unrelated places, and one
+    depth for all would delay contact at all other places by this depth. The rule for slots does not suit two bodies: a
+    point that slides along the other body would keep the initial depth of the place where the sliding started, so that the
+    force on the point would depend on its path.
 
     Parameters
     ----------
@@ -208,11 +211,12 @@ class OverlapLaw:
             swings = sqrt(self.stiffness * areas[id(side)] / self._mass)
             side.least_rate = max(side.least_rate, self._followed * swings)
         self.held = Held()
-        """Energy of the overlaps of the last call of `forces`."""
+        """Stored, dissipated and pending energy of the overlaps in the last call of `forces` or `separate`."""
         self.counts_both_ends = self.stop is None and all(side.drag is None for side in sides)
         """True if the energy of dampers and friction is computed from their forces at both ends of a step."""
         self.given: list[np.ndarray] = []
-        """Damper and friction forces on the points of each overlap [N], shape (n, 3) each."""
+        """Damper and friction forces on the points of each overlap [N], shape (n, 3) each; if the law is implicit, friction
+        minus normal force."""
         self.is_steady = False
         """True if friction is computed from displacements since the last equilibrium."""
         self.lent = 0.0
@@ -232,7 +236,8 @@ class OverlapLaw:
         before: float = 0.0,
         implicit: Sequence[Implicit] = (),
     ) -> list[np.ndarray]:
-        """Return the forces on the points of each overlap over a step dt [s] [N], shape (n, 3) each.
+        """Return the contact forces over a step of length dt [s] on the points of each overlap, in newtons, shape (n, 3)
+        each.
 
         last: length of the previous step [s]. touched: masks of the points of each surface, shape (m,), by the `id` of the
         surface; points held by friction are marked. before: power of the forces `given` of the previous step at the current
@@ -240,8 +245,8 @@ class OverlapLaw:
 
         If the depth changes from d to d' in a step, an implicit force f takes the energy f (d' - d) from the bodies. Its
         spring stores ½ f²/k. The rest is dissipated, and in addition half of Δt f times the loss of approach velocity. At
-        the start of a step a spring holds ½ k d², except where the depth is much larger than the last step left it: nothing
-        has loaded the spring then (`pellucid.contact.point_forces.GROWN`).
+        the start of a step a spring holds ½ k d². The exception is a depth much larger than the last step left it: nothing
+        has loaded the spring in this case (`pellucid.contact.point_forces.GROWN`).
         """
         extras = [NO_VALUES] * len(overlaps)
         if self.stop is not None:
@@ -282,12 +287,13 @@ class OverlapLaw:
         return found
 
     def reach_equilibrium(self) -> None:
-        """Limit the friction displacement of sliding points to the one at which friction holds them, in an equilibrium."""
+        """In an equilibrium, reduce the displacement of each sliding point from its sticking position, so that its friction
+        spring force equals the friction limit."""
         for one, at, limits in self._limits:
             limit_slip(at, one.slip, limits)
 
     def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
-        """Return the stiffness of the implicit normal forces of an overlap, shape (n,) [N/m]."""
+        """Return the stiffness of the implicit normal force at each point of an overlap, shape (n,) [N/m]."""
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
@@ -333,8 +339,11 @@ class OverlapLaw:
         last: float,
         touched: Mapping[int, np.ndarray],
     ) -> list[np.ndarray]:
-        """Return the contact forces on the points of each overlap [N], shape (n, 3), with one damper per point along the
-        normal and along the surface, and update the energies. Arguments as in `_find_apart` and `forces`."""
+        """Return the contact forces over a step on the points of each overlap [N], shape (n, 3), with one damper per point
+        along the normal and along the surface; set `held` and `given` of this law.
+
+        stop, overlaps, springs, dt, last: see `_find_apart`. touched: see `forces`.
+        """
         taken = pending = 0.0
         found, given = [], []
         parts = overlaps, springs.stiffness, springs.pressures, *self._find_apart(stop, overlaps, springs, dt, last)
@@ -354,7 +363,7 @@ class OverlapLaw:
         return found
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """Set the stored, dissipated and pending energy of this contact for a step without overlap.
+        """Set `held`, the stored, dissipated and pending energy of this contact, for a step without overlap.
 
         last: length of the previous step [s]. before: see `forces`.
         """
@@ -365,10 +374,10 @@ class OverlapLaw:
         self._limits.clear()
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: "Springs", dt: float) -> list[np.ndarray]:
-        """Return, for each overlap, the tangent stiffness of the contact springs now and at the end of a step dt [s], shape (2,
-        n) [N/m].
+        """Return, for each overlap, the tangent stiffness of the contact springs now and at the end of a step dt [s], in
+        two rows, shape (2, n) [N/m].
 
-        The second row is multiplied by a factor so that it gives the oscillation rate that limits the step size.
+        The second row contains a factor with which the stiffness yields the oscillation rate that limits the step size.
         """
         found = []
         for overlap, spring in zip(overlaps, springs.stiffness, strict=True):
@@ -380,7 +389,7 @@ class OverlapLaw:
 
 
 class Springs(NamedTuple):
-    """Normal contact springs of the overlaps between bodies that do not deform."""
+    """Normal contact springs at the points of the overlaps between two bodies that do not deform, for `OverlapLaw`."""
 
     stiffness: list[np.ndarray]  # stiffness of the points of each overlap, (n,) [N/m]
     pressures: list[np.ndarray]  # spring forces of the points of each overlap, (n,) [N]
@@ -388,8 +397,8 @@ class Springs(NamedTuple):
 
 
 def _stiff(courant: float) -> float:
-    """Return ω Δt for the largest stable frequency ω of contact springs, if the step Δt is `courant` times the largest stable
-    one.
+    """Return ω Δt for the largest frequency ω of contact springs that is stable with a step Δt of `courant` times the
+    largest stable step of the body.
 
     The waves of the body use at most 2 `courant`. Central differences, with dampers that use the velocities of the previous
     step, are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
@@ -399,23 +408,24 @@ def _stiff(courant: float) -> float:
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
-    """Return True if all listed points of surface `one` lie on flat sides or edges of its body, which therefore cannot
-    roll."""
+    """Return True if all listed points of surface `one` lie on flat sides or edges of the body, so that the body cannot
+    roll on these points."""
     n_faces = len(one.place) - one.n_edge_points
     return bool(one.on_flat_side[listed[listed < n_faces]].all())
 
 
 def stop_apart(*sides: ContactSurface) -> bool:
-    """Return True if contact between bodies that do not deform has one damper per point.
+    """Return True if contact between the surfaces `sides` of bodies that do not deform has one damper per point (see
+    `DeadStop`).
 
-    This requires that all bodies have edge points and that, of two bodies, planes bound at least one.
+    This requires that every body has edge points and that planes bound at least one of two bodies.
     """
     return all(side.n_edge_points > 0 for side in sides) and (len(sides) == 1 or any(side.faces is not None for side in sides))
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
-    """Return the unit vector of the mean normal of overlaps at surface `one`, weighted by depth and area, shape (3,); its
-    sign has no meaning. Zero if the mean vanishes."""
+    """Return the unit vector of the mean normal of overlaps that include the surface `one`, weighted by depth and area,
+    shape (3,); the sign of the vector has no meaning. Zero if the mean vanishes."""
     way = np.zeros(3)
     for overlap in overlaps:
         sign = 1.0 if overlap.one is one else -1.0

@@ -28,7 +28,9 @@ TOLERANCE = 1e-3  # relative change of the impulses that ends the iteration
 
 
 class ContactPair:
-    """Contact between two velocity fields; friction: law of friction between them.
+    """Contact between two velocity fields, with impulses on the nodes of the grid that both fields share.
+
+    friction: law of friction between the fields.
 
     Attributes
     ----------
@@ -37,8 +39,8 @@ class ContactPair:
     fields, bodies
         Both velocity fields, and the bodies of both.
     impulses, second : ndarray, shape (n, 3)
-        Impulses of this step on the first field at the nodes of `detection` [N s]. `second`: those that stop the approach of
-        the velocities mapped from the points again.
+        Impulses of this step on the first field at the nodes of `detection` [N s]. `second`: impulses that stop the approach
+        of the velocities mapped from the points again.
     touches : bool
         True if the fields are in contact at any node in this step.
     """
@@ -82,17 +84,18 @@ class ContactPair:
 
     @property
     def _takes_second(self) -> bool:
-        """True if all bodies accept second impulses in this step; these are equal and opposite, so all or none must accept
-        them."""
+        """True if all bodies accept second impulses in this step. Second impulses on both fields are equal and opposite, so
+        either all bodies receive second impulses or none."""
         return len(self.second_bodies) == len(self.bodies) and all(body.takes_second_impulses for body in self.second_bodies)
 
     def begin_impulses(self) -> None:
-        """Update the mobility of nodes that walls released, and compute the approach velocities that may remain.
+        """Update the mobility of nodes that walls released, and compute the approach velocity that may remain at each node
+        after the impulses.
 
-        Bodies that separate at the start of the step may approach at the same speed at its end: their mean approach
-        velocity over the step is then zero, and the impulses do no work. If the impulses stopped them completely, they
-        would gain energy at each return, like water at rest on soft soil. Bodies with their own response are stopped
-        completely, because their material separates at other velocities than their nodes.
+        Bodies that separate at the start of the step may approach at the same speed at the end of the step: their mean
+        approach velocity over the step is then zero, and the impulses do no work. If impulses stopped such bodies
+        completely, the bodies would gain energy at each return, for example water at rest on soft soil. Bodies with their
+        own response are stopped completely, because their material separates at other velocities than their nodes.
         """
         if not self.touches:
             return
@@ -170,16 +173,17 @@ class ContactPair:
 
 
 class ContactWork(NamedTuple):
-    """Work of the contact impulses of all pairs, and impulses [N s], shape (3,), by the name of the contact."""
+    """Work of the contact impulses of all pairs in a step (`work`), and the impulse on the first field of each named
+    contact [N s], shape (3,), by the name of the contact (`impulses`)."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]
 
 
 class ContactPairs:
-    """All contact pairs of velocity fields of a simulation.
+    """All contacts between velocity fields of a simulation, with impulses on the nodes of the grid.
 
-    n_supports, n_loads: numbers of supports and of loads with an entry of their own in the energy balance.
+    pairs: the contacts. n_supports, n_loads: numbers of supports and of loads with their own entry in the energy balance.
 
     Attributes
     ----------
@@ -239,9 +243,9 @@ class ContactPairs:
         """Repeat the responses of bodies that integrate their own equations of motion, and the impulses, until the impulses
         converge.
 
-        Impulses that are only compressive, on bodies that separate or stay together, minimize a convex function. A projected
-        gradient method with momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts if it turns
-        back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
+        Impulses that are only compressive, on bodies that separate or stay together, minimize a convex function. A
+        projected gradient method with momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372). The momentum
+        is reset when the impulses turn back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
         last, weight, ahead = self._copy_impulses(), 1.0, 0.0
         for _ in range(MOST_RESPONSES):

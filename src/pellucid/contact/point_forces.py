@@ -27,16 +27,18 @@ TINY = 1e-300
 
 @pointwise
 def _along(x, n):
-    """Return the part of a vector x along a surface with the unit normal n."""
+    """Return the tangential part of a vector x at a surface with the unit normal n."""
     across = x[0] * n[0] + x[1] * n[1] + x[2] * n[2]
     return x[0] - across * n[0], x[1] - across * n[1], x[2] - across * n[2]
 
 
 @pointwise
 def _carried(slip, p, n, v, last):
-    """Return the displacement of point p from its sticking position after the previous step, along the surface [m].
+    """Return the current displacement of point p from its sticking position, along the surface [m]: the displacement stored
+    before the previous step plus the sliding in that step.
 
-    slip: displacements before that step [m]. n: unit normal. v: sliding velocity [m/s]. last: length of that step [s].
+    slip: stored displacements of all points [m]. n: unit normal. v: sliding velocity [m/s]. last: length of the previous
+    step [s].
     """
     c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
     return c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2]
@@ -44,7 +46,8 @@ def _carried(slip, p, n, v, last):
 
 @pointwise
 def _limit(f, most):
-    """Return a friction force f [N], scaled down to at most `most`, and True if it had to be scaled (Coulomb)."""
+    """Return the friction force f [N], scaled down so that its magnitude is at most `most` [N], and True if f was larger
+    (Coulomb)."""
     size = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
     scale = most / size if size > most else 1.0
     return (scale * f[0], scale * f[1], scale * f[2]), size > most
@@ -62,13 +65,14 @@ def _held(square, spring, most):
 
 @kernel(inline=True)
 def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
-    """Store the friction displacement c of point p [m] in `slip`, for a sliding point at most the one that the friction limit
-    `most` [N] holds; return the energy that friction dissipated [J].
+    """Store the displacement c of point p from its sticking position [m] in `slip`; return the energy that friction
+    dissipated in the step [J]. For a sliding point, the displacement is reduced so that its spring force equals the
+    friction limit `most` [N].
 
-    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since a
-    spring returns its energy only while its point stays in contact. spring: friction stiffness [N/m]. work: work of the
-    friction force in the step [J]. damped: energy that the damper of a sticking point dissipated in the step [J]. is_steady:
-    True to store the whole displacement until the next equilibrium is found.
+    Sticking points load their springs; on sliding points the friction limit does the work. Both energies count as
+    dissipated, since a spring returns its energy only while its point stays in contact. spring: friction stiffness [N/m].
+    work: work of the friction force in the step [J]. damped: energy that the damper of a sticking point dissipated in the
+    step [J]. is_steady: True to store the whole displacement until the next equilibrium is found.
     """
     before = (slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1]) + slip[p, 2] * slip[p, 2]
     now = c[0] * c[0] + c[1] * c[1] + c[2] * c[2]
@@ -84,11 +88,12 @@ def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
 
 @kernel()
 def begin_friction(listed, normal, relative, slip, spring, most, last, carried, drag):
-    """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs within
-    the friction limit `most` [N]; write them to `carried` and `drag`, shape (n, 3).
+    """Compute the displacements of n points from their sticking positions [m] and the forces of their friction springs [N],
+    at most the friction limit `most` [N] in magnitude; write them to `carried` and `drag`, shape (n, 3) each.
 
     Friction dampers are solved afterwards. listed, normal, relative: see `pellucid.contact.overlap.Overlap`. slip:
-    displacements before the previous step [m]. spring: stiffness of the friction springs [N/m]. last: length of that step [s].
+    displacements before the previous step [m]. spring: stiffness of the friction springs [N/m]. last: length of the
+    previous step [s].
     """
     for i in range(len(listed)):
         n, k = (normal[i, 0], normal[i, 1], normal[i, 2]), -spring[i]
@@ -101,11 +106,11 @@ def begin_friction(listed, normal, relative, slip, spring, most, last, carried, 
 
 @kernel()
 def end_friction(listed, normal, relative, slip, spring, most, last, carried, drag, force, damped):
-    """Store the displacements of n points from their sticking positions under the friction forces `force`, shape (n, 3) [N];
-    return the energy that friction dissipated in the last step [J].
+    """Store the displacements of n points from their sticking positions in `slip`, given the friction forces `force` of
+    springs and dampers together, shape (n, 3) [N]; return the energy that friction dissipated in the last step [J].
 
-    Other arguments: see `begin_friction`, with its results `carried` and `drag`. The forces of the dampers of sticking points
-    are added to `damped` [N].
+    listed to last: see `begin_friction`. carried, drag: its results. damped: array of forces, shape (n, 3) [N], to which
+    the damper forces of sticking points are added.
     """
     taken = 0.0
     for i in range(len(listed)):
@@ -121,8 +126,8 @@ def end_friction(listed, normal, relative, slip, spring, most, last, carried, dr
 
 @kernel()
 def limit_slip(listed, slip, limits):
-    """Reduce the friction displacements `slip` of the listed points to the largest ones at which friction holds the points;
-    limits: see `find_point_forces`."""
+    """Reduce the displacements `slip` of the listed points from their sticking positions [m], so that the friction spring
+    force of each point is at most its friction limit; limits: see `find_point_forces`."""
     for i in range(len(listed)):
         p = listed[i]
         held = _held(slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1] + slip[p, 2] * slip[p, 2], limits[i, 0], limits[i, 1])
@@ -150,7 +155,8 @@ def find_point_forces(
     drag, slip
         Drag coefficients of a fluid (or empty) and slip of the points of the surface, see `ContactSurface`.
     force, given
-        Output: forces, and their damper and friction part without implicit normal forces [N], shape (n, 3).
+        Output, shape (n, 3) [N]: the contact forces, and the part of them that dampers and friction exert. If the law is
+        implicit, this part is friction minus normal force.
     limits
         Output: stiffness of the friction spring [N/m] and friction limit [N] of each point, shape (n, 2).
     """

@@ -39,14 +39,14 @@ LEAST_FACING = 1e-6
 
 
 class Asking(NamedTuple):
-    """Points of one surface that search for another surface; m is their number."""
+    """Points of one surface whose position relative to another surface is computed; m is their number."""
 
     place: np.ndarray  # (m, 3) positions [m]
     normal: np.ndarray  # (m, 3) unit normals
 
 
 class Points(NamedTuple):
-    """Points of a surface; m is their number."""
+    """Points of the other surface, which define its position; m is their number."""
 
     place: np.ndarray  # (m, 3) positions [m]
     normal: np.ndarray  # (m, 3) unit normals
@@ -55,8 +55,8 @@ class Points(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Points of one surface that are near the other surface (candidates), and for each the points of the other surface within
-    the search radius.
+    """Points of one surface that are near the other surface (candidates), and for each candidate the points of the other
+    surface within the search radius.
 
     Indices are in ascending order.
     """
@@ -67,7 +67,7 @@ class Candidates(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """Parameters of the contact of two surfaces."""
+    """Parameters of the contact of two surfaces, the one that searches and the other one."""
 
     two_sided: tuple[bool, bool]  # for both surfaces, True if both sides can be in contact
     deepest: float  # largest depth behind a plane that counts as contact [m]
@@ -78,9 +78,11 @@ class Meeting(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Results for n candidates with k points in their lists: weights, feet, and data of the overlap.
+    """Result arrays for n candidates with k points in their lists: weights, feet, and data of the overlap. The kernels of
+    this module fill them.
 
-    The data of the feet are in the order of the candidates; `pellucid.contact.overlap.Overlap` describes them.
+    The data of the feet and of the overlap have one entry for each candidate that is near enough, in the order of the
+    candidates.
     """
 
     beside: np.ndarray  # (n, COLUMNS) distance, factor of the contact area, weights and normal of candidates, see `GAP`
@@ -106,7 +108,7 @@ def make_room(n: int, k: int) -> Found:
 
 
 class Neighbourhood(NamedTuple):
-    """Points of both surfaces, and the parameters of their contact."""
+    """The points of both surfaces and the parameters of their contact, bundled as an argument of kernels."""
 
     one: Asking
     other: Points
@@ -115,8 +117,8 @@ class Neighbourhood(NamedTuple):
 
 @pointwise
 def _beside(other, q, x):
-    """Return the vector from point q of the other surface to the place x [m], its square [m²], and the height of x above
-    the plane of q [m]."""
+    """Return three values: the vector from point q of the other surface to the place x [m], the square of its length [m²],
+    and the height of x above the plane of q [m]."""
     d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
     beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
     return d, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
@@ -291,12 +293,13 @@ def _corrected(w, found, p, d):
 
 @kernel()
 def find_feet(about, candidates, results, counts, most):
-    """Compute the feet (projections on the other surface) of the candidates whose distance from it is below `most` [m], and
-    write them to `results`.
+    """Compute the feet (projections on the other surface) of the candidates that are closer than `most` [m] to the other
+    surface, and write them to `results`.
 
-    Return the number of feet and the number of their weights in points of the other surface (`pellucid.contact.feet`).
-    about: a `Neighbourhood`. results: a `Found` in which `find_beside` has stored the distances. counts: factors of the
-    contact areas of the points, shape (m,); points with the factor 0 are omitted."""
+    Return the number of feet, and the number of weights that define them (`pellucid.contact.feet`). about: a
+    `Neighbourhood`. results: a `Found` in which `find_beside` has stored the distances. counts: factors of the contact
+    areas of the points, shape (m,); points with the factor 0 are omitted.
+    """
     other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])
@@ -321,24 +324,24 @@ def find_feet(about, candidates, results, counts, most):
 
 @kernel()
 def measure_depths(about, candidates, results, counts, weights, velocity, of_other, width, most, from_feet, by_own_normals):
-    """Compute the depths, contact areas and relative velocities of the candidates whose distance from the other surface is
-    below `most` [m], and write them to `results`; return the number of these candidates.
+    """Compute the depths, contact areas and relative velocities of the candidates that are closer than `most` [m] to the
+    other surface, and write them to `results`; return the number of these candidates.
 
     Parameters
     ----------
     about, candidates, results, counts, most
         See `find_feet`.
     weights
-        Areas of the points of the surface with the candidates [m²].
+        Areas of the points of the surface with the candidates [m²], shape (m,).
     velocity, of_other
-        Velocities of the points of both surfaces [m/s].
+        Velocities of the points of both surfaces [m/s], shape (m, 3) and (q, 3).
     width
         Distance of the surfaces at which they touch [m].
     from_feet
         True to measure depths from the feet, on which the forces act: with another distance a surface that bends and
         vibrates would gain energy.
     by_own_normals
-        True to measure depths along the normals of the points instead of those of the other surface.
+        True to measure depths along the normals of the points instead of the normals of the other surface.
     """
     n, _ = find_feet(about, candidates, results, counts, most)
     one, found = about.one, results.beside

@@ -18,10 +18,11 @@ from pellucid.contact.contact_surface import ContactSurface
 
 
 class ContactLead:
-    """Contact leads of a deforming surface: distances ahead of the surface at which contact acts [m], so that no overlap
-    remains in a steady state. Each corner (mesh vertex) has one.
+    """Contact leads of a deforming surface, one for each corner (mesh vertex): distances ahead of the surface at which
+    contact acts [m]. They grow until no overlap remains in a steady state.
 
-    surface: surface of the contact points; its `corner_shares` are the weights of the corners in the position of each point.
+    surface: surface of the contact points; its `corner_shares` are the weights of the corners in the position of each
+    point.
     """
 
     def __init__(self, surface: ContactSurface) -> None:
@@ -38,7 +39,7 @@ class ContactLead:
 
     @property
     def largest(self) -> float:
-        """Largest lead [m]."""
+        """Largest of the contact leads of all corners [m]."""
         return float(self._corners.max(initial=0.0))
 
     def applied(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, float]:

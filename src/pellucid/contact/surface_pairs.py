@@ -38,14 +38,15 @@ ROUNDS = 3  # largest number of iterations for several contacts of flat sides on
 
 
 class SurfacePair(PointContact):
-    """Contact of two surfaces, each with points that may lie inside the other.
+    """Contact of two surfaces, each with points that may lie inside the other surface.
 
-    If exactly one of them is a sheet, only the points of the sheet are tested against the other surface. With points of both
-    surfaces, one side may have no overlap, and the fraction of the damper that belongs to the other side would not stop the
-    nodes of the sheet.
+    If exactly one of the surfaces is a sheet, only the points of the sheet are tested against the other surface. With
+    points of both surfaces, one side may have no overlap, and the fraction of the damper that belongs to the other side
+    would not stop the nodes of the sheet.
 
-    friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension of the surfaces, 2 in 3-D, 1 in the plane, 0
-    along a line. thickness: thickness of a slice in a plane problem [m]. name: see `Touch`. seams: seams of a periodic grid.
+    friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension of the surfaces, 2 in 3-D, 1 in the plane,
+    0 along a line. thickness: thickness of a slice in a plane problem [m]. name: see `Touch`. seams: seams of a periodic
+    grid.
     """
 
     sides: list[SurfaceSide]  # type: ignore[assignment]
@@ -103,8 +104,8 @@ class SurfacePair(PointContact):
 
 
 def _deepest(surface: ContactSurface) -> float:
-    """Return the largest depth [m] at which a point behind a surface counts as in contact with it: the radius that a
-    surface point represents, and for a body that is not two-sided at most 0.4 of its smallest extent."""
+    """Return the largest depth [m] at which a point behind a surface counts as in contact: the radius that a surface point
+    represents, and for a surface that is not two-sided at most 0.4 of the smallest extent of the body."""
     extent = np.ptp(surface.place, axis=0)
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
@@ -112,7 +113,8 @@ def _deepest(surface: ContactSurface) -> float:
 
 
 class SurfacePairs:
-    """All surfaces of a simulation that can be in contact with each other or with walls."""
+    """All contacts of a simulation in which surfaces touch each other or walls: detection of overlaps, contact forces, and
+    energy balance of contact."""
 
     def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
@@ -238,7 +240,7 @@ class SurfacePairs:
         return sum(pair.law.lent for pair in self._pairs)
 
     def lead_change(self) -> tuple[float, float]:
-        """Return the largest change of a contact lead in the last update, and the largest lead [m]."""
+        """Return two lengths [m]: the largest change of a contact lead in the last update, and the largest lead."""
         leads = self._leads()
         return max((lead.change for lead in leads), default=0.0), max((lead.largest for lead in leads), default=0.0)
 
@@ -259,8 +261,8 @@ class SurfacePairs:
                 yield overlap.one, overlap.one.place[overlap.listed]
 
     def warnings(self, issued: Container[str]) -> Iterator[tuple[str, str]]:
-        """Yield a key and the text of the warning of each contact that has one. Contacts whose key is in `issued` are not
-        checked again."""
+        """Yield (key, text) for each contact that has a warning; the key names the bodies. Contacts whose key is in
+        `issued` are not checked again."""
         for pair in self._pairs:
             key = f"contact of {' and '.join(pair.between)}"
             if key not in issued and (text := pair.warning()) is not None:
@@ -313,8 +315,8 @@ class SurfacePairs:
         return total
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays of a checkpoint: for triangulated surfaces, the triangle and the side that each point may
-        touch."""
+        """Return the arrays of all contacts for a checkpoint, by name. Only triangulated surfaces have such arrays: the
+        triangle that each point may touch and its side."""
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
@@ -346,7 +348,7 @@ class SurfacePairs:
         return [start for pair in self._pairs for start in pair.start_overlaps()]
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the result of `state_numbers` from a checkpoint."""
+        """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):

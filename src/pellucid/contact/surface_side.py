@@ -96,8 +96,8 @@ class SurfaceSide(ContactSide):
         return Overlap(self.one, listed, *points, self.share, apart, new)
 
     def _measure(self, one: Described, other: Described) -> int:
-        """Compute the depths of the points of `one` near `other` and their feet (projections on it); return the number of
-        points."""
+        """Compute the depths of the points of `one` that are near the surface `other`, and their feet (projections on
+        `other`); return the number of these points."""
         candidates, width = self._following.candidates, self.one.half_width + self.other.half_width
         arrays = one.place, one.normal, other.place, other.normal, other.size, other.reach
         if self._about is None or any(new is not old for new, old in zip(arrays, self._arrays, strict=True)):

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 
 class Touch(ABC):
-    """Contact of a body with another body or a wall. `impulse`: impulse on the first surface in this step [N s], shape (3,).
+    """Base class of a contact of a body with another body or a wall, for `SurfacePairs`. `impulse`: impulse on the first
+    surface in this step [N s], shape (3,).
 
-    surfaces: the surface or the two surfaces in contact. law: force law of their overlap. name: name of the contact force for
-    probes; None if no probe reads it.
+    surfaces: the surface or the two surfaces in contact. law: force law of their overlap. name: name of the contact force
+    for probes; None if no probe reads this force.
     """
 
     def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
@@ -45,24 +46,24 @@ class Touch(ABC):
         return sum(float(np.max(surface.half_width, initial=0.0)) for surface in self.surfaces)
 
     def begin(self, time: float, rate: float) -> None:  # noqa: B027
-        """Prepare a step.
+        """Prepare the contact for a step: a wall moves to its position.
 
         time: load time at the start of the step [s]. rate: increment of the load time per increment of the step time.
         """
 
     def follow(self, last: float) -> None:  # noqa: B027
-        """Update the contact for the motion of the surfaces in the previous step; its length is `last` [s]."""
+        """Account for the motion of the surfaces in the previous step of length `last` [s], before the overlap is searched."""
 
     @abstractmethod
     def find(self, described: dict[int, Described]) -> bool:
-        """Find the overlap; return True if there is one.
+        """Find the points of the surfaces that overlap; return True if there are any.
 
         described: points and images of each surface, by the `id` of the surface.
         """
 
     def way(self) -> np.ndarray:
         """Return the mean normal of the overlap, along which this contact pushes a rigid body, as a unit vector, shape
-        (3,); its sign has no meaning. Zero if this contact pushes no rigid body."""
+        (3,); the sign of the vector has no meaning. Zero if this contact pushes no rigid body."""
         return np.zeros(3)
 
     def overlaps(self) -> list[Overlap]:
@@ -71,12 +72,12 @@ class Touch(ABC):
         return []
 
     def start_overlaps(self) -> list[StartOverlap]:
-        """Return the records of initial overlaps, which exert no pressure."""
+        """Return the initial overlaps of all sides of the contact; they exert no pressure."""
         return []
 
     def previous_forces(self) -> "list[PreviousForces]":
-        """Return the stored damper and friction forces of the last step, one entry per side; empty if they are stored
-        elsewhere."""
+        """Return the stored damper and friction forces of the last step, one entry per side; empty for contact between
+        triangulated surfaces, which stores these forces in its slots."""
         return []
 
     def start_depth(self) -> float:
@@ -102,7 +103,7 @@ class Touch(ABC):
 
     @property
     def stops_apart(self) -> bool:
-        """True if each overlapping point has a damper of its own."""
+        """True if each overlapping point has its own damper (see `DeadStop`)."""
         return self.law.stop is not None and all(overlap.apart for overlap in self.overlaps())
 
     @abstractmethod
@@ -114,7 +115,7 @@ class Touch(ABC):
         """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return the arrays of the contact by name, for a checkpoint; empty if it has none."""
+        """Return the arrays of the contact by name, for a checkpoint; empty if the contact has no arrays."""
         return {}
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -123,7 +124,7 @@ class Touch(ABC):
             array[...] = arrays[name]
 
     def warning(self) -> str | None:
-        """Return a warning about the contact in its present state; None if there is none."""
+        """Return a warning about the contact in its present state; None if there is no warning."""
         return None
 
     def external_work(self) -> float:

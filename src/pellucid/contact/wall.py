@@ -12,7 +12,8 @@ from pellucid.contact.wall_plane import WallPlane
 
 
 class BehindPlane(ContactSide):
-    """Points of the surface `one` that lie behind a plane and, unless both sides can be in contact, whose normals face it."""
+    """Points of the surface `one` that lie behind the plane of a wall. Unless both sides of the surface can be in contact,
+    only points whose normals point towards the plane count."""
 
     def __init__(self, one: ContactSurface, plane: WallPlane) -> None:
         start = None if one.is_hard or one.drag is not None else StartOverlap(float(one.reach.max()))

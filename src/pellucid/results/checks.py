@@ -22,10 +22,11 @@ ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 
 
 def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Metric:
-    """Evaluate a check of the case on the history and return its metric: computed value, reference value, error, tolerance.
+    """Evaluate a check of the case (`asked`) on the history of a run, and return its metric: computed value, reference
+    value, error and tolerance.
 
-    asked: the check. readings: columns of the history. units: unit of each column. If a file with a reference curve cannot be
-    read, the error of the metric is infinite.
+    readings: columns of the history. units: unit of each column, by name. If a file with a reference curve cannot be read,
+    the error of the metric is infinite.
     """
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
@@ -43,8 +44,8 @@ def _unit(units: Mapping[str, str], column: str) -> str:
 
 
 def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
-    """Return the first time [s] at which a column of the history reaches a value, the event `passing` of a check; NaN if it
-    never does. units: unit of each column."""
+    """Return the first time [s] at which a column of the history reaches a value (the event `passing` of a check); NaN if
+    the column never reaches the value. units: unit of each column, by name."""
     return readings.first_time(passing.column, in_si(passing.reaches, _unit(units, passing.column)))
 
 

@@ -25,7 +25,8 @@ class Metric:
         return bool(self.error <= self.tolerance)
 
     def to_data(self) -> dict[str, Any]:
-        """Return the metric as stored in `summary.json`; numbers that are not finite become null."""
+        """Return the value, reference, error and tolerance of the metric and the flag `pass` by name, for `summary.json`;
+        numbers that are not finite become null."""
         return {
             "value": finite(self.value),
             "reference": finite(self.reference),
@@ -36,5 +37,5 @@ class Metric:
 
 
 def finite(number: float) -> float | None:
-    """Return the number, or None if it is NaN or infinite (JSON has no such numbers)."""
+    """Return the number; None if it is NaN or infinite, because JSON has no such numbers."""
     return float(number) if math.isfinite(number) else None

@@ -27,15 +27,15 @@ class Readings:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times of the first and the last row [s]."""
+        """Times of the first and the last row of the history [s]."""
         times = self._history["time"]
         return float(times[0]), float(times[-1])
 
     def curve(self, y: str, x: str = "time", whole: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return the column `y` against the column `x`, both at the same instants.
 
-        If one of the two columns is a mean since the previous row, the instants are the middles of the intervals between rows,
-        and values at rows are averaged to the middles. Otherwise they are the instants of the rows.
+        If one of the two columns is a mean since the previous row, the instants are the middles of the intervals between
+        rows, and values at rows are averaged to the middles. Otherwise the instants are the times of the rows.
 
         Parameters
         ----------
@@ -64,7 +64,8 @@ class Readings:
         return np.where(np.isnan(linear), np.nan, CubicSpline(times, values)(instants))
 
     def first_time(self, y: str, value: float) -> float:
-        """Return the first time [s] at which a column, interpolated as in `at`, equals `value`; NaN if it never does."""
+        """Return the first time [s] at which the column `y`, interpolated as in `at`, equals `value`; NaN if the column
+        never reaches `value`."""
         times, values = self.curve(y, whole=True)
         above = values - value
         rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)

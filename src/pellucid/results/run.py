@@ -23,8 +23,9 @@ VTK_CELLS = (1, 3, 5, 9, 10)
 
 
 class Run(StoredRun):
-    """Results of a run in a folder, read on first use: columns of its `history`, shape (rows,) each, with their `units`;
-    `fields(body, time)`, shapes (n,), (n, 3) or (n, 6) in SI units; `metrics`; `summary`."""
+    """Results of a run in a folder; files are read on first use. Attributes and methods: columns of the history (`history`,
+    arrays of shape (rows,)) and their `units`; `fields(body, time)`, arrays of shape (n,), (n, 3) or (n, 6) in SI units;
+    `metrics`; `summary`."""
 
     def to_pandas(self) -> Any:
         """Return the history as a `pandas.DataFrame` with the time [s] as index and the units of the columns in
@@ -97,10 +98,10 @@ class Run(StoredRun):
 
 
 def dimension(name: str, components: int) -> str:
-    """Return the name of the component axis of a field in an xarray dataset.
+    """Return the name of the component axis that a field `name` with a number of components has in an xarray dataset.
 
-    Vectors and tensors in space share the names "axis", "axes" and "row_by_row" (3, 6, 9 components); another field has an axis
-    of its own.
+    Vectors and tensors in space share the names "axis", "axes" and "row_by_row" (3, 6, 9 components); every other field has
+    its own axis name.
     """
     along = COMPONENT_NAMES.get(components)
     is_along_axes = along is not None and (name not in FIELDS or FIELDS[name].names == along)

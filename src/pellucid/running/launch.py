@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 class _Size(NamedTuple):
-    points: int
+    """Size of a case, which decides whether `try_set_up` sets the case up."""
+
+    points: int  # number of points of all bodies
     tables: float
     """Memory of the shape functions of meshless solids [bytes]."""
 
@@ -106,9 +108,9 @@ def _begin(
 
 
 def try_set_up(case: "Case", progress: Progress) -> list[str]:
-    """Set a case up as `run_case` does, up to its first step, and discard it.
+    """Set a case up as `run_case` does, up to the first step, and discard the simulation. Used to check a case.
 
-    Large cases, whose set-up takes long (`LARGE`), are judged from their models only.
+    Cases that are larger than `LARGE` take long to set up: their lines follow from the case alone.
 
     Returns
     -------
@@ -145,11 +147,12 @@ def resume_case(
     settings: Mapping[str, object] | None = None,
     foretell: bool = False,
 ) -> Run:
-    """Resume the run in `out` from its last checkpoint, bit for bit; without a checkpoint, restart it from the beginning.
+    """Resume the run in `out` from its last checkpoint, with bitwise identical results; without a checkpoint, restart the
+    run from the beginning.
 
-    `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output). Other
-    arguments as in `run_case`. Raises `UsageError` if there is no run or a setting may not change, and the errors of
-    `run_case`.
+    `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output).
+    until, threads, progress, report, foretell: see `run_case`. Raises `UsageError` if the folder contains no run or a
+    setting may not change, and the errors of `run_case`.
     """
     progress = seen(progress)
     domain.group.join()
@@ -210,8 +213,8 @@ def _go_on(
 
 
 def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
-    """Read the case of a run. If its file was edited and is invalid, apply the settings (values by dotted key), which may
-    correct it."""
+    """Read the case of the run in `folder`. If the case file was edited and is invalid, apply the settings (values by
+    dotted key) before the check, since they may correct the case."""
     try:
         return folder.read_case()
     except CaseError:
@@ -221,16 +224,16 @@ def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
 
 
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Read arrays and numbers of the newest undamaged checkpoint; None if there is none. With several processes, the first one
-    searches first and renames damaged files."""
+    """Read arrays and numbers of the newest undamaged checkpoint; None if there is no checkpoint. With several processes,
+    the first process searches before all others and renames damaged files."""
     found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
     domain.group.told(None)
     return found if domain.group.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
 
 
 def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> None:
-    """Raise UsageError if processes that were started together run different cases, write to different folders or end at
-    different times."""
+    """Raise UsageError if the processes that were started together have different cases, folders (`out`) or end times
+    (`until` [s])."""
     from pellucid.case import dumps
 
     asked = [dumps(case), str(out), until]
@@ -257,8 +260,8 @@ def _first_set_up(
 ) -> Iterator[tuple[Any, Callable[[], float], dict[str, dict[str, np.ndarray]]]]:
     """Set up a case for a run from the start, with all checks before the first step.
 
-    Yields the simulation, a function that returns the compilation time so far [s], and the arrays of bodies that continue an
-    earlier run, by name. `alone`: as in `_simulation`.
+    Yields the simulation, a function that returns the compilation time so far [s], and the arrays of bodies that continue
+    an earlier run, by name. `alone`: True if no other process compiles kernels of later steps in advance.
     """
     start = read_start(case, progress.message)
     with _simulation(case, threads, progress, start, alone) as (simulation, compiling):
@@ -323,16 +326,20 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 
 
 def seen(progress: Progress | bool | None) -> Progress:
-    """Return the object to which a run reports its progress. In a run with several processes only the first one shows it; the
-    others show warnings only. progress: True for a display that fits the terminal or notebook."""
+    """Return the object to which a run reports its progress. In a run with several processes only the first process shows
+    the progress; all other processes show warnings only. progress: a display; True for a display that fits the terminal or
+    notebook."""
     if progress is True:
         progress = for_terminal()
     return progress if progress and domain.group.is_first else WarningsOnly()
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
-    """Compute the share of one process other than the first in a simulation, and wait until the first process has written
-    the results. recorder: writer of the rows and checkpoints. Other arguments as in `run_case`."""
+    """Compute the share of this process in a simulation that several processes share, if this process is not the first one,
+    and wait until the first process has written the results. Returns the run.
+
+    recorder: writer of the rows and checkpoints. until, foretell: see `run_case`.
+    """
     if foretell:
         foretold(simulation, until, WarningsOnly())
     simulation.run(recorder, until=until)

@@ -23,8 +23,9 @@ def recorded(
     """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to the
     folder `out`.
 
-    Yields the simulation after each step. progress: as in `pellucid.run`. `pellucid.Run(out)` reads the results. If the loop
-    ended early, `pellucid.resume(out)` continues the run. Raises the errors of `pellucid.run`.
+    Yields the simulation after each step. progress: True to show the progress, or a progress object. `pellucid.Run(out)`
+    reads the results. If the loop ended early, `pellucid.resume(out)` continues the run. Raises the errors of
+    `pellucid.run`.
     """
     case, folder = simulation.case, RunFolder(out)
     check_until(until, case)

@@ -12,7 +12,7 @@ from pellucid.running.launch import run_case
 
 
 class Row(NamedTuple):
-    """Row of the table that `pellucid verify` shows: one metric of one case."""
+    """Row of the table that `pellucid verify` shows: name of a case, name of one of its metrics, and the metric."""
 
     case: str
     name: str
@@ -26,10 +26,11 @@ def verify(
     threads: int | None = None,
     progress: "Progress | None" = None,
 ) -> list[Row]:
-    """Run gallery cases (default: all) or case files, in the quick or full variant, and return every metric.
+    """Run gallery cases (default: all) or case files, in the quick or full variant, and return a row for every metric.
 
-    With `out`, results are written to `out/<group>/<case>`, or to `out/<file name>` for a case file. A run that stops
-    itself gives a row that has not passed. Raises `CaseError` for an invalid case, `UsageError` for a case without a check.
+    With `out`, results are written to `out/<group>/<case>`, or to `out/<file name>` for a case file. A run that stops with
+    an error gives a row that has not passed. Raises `CaseError` for an invalid case, `UsageError` for a case without a
+    check.
     """
     from pellucid import catalogue
     from pellucid.case import load

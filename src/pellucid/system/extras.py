@@ -7,13 +7,13 @@ from pellucid.errors import UsageError
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra (a group of optional dependencies), for messages and help."""
+    """Return the text of the command that installs an extra (a group of optional dependencies), for messages and help."""
     return f"pip install '.[{extra}]' in the clone of pellucid"
 
 
 def needed(module: str, extra: str, what: str) -> Any:
     """Import and return a module of an extra (a group of optional dependencies). Raises UsageError, with the installation
-    command, if it is not installed; what: the features that need it, in the plural."""
+    command, if the module is not installed; what: the features that need the module, in the plural, for the message."""
     try:
         return import_module(module)
     except ModuleNotFoundError as error:

@@ -32,7 +32,7 @@ def start_together(processes: int, arguments: Sequence[str]) -> None:
 
 
 def without(option: str, arguments: Sequence[str]) -> list[str]:
-    """Return a command line without an option and its value."""
+    """Return the arguments of a command line without the option `option`, such as "--ranks", and without its value."""
     left, skip = list[str](), False
     for argument in arguments:
         if not (skip or argument == option or argument.startswith(f"{option}=")):

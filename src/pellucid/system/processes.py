@@ -28,10 +28,11 @@ serve(connection)
 
 
 class Helper:
-    """Another Python process that builds a function, `make(*arguments)`, and calls it with each job that it receives.
+    """Worker process that computes jobs for this process. It builds a function, `make(*arguments)`, and calls this function
+    with each job that `ask` sends.
 
-    It prints nothing and is not affected by Ctrl-C. `multiprocessing` is not used because it would run the user's script a
-    second time.
+    The worker prints nothing and is not affected by Ctrl-C. `multiprocessing` is not used because it would run the user's
+    script a second time.
     """
 
     def __init__(self, make: Callable[..., Work | None], *arguments: Any) -> None:
@@ -49,8 +50,8 @@ class Helper:
         self._connection.send_bytes(pickle.dumps((make, arguments)))
 
     def ask(self, job: Any) -> Any:
-        """Send a job to the process and return its result. Raises RuntimeError with the message of an error in the worker
-        process, EOFError if the process ended."""
+        """Send a job to the worker process, wait, and return the result. Raises RuntimeError with the message of an error
+        in the worker process, EOFError if the worker process ended."""
         self._connection.send_bytes(pickle.dumps(job))
         done, answer = self._connection.recv()
         if not done:
@@ -58,7 +59,7 @@ class Helper:
         return answer
 
     def end(self) -> None:
-        """End the process immediately."""
+        """End the worker process immediately."""
         self._process.kill()
         self._process.wait()
         self._connection.close()
@@ -99,10 +100,11 @@ def helped(helpers: Sequence[Helper]) -> Iterator[None]:
 
 
 def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Callable[[int], None]) -> list[Any]:
-    """Return the results of jobs, in their order. Worker processes and this process each take the next job when they are free.
+    """Return the results of all jobs, in the order of the jobs. Each worker process, and this process, takes the next job
+    when it is free.
 
-    work: function that does a job in this process; the helpers have built their own. count: called with the number of completed
-    jobs. A job that fails in a helper is repeated in this process.
+    work: function that does a job in this process; the workers (`helpers`) have built their own functions. count: called
+    with the number of completed jobs. A job that fails in a worker is repeated in this process.
     """
     waiting, answers = deque(enumerate(jobs)), dict[int, Any]()
 

@@ -30,10 +30,11 @@ BATCH = 256  # number of points per batch of distances along the surface
 
 
 class Image(NamedTuple):
-    """Image of a surface: positions times `flip`, plus a shift [m], shape (3,) each."""
+    """Mapping from a surface to one of its images at planes of symmetry and seams: image position = position times `flip`,
+    plus `shift`."""
 
-    flip: np.ndarray
-    shift: np.ndarray
+    flip: np.ndarray  # -1 along the axes in which the image is mirrored, 1 along the others
+    shift: np.ndarray  # displacement after mirroring [m]
 
 
 def find_images(planes: Sequence[Plane], seams: Sequence[Seam]) -> list[Image]:
@@ -136,8 +137,8 @@ class TriangleMesh:
         return np.asarray(np.einsum("ij,ij->i", one, two) / np.maximum(sizes, TINY))
 
     def find_sharpest_fold(self) -> tuple[float, np.ndarray]:
-        """Return the largest angle between the normals of two neighbouring triangles [degrees], and the position of such a
-        triangle [m], shape (3,).
+        """Return the largest angle between the normals of two neighbouring triangles [degrees], and the centroid of one of
+        these two triangles [m], shape (3,).
 
         Edges at which the surface was folded by more than 90 degrees at the start do not count.
         """
@@ -158,7 +159,8 @@ class TriangleMesh:
         return self.points._replace(first=excluded.indptr.astype(np.int64), excluded=excluded.indices.astype(np.int64))
 
     def _find_excluded(self, limit: float) -> sparse.csr_array:
-        """Return the triangles that contain each point or are closer to it along the surface than `limit` [m].
+        """Return the triangles that contain each contact point, or whose distance from the point along the surface is
+        smaller than `limit` [m].
 
         Distances are lengths of the shortest path through the triangles between vertices and midpoints of edges. The result
         is a sparsity pattern of shape (points, triangles).
@@ -222,8 +224,8 @@ class TriangleMesh:
         return make_boxes(low, high, lower, upper, max(far, self.edge))
 
     def speed_against(self, velocity: np.ndarray) -> float:
-        """Return the largest speed of a velocity, shape (3,), relative to the mean velocities of the surface and its images
-        [m/s]."""
+        """Return the largest magnitude of the difference between a velocity, shape (3,), and the mean velocity of the
+        surface or one of its images [m/s]."""
         means = np.array([image.flip * self.mean_velocity for image in self._images])
         return float(np.linalg.norm(velocity - means, axis=1).max())
 
@@ -268,11 +270,12 @@ def _pattern(matrix: sparse.csr_array) -> sparse.csr_array:
 
 
 def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
-    """Return for each vertex and image the number of the vertex that represents all vertices at its position.
+    """Return, for each vertex and each image of a vertex, the number of the vertex or image that represents all vertices
+    and images at the same position, shape (images · n,).
 
-    It is the first one among the images of one vertex, or a vertex of the surface itself if an image of another vertex
-    coincides with it. place: positions of the n vertices and then of their images [m]. same: distance below which positions
-    coincide [m].
+    The representative is the first of the coinciding images of one vertex, or a vertex of the surface itself if an image of
+    another vertex coincides with it. place: positions of the n vertices and then of their images [m]. same: distance below
+    which positions coincide [m].
     """
     number = np.arange(len(place))
     copies = place.reshape(-1, n, 3)
@@ -290,7 +293,8 @@ def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
 
 
 def _across_edges(triangle: np.ndarray) -> np.ndarray:
-    """Return the neighbour triangle at each edge, shape (T, 3); -1 if there is none."""
+    """Return the number of the neighbour triangle at each of the three edges of each triangle, shape (T, 3); -1 at edges
+    without a neighbour. triangle: vertices, shape (T, 3)."""
     ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     order = np.argsort(ends[:, 0] * (int(triangle.max()) + 1) + ends[:, 1], kind="stable")
     same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)

@@ -123,8 +123,8 @@ class TriangleSide(ContactSurface):
         update_slots((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
 
     def _open(self, start: StartOverlap, way: float) -> None:
-        """Reduce the initial overlap by the distance that the surfaces have separated; way: largest distance by which
-        they may have approached by now [m]."""
+        """Reduce the initial overlap by the distance by which the surfaces have separated; way: largest distance by which
+        the surfaces may have approached by now [m]."""
         before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
         apart = self.slots.clear[filled] - way  # gaps minus the distance at which contact acts now
         start.reduce(before - np.where(apart > VIBRATES * before, apart, np.minimum(apart, 0.0)))
@@ -155,8 +155,8 @@ class TriangleSide(ContactSurface):
         return np.maximum(-np.einsum("ij,ij->i", lossy, normal), 0.0)
 
     def keep(self, given: np.ndarray) -> None:
-        """Store the forces of this step on the overlapping points that dissipate energy [N], shape (n, 3), for `follow` in
-        the next step."""
+        """Store friction minus normal force of this step on the overlapping points [N], shape (n, 3), for `follow`, which
+        computes their power in the next step."""
         self.slots.lossy[self._at] = given
 
     def add_forces(self, force: np.ndarray) -> None:

@@ -129,11 +129,11 @@ def _leads_to_excluded(points, facets, sight, p, q, foot):
 
 @kernel(inner=True)
 def _walk(points, facets, sight, p, x, t):
-    """Return the triangle closest to point p at position x, found by a walk over neighbours from triangle t, with the
-    barycentric coordinates and the region of the closest point and its squared distance [m²].
+    """Return the triangle closest to point p at position x, found by a walk over neighbours from triangle t; then, for the
+    closest point on this triangle, the barycentric coordinates, the region, and the squared distance from x [m²].
 
-    The triangle is -1 if the walk reaches a triangle that is excluded for the point, or if t does not face the point. points,
-    facets, sight: `ContactPoints`, `Facets` of the other surface, `Sight`.
+    The triangle is -1 if the walk reaches a triangle that is excluded for the point, or if t does not face the point.
+    points, facets, sight: `ContactPoints`, `Facets` of the other surface, `Sight`.
     """
     u, v, w, region, square = closest_on(facets, t, x)
     if _looks_away(points, facets, sight, p, t):
@@ -241,7 +241,8 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
 
 @pointwise
 def relative_velocity(points, facets, slots, p, k):
-    """Return the velocity of point p relative to the closest point of the other surface in its slot k [m/s]."""
+    """Return the velocity of point p relative to the closest point on the other surface that slot k of the point stores
+    [m/s]."""
     u, v, w = slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2]
     of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], u, v, w)
     v = row_of(points.velocity, p)
@@ -250,8 +251,8 @@ def relative_velocity(points, facets, slots, p, k):
 
 @kernel()
 def find_power(points, facets, slots):
-    """Return the power of the forces `Slots.lossy` at the current velocities of the points relative to the other surface
-    [W]."""
+    """Return the power of the forces `Slots.lossy` [W] at the current velocities of the points relative to the other
+    surface."""
     power = 0.0
     for p in range(len(points.place)):
         for k in range(slots.triangle.shape[1]):
@@ -264,11 +265,12 @@ def find_power(points, facets, slots):
 
 @parallel_loop()
 def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
-    """Update the closest points and the overlap in the slots of the points.
+    """Update the closest points and the overlap in all slots of the points.
 
-    points, facets, boxes, sight: as in `_search`. way: largest distance by which the surfaces may have approached since the
-    start of the run [m]. ahead: time for which an overlap is predicted [s], or 0. coming: largest approach within this time
-    [m]. looks: True to search for new triangles.
+    points, facets, boxes, sight: `ContactPoints`, `Facets` of the other surface, its triangles sorted by `Boxes`, `Sight`.
+    slots: the `Slots` to update. way: largest distance by which the surfaces may have approached since the start of the run
+    [m]. ahead: time for which an overlap is predicted [s], or 0. coming: largest approach within the time `ahead` [m].
+    looks: True to search for new triangles.
     """
     n_slots = slots.triangle.shape[1]
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):

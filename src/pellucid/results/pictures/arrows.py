@@ -31,8 +31,8 @@ def draw_arrows(
 ) -> None:
     """Draw the velocity tangential to a surface as arrows at the nodes with the indices `some`.
 
-    Arrows of nodes that face away from the eye are omitted. position, velocity: of all nodes [m], [m/s], shape (n, 3).
-    triangles: node indices, shape (m, 3). fastest: speed of the longest arrow [m/s].
+    Arrows of nodes that face away from the eye are omitted. position [m] and velocity [m/s]: arrays for all nodes, shape
+    (n, 3). triangles: node indices, shape (m, 3). fastest: speed of the longest arrow [m/s].
     """
     normal = vertex_normals(position, triangles)
     along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal

@@ -56,8 +56,8 @@ def profiles(run: Run, axis: int) -> Figure:
 
 
 class PlaneStage:
-    """Drawing of the bodies of a plane case, or of a slice of bodies in space, as dots at their points, with the same scales in
-    all pictures of a figure (a `Stage`).
+    """Object that draws the bodies of a plane case, or a slice of bodies in space, as dots at their points, with the same
+    scales in all pictures of a figure (a `Stage`).
 
     Fluid films among the bodies are drawn as dark lines on top. look: settings of the picture. times: times of all pictures
     [s], from which the scales follow.

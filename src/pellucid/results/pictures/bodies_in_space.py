@@ -54,11 +54,11 @@ MOST_BALLS = 60_000
 
 
 class SpaceStage:
-    """Drawing of bodies in space from one direction, with the same scales in all pictures of a figure (a `Stage`).
+    """Object that draws bodies in space from one direction, with the same scales in all pictures of a figure (a `Stage`).
 
-    Bodies that are lines are not drawn. If a body surrounds another, the picture shows only the material behind a plane through
-    the middle of the surrounded body, unless the look sets the cut plane. look: settings of the picture. times: times of all
-    pictures [s], from which the scales follow.
+    Bodies that are lines are not drawn. If a body surrounds another, the picture shows only the material behind a plane
+    through the middle of the surrounded body, unless the look sets the cut plane. look: settings of the picture. times:
+    times of all pictures [s], from which the scales follow.
     """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
@@ -172,8 +172,8 @@ def _fastest(fields: Fields) -> float:
 
 
 def is_open_in_front(run: Run) -> bool:
-    """Return True if all solids touch the face of the grid towards the viewer (lowest y), as at a plane of symmetry. Their
-    inside is then visible without a cut."""
+    """Return True if all solids touch the face of the grid towards the viewer (lowest y), for example at a plane of
+    symmetry. The inside of the solids is then visible without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
     fronts = np.array([run.fields(name, 0.0)["position"][:, 1].min() for name in names])

@@ -27,8 +27,8 @@ def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
 
 
 def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
-    """Return a figure that the case's module provides, after calling it if it is a function. Return None, with a
-    warning, if the module cannot draw this run."""
+    """Return a figure that the Python module of the gallery case provides; `figure` is the figure or a function that
+    returns the figure. Return None, with a warning, if the module cannot draw this run."""
     try:
         return figure() if callable(figure) else figure
     except OutputError:
@@ -55,5 +55,6 @@ def noticed(notices: list[str], name: str = "") -> Iterator[None]:
 
 
 def captions(run: Run) -> dict[str, str]:
-    """Return the captions of the figures and films of the gallery case's module, by name; empty if it has none."""
+    """Return the captions of the figures and films that the module of the gallery case draws, by name; empty if the module
+    has no captions."""
     return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

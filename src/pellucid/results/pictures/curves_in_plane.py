@@ -13,8 +13,8 @@ LONGEST = 0.12  # of the picture's width, of an arrow
 
 
 def are_curves(run: Run, names: tuple[str, ...] = ()) -> bool:
-    """Return True if every body of a run, or each of the named bodies, is a film that is a curve: its elements are lines and it
-    stores an areal density."""
+    """Return True if every body of a run, or each of the named bodies, is a fluid film that is a curve: the body has line
+    elements and stores an areal density."""
     return all(_is_curve(run, name) for name in names or [body.name for body in run.stored.bodies])
 
 
@@ -24,8 +24,8 @@ def _is_curve(run: Run, name: str) -> bool:
 
 
 class CurveStage:
-    """Drawing of films that are curves, with arrows of their velocity and the same scales in all pictures of a figure (a
-    `Stage`).
+    """Object that draws fluid films that are curves, with arrows of their velocity and the same scales in all pictures of a
+    figure (a `Stage`).
 
     look: settings of the picture. times: times of all pictures [s], from which the scales follow.
     """

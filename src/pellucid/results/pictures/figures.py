@@ -38,7 +38,7 @@ SAME = 1e-4  # of the extent of curves: those that differ by less cannot be told
 
 
 class Picture(NamedTuple):
-    """A figure as PNG data, with its title."""
+    """A drawn figure for the report: the bytes of the PNG image (`data`) and the title of the figure."""
 
     data: bytes
     title: str
@@ -112,8 +112,8 @@ def condition_columns(run: Run) -> list[str]:
     """Return the names of the history columns that conditions (supports, loads and others) write and that no other figure
     shows.
 
-    Examples are columns of enclosed gas, prescribed volumes and points at open faces. A column is omitted if it is constant, or
-    if a column that is already plotted has the same unit and the same shape (e.g. absolute and gauge pressure).
+    Examples are columns of enclosed gas, prescribed volumes and points at open faces. Constant columns are omitted, and
+    columns whose curve has the same unit and shape as a curve that is already plotted (e.g. absolute and gauge pressure).
     """
     plotted = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
     known = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *plotted}
@@ -172,10 +172,10 @@ def energies(run: Run) -> Figure:
 
 
 def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
-    """Return line widths of the energy curves [pt], decreasing from curve to curve.
+    """Return the line width of each energy curve [pt], decreasing from curve to curve.
 
-    All are thinner if a curve oscillates so often that its strokes would merge into a solid area. equal: give all curves the
-    same width, as in a steady analysis.
+    curves: energies, one array per curve. All lines are thinner if a curve oscillates so often that its strokes would merge
+    into a solid area. equal: give all curves the same width, as in a steady analysis.
     """
     swings = max((int(np.sum(np.diff(np.sign(np.diff(values))) != 0)) for values in curves), default=0)
     share = min(1.0, max(SWINGS / max(swings, 1), 0.4))
@@ -229,7 +229,8 @@ def _time(run: Run) -> str:
 
 
 def _line(run: Run, number: int = 0) -> str:
-    """Return the matplotlib format of a curve of the history. Equilibria and single rows have markers.
+    """Return the matplotlib format (line style and marker) of a curve of the history. Curves of a steady analysis and
+    curves of a single row have markers.
 
     number: number of the run in a comparison: 0 for the run of the report, 1 for the run compared with it.
     """
@@ -237,8 +238,8 @@ def _line(run: Run, number: int = 0) -> str:
 
 
 def _told_apart(run: Run, other: Run) -> str:
-    """Return the label of `run` in a comparison with `other`: the kinds of the bodies in which it differs, otherwise the
-    name of its folder."""
+    """Return the label of `run` in a comparison with the run `other`: the names and kinds of the bodies whose kinds differ
+    in the two runs, otherwise the name of the folder of `run`."""
     kinds = {body.name: body.kind for body in other.stored.bodies}
     differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]
     return ", ".join(differing) or run.out.name

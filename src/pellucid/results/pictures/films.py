@@ -23,8 +23,8 @@ ROUNDS = 3  # in which the palette moves to the means of what it stands for
 
 
 class Animation(NamedTuple):
-    """A film: `draw(time)` returns the figure at a time [s], `times` are the times of the film in order. All figures have
-    the same size."""
+    """A film of a run: `draw(time)` returns the figure that shows the run at a time [s], `times` are the times of the
+    pictures in order [s]. All figures have the same size."""
 
     draw: "Callable[[float], Figure]"
     times: Iterable[float]

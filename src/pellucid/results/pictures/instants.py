@@ -11,7 +11,10 @@ def evenly(times: np.ndarray, most: int) -> np.ndarray:
 
 
 def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:
-    """Return the times of the frames nearest to given times [s], without duplicates; given times that the run did not reach
-    are omitted. If it reached none of them, the last frame is returned. frames: times of all frames [s]."""
+    """Return the times [s] of the stored frames that are nearest to the given times [s], without duplicates.
+
+    frames: times of all frames [s]. Given times that the run did not reach are omitted; if the run reached none of the
+    given times, the time of the last frame is returned.
+    """
     reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
     return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])

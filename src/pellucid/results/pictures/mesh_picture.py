@@ -57,14 +57,13 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
 
 
 class _Shown(NamedTuple):
-    """The part of a mesh to draw: vertices, triangles, quality of each triangle's element, edges (`sides`) and boundary
-    edges (`rim`) as pairs of vertices."""
+    """The part of a mesh that one view of `mesh_picture` draws."""
 
-    vertices: np.ndarray
-    triangles: np.ndarray
-    quality: np.ndarray
-    sides: np.ndarray
-    rim: np.ndarray
+    vertices: np.ndarray  # (n, 3) positions
+    triangles: np.ndarray  # (m, 3) vertex numbers
+    quality: np.ndarray  # (m,) quality of the element of each triangle, from 0 (degenerate) to 1 (regular)
+    sides: np.ndarray  # (k, 2) vertex numbers of the element edges
+    rim: np.ndarray  # (r, 2) vertex numbers of the boundary edges
 
 
 def _surface(mesh: SurfaceMesh) -> _Shown:

@@ -38,7 +38,7 @@ def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
 
 
 def picture(run: Run, asked: Picture) -> Figure:
-    """Draw a picture of the bodies that the case requests (`asked`, an entry of `picture`), and return the figure."""
+    """Draw the bodies at several times, as the entry `asked` of `picture` in the case requests; return the figure."""
     look = _look(run, asked)
     frames = _frames(run, look)
     times = [*asked.times, *_extremes(run, asked)]
@@ -100,8 +100,8 @@ def _extremes(run: Run, asked: Picture) -> Iterator[float]:
 
 
 def plot(run: Run, asked: Plot) -> Figure:
-    """Draw a plot that the case requests (`asked`, an entry of `plot`), and return the figure: columns of the history,
-    curves from files, and below, if requested, the difference of the columns from the first of these curves."""
+    """Draw a plot as the entry `asked` of `plot` in the case requests, and return the figure: columns of the history,
+    curves from files, and below, if requested, the difference between the columns and the first of these curves."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
     room: dict[str, Any] = {"squeeze": False, "height_ratios": (3, 1)[:rows]}

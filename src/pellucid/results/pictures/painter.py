@@ -25,17 +25,17 @@ their start."""
 
 
 class FilmPicture(NamedTuple):
-    """One frame of a film: name of the film and time of the frame [s]."""
+    """One picture of a film, as a job for `Painter.draw`."""
 
-    film: str
-    time: float  # time of the picture [s]
+    film: str  # name of the film
+    time: float  # time at which the picture shows the run [s]
 
 
 class Painter:
-    """Draws the pictures of a run, one at a time.
+    """Draws the pictures of a run, one at a time. If files of the run are damaged, `draw_or_notice` appends a text to
+    `notices`.
 
-    If files of the run are damaged, `draw_or_notice` appends a text to `notices`. beside: another run, whose probes are drawn
-    with those of the run.
+    beside: another run, whose probes are drawn together with the probes of the run.
     """
 
     def __init__(self, run: Run, beside: Run | None = None) -> None:
@@ -44,7 +44,7 @@ class Painter:
 
     @cached_property
     def films(self) -> dict[str, Animation]:
-        """The films of the case and of its gallery module, by name."""
+        """The films that the case or the module of its gallery case defines, by name."""
         with house_style():
             return films(self._run, self.notices) | drawn_by_module(self._run, "films")
 
@@ -55,8 +55,8 @@ class Painter:
             return figures.figures_of(self._run, self._beside, self.notices)
 
     def draw(self, picture: FilmPicture | str) -> Any:
-        """Draw one picture: the RGB pixels of a frame of a film, shape (rows, columns, 3), or the PNG data of the figure with
-        this name. Return None if its function finds nothing to draw."""
+        """Draw one picture and return it: the RGB pixels of a film picture, shape (rows, columns, 3), or the PNG data and
+        title of the figure named `picture`. Return None if there is nothing to draw in the figure."""
         with house_style():
             if isinstance(picture, FilmPicture):
                 return pixels_of(self.films[picture.film].draw(picture.time))
@@ -64,7 +64,8 @@ class Painter:
             return None if figure is None else figures.picture_of(figure)
 
     def draw_or_notice(self, picture: FilmPicture | str) -> Any:
-        """Return the result of `draw`; if files of the run are damaged or missing, return None and append a notice."""
+        """Draw one picture and return it as `draw` does; if files of the run are damaged or missing, return None and append
+        the reason to `notices`."""
         drawn = None
         with noticed(self.notices, picture.film if isinstance(picture, FilmPicture) else picture):
             drawn = self.draw(picture)
@@ -74,11 +75,12 @@ class Painter:
 def write_pictures(
     run: Run, beside: Run | None, progress: Progress, notices: list[str], helpers: Sequence[Helper] | None = None
 ) -> dict[Path, str]:
-    """Draw the films and figures of a run into its folder; return their titles by path, in the order of the report.
+    """Draw the films and figures of a run into its folder; return the titles of the pictures by path, in the order of the
+    report.
 
-    beside: another run, whose probes are drawn with those of the run. A text is appended to `notices` for each picture that
-    cannot be drawn because files of the run are damaged. helpers: worker processes of `drawing_helpers`, if they have already
-    been started.
+    beside: another run, whose probes are drawn together with the probes of the run. A text is appended to `notices` for
+    each picture that cannot be drawn because files of the run are damaged. helpers: worker processes of `drawing_helpers`,
+    if they have already been started.
     """
     if helpers is None:
         helpers = drawing_helpers(run, beside)
@@ -109,8 +111,9 @@ def write_pictures(
 
 
 def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
-    """Start worker processes that draw the pictures of a run; return an empty list if the run has too few points for them
-    to save time. beside: another run, whose probes are drawn with those of the run."""
+    """Start worker processes that draw the pictures of a run, and return their handles; return an empty list if the run has
+    too few points for worker processes to save time. beside: another run, whose probes are drawn together with the probes
+    of the run."""
     has_film = len(run.stored.film) > 0 or hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
         return []
@@ -118,7 +121,8 @@ def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
 
 
 def _draw_in(out: Path, beside: Path | None) -> Any:
-    """Return the function `Painter.draw` for the runs in the folders `out` and `beside`, in a worker process. Warnings become
-    errors there, so that the parent process draws these pictures and reports the warning."""
+    """Return the function `Painter.draw` for the run in the folder `out`, compared with the run in the folder `beside`.
+    Called in a worker process, where warnings become errors, so that the parent process draws these pictures again and
+    shows the warning."""
     warnings.simplefilter("error", UserWarning)
     return Painter(Run(out), Run(beside) if beside else None).draw

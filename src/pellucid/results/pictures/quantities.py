@@ -34,13 +34,14 @@ class Slice(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Settings of a picture of bodies.
+    """Settings of a picture of bodies, for the stages that draw it.
 
-    Colours: `quantity`, `component`, `unit` and `limits`, in this unit. `names`: bodies to draw (default: all). `view`:
-    direction of view. `cut`: the material in front of this plane is not drawn; by default, a plane is chosen if a body
-    surrounds another. `halved`: put this plane through the middle of the largest solid. `mirrors`: planes of symmetry, whose
-    mirror images are drawn too. `arrows`: draw the tangential velocity on surfaces. `slice`: draw only the points of a slice,
-    as a flat picture. `window`: lower and upper corner of the rectangle that a flat picture shows [m].
+    Colours: `quantity`, `component`, `unit` of the colour bar (empty: SI unit), and `limits` of the colour bar in this
+    unit. `names`: bodies to draw (default: all). `view`: direction of view. `cut`: the material in front of this plane is
+    not drawn; by default, a plane is chosen if a body surrounds another. `halved`: True to put the cut plane through the
+    middle of the largest solid. `mirrors`: planes of symmetry, whose mirror images are drawn too. `arrows`: True to draw
+    the tangential velocity on surfaces. `slice`: draw only the points of a slice, as a flat picture. `window`: lower and
+    upper corner of the rectangle that a flat picture shows [m].
     """
 
     quantity: str
@@ -63,8 +64,8 @@ about zero."""
 
 
 class Limits(NamedTuple):
-    """Limits of the colour bar: the values at its ends, and the ends beyond which some values lie (`extend`, as in
-    matplotlib)."""
+    """Limits of a colour bar: the values at its ends (`low`, `high`), and the ends beyond which values of the picture lie
+    (`extend`: "neither", "min", "max" or "both", as in matplotlib)."""
 
     low: float
     high: float
@@ -77,7 +78,7 @@ class Limits(NamedTuple):
 
 
 def is_still(body: StoredBody) -> bool:
-    """Return True if the points of bodies of this kind never move, as in pure diffusion."""
+    """Return True if the points of a body of this kind never move, as in pure diffusion."""
     return body.kind in BODIES.entries and not BODIES.entries[body.kind].moves
 
 
@@ -102,8 +103,9 @@ def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
 
 
 def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
-    """Return the label and the SI unit of a quantity: a field, "speed", "displacement", "normal_velocity", or "load" (the field
-    that the kinds of the bodies declare, otherwise pressure or von Mises stress)."""
+    """Return the label and the SI unit of a quantity that colours can show. The quantity is the name of a field, "speed",
+    "displacement", "normal_velocity", or "load" (the field that the kinds of the bodies declare, otherwise pressure or von
+    Mises stress)."""
     if quantity in ("speed", "displacement", NORMAL_VELOCITY):
         return quantity, FIELDS["position" if quantity == "displacement" else "velocity"].unit
     if quantity != "load":
@@ -116,7 +118,7 @@ def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
 
 
 def colours_of(names: Iterable[str]) -> dict[str, str]:
-    """Return a colour for each body, by name."""
+    """Return a colour (matplotlib name or code) for each of the bodies with the given names, by name."""
     return dict(zip(names, cycle(COLOURS), strict=False))
 
 
@@ -136,8 +138,8 @@ def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: L
 
 
 def there(fields: Fields) -> np.ndarray:
-    """Return a mask of the points that are inside the grid and have finite positions, shape (n,); results contain NaN
-    for the others."""
+    """Return a mask of the points that are inside the grid and have finite positions, shape (n,). The positions of all
+    other points are NaN in the results."""
     found = np.isfinite(fields["position"]).all(axis=1)
     return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
 

@@ -13,11 +13,11 @@ SEAM = "seam"
 
 
 def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
-    """Return the fields of a body with its positions moved into the box of the periodic grid; unchanged if the grid is not
-    periodic.
+    """Return the fields of a body after moving its positions into the box of the periodic grid; unchanged if the grid is
+    not periodic.
 
-    Points without cells are moved one by one, a mesh as a whole according to its centre. The displacement is added as the field
-    `seam` [m]. cells: function that returns the cells of the body.
+    Points without cells are moved one by one; a body with a mesh is moved as a whole, according to the centre of its
+    points. The displacement is added as the field `seam` [m]. cells: function that returns the cells of the body.
     """
     if grid is None or not grid.periodic:
         return fields

@@ -13,7 +13,8 @@ FILM_SIDE = 5.5  # of a picture of a film, at most [inch]
 
 
 class Stage(Protocol):
-    """Drawing of the bodies of a run at any time; all pictures of a figure share the scales of position and colour."""
+    """Object that draws the bodies of a run at any time; all pictures of a figure or film have the same scales of position
+    and colour. Figures and films are composed with it (`side_by_side`, `film_of`)."""
 
     @property
     def ratio(self) -> float:

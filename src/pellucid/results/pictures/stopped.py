@@ -16,8 +16,9 @@ MARK = "#b3261e"
 
 
 def where_it_stopped(run: Run) -> Figure | None:
-    """Draw all bodies as points, in space in three views, and a close-up around the point that stopped the run, with the
-    edge of the grid if it is near; None if no state was stored."""
+    """Draw the state at which the run stopped: all bodies as points, in space in three views, and a close-up around the
+    point that stopped the run, with the edge of the grid if the point is near the edge. Return the figure; None if no state
+    was stored."""
     arrays = run.folder.read_state()
     if not arrays:
         return None
@@ -69,8 +70,8 @@ def _beyond(grid: GridCase, place: np.ndarray) -> float:
 
 
 def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarray, reach: float) -> None:
-    """Draw the boundary of the grid if it is within `reach` [m] of the position `place` [m]. view: the two axes (0 to 2) of the
-    picture."""
+    """Draw the boundary of the grid if the boundary is within `reach` [m] of the position `place` [m]. view: the two axes
+    (0 to 2) of the picture."""
     from matplotlib.patches import Rectangle
 
     low, high = (np.array(corner)[list(view)] for corner in (grid.lower, grid.extent_upper()))
@@ -90,8 +91,8 @@ def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
 
 
 def place_of_stop(run: Run) -> np.ndarray | None:
-    """Return the position of the point that stopped the run [m]; if it is not finite, its position in the last frame; None
-    if no point is known."""
+    """Return the position of the point that stopped the run [m], shape (3,). If the position at the stop is not finite, the
+    position in the last frame is returned; None if no point is known."""
     failure = run.stopped
     known = failure.get("position") or failure.get("state", {}).get("position")
     if known and None not in known:

@@ -53,7 +53,8 @@ def house_style() -> Iterator[None]:
 
 
 def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained") -> Figure:
-    """Return an empty figure, width and height in inches, that needs no screen and is not registered in pyplot."""
+    """Return an empty matplotlib figure that needs no screen and is not registered in pyplot. width, height: size [inch].
+    layout: layout engine of matplotlib."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -94,8 +95,8 @@ def colour_bar(
 ) -> None:
     """Draw a colour bar next to all axes of a figure.
 
-    word: its label. limits: the values at its ends, and the ends at which values exceed it. palette: name of the colour map.
-    shrink, aspect: length relative to the axes, and length divided by width.
+    word: label of the bar. limits: the values at both ends, and the ends beyond which values of the picture lie. palette:
+    name of the colour map. shrink, aspect: length of the bar relative to the axes, and length divided by width.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -116,8 +117,8 @@ def finish_panel(axes: Axes, title: str, x: str, y: str, unit: str) -> None:
 
 
 def settle(figure: Figure) -> None:
-    """Compute the layout of a figure once and fix it. One pass is accurate to a pixel; otherwise every drawing would repeat
-    it."""
+    """Compute the layout of a figure once, which is accurate to a pixel, and fix it; otherwise matplotlib would compute the
+    layout again whenever the figure is drawn."""
     layout = figure.get_layout_engine()
     if layout is not None and figure.axes:
         layout.execute(figure)

@@ -17,7 +17,8 @@ SEEN = 0.1  # the least cosine between the normal of a wall and the direction to
 
 
 def with_mirrored(walls: Sequence[StoredWall], mirrors: Sequence[Mirror]) -> list[StoredWall]:
-    """Return walls and their images in planes of symmetry."""
+    """Return the walls, followed by their mirror images in the planes of symmetry `mirrors` and in combinations of these
+    planes."""
     found = list(walls)
     for axis, place in mirrors:
         sign = np.where(np.arange(3) == axis, -1.0, 1.0)
@@ -27,9 +28,10 @@ def with_mirrored(walls: Sequence[StoredWall], mirrors: Sequence[Mirror]) -> lis
 
 
 def clipped(polygon: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray:
-    """Return the corners of the part of a convex polygon in the half space n·x ≤ level, shape (k, d); empty if there is none.
+    """Return the corners of the part of a convex polygon in the half space n·x ≤ level [m], shape (k, d); empty if the
+    polygon lies outside.
 
-    polygon: corners in order [m], shape (m, d), d = 2 or 3. normal: n, shape (d,). level: [m] for a unit normal.
+    polygon: corners in order [m], shape (m, d), d = 2 or 3. normal: unit vector n, shape (d,).
     """
     beyond = polygon @ normal - level
     corners: list[np.ndarray] = []
@@ -84,13 +86,14 @@ def polygon_of(wall: StoredWall, time: float, low: np.ndarray, high: np.ndarray)
 
 
 def fan_of(corners: int) -> np.ndarray:
-    """Return the triangles of a convex polygon as numbers of its corners, shape (corners - 2, 3)."""
+    """Divide a convex polygon into triangles that share its first corner; return their corner numbers, shape (corners - 2,
+    3). corners: number of corners."""
     return np.array([(0, k, k + 1) for k in range(1, corners - 1)], np.int64).reshape(-1, 3)
 
 
 def around(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of a box with the corners `low` and `high` [m], extended on each side by BEYOND
-    times its longest edge."""
+    """Return the lower and upper corner [m] of a box with the corners `low` and `high` [m], after extending it on each side
+    by BEYOND times its longest edge."""
     gap = BEYOND * float((high - low).max())
     return low - gap, high + gap
 

@@ -57,7 +57,8 @@ def _badge(run: Run) -> str:
 
 
 def _ending(run: Run) -> str:
-    """Return HTML that states why the run has not reached the end of the case and how to resume it; empty if it has."""
+    """Return HTML that states why the run has not reached the end of its case and how to resume it; empty if the run has
+    reached the end."""
     if run.finished:
         return ""
     at, end = number(run.so_far["end_time"]), number(run.stored.time.end)

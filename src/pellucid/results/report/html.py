@@ -17,7 +17,7 @@ PAGE = """<!doctype html>
 
 
 def page_of(title: str, body: str) -> str:
-    """Return a complete HTML page that needs no other file."""
+    """Return a complete HTML page that needs no other file. body: HTML of the contents."""
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     return PAGE.format(title=escape(title), style=style, body=body)
 
@@ -42,13 +42,14 @@ def number(value: float, digits: int = 4, padded: bool = False) -> str:
 
 
 def section(title: str, body: str) -> str:
-    """Return a section of the page as HTML: its title and `body`, which is HTML. The anchor is the title in lower case with
-    hyphens."""
+    """Return a section of the page as HTML, from its title and its contents `body` in HTML. The anchor is the title in
+    lower case with hyphens."""
     return f'<section id="{title.lower().replace(" ", "-")}"><h2>{title}</h2>{body}</section>'
 
 
 def table_of(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:
-    """Return an HTML table with a row of titles; `kind` is its class in the style sheet."""
+    """Return an HTML table: `head` has the column titles, `rows` the cells in HTML; `kind` is the class of the table in the
+    style sheet."""
     titles = "".join(f"<th>{cell}</th>" for cell in head)
     lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     table = f'<table class="{kind}"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'

@@ -46,13 +46,13 @@ CAPTIONS = {
 
 
 def write_report(out: Run | Path | str, beside: Run | None = None, progress: Progress | None = None) -> Path:
-    """Draw the figures and films of a run and write its self-contained `report.html`; return the path of the report.
+    """Draw the figures and films of a run and write the self-contained file `report.html`; return the path of this file.
 
-    out: the run or its folder. beside: another run; its probes are drawn into the figure of the probes, and its metrics are
-    listed next to those of the run. If the run is incomplete (stopped with an error, interrupted or killed), the report
-    shows the results so far.
+    out: the run or its folder. beside: another run; the probes of this run are drawn into the figure of the probes, and its
+    metrics are listed after the metrics of the first run. If the run is incomplete (stopped with an error, interrupted or
+    killed), the report shows the results so far.
 
-    Raises `UsageError` if the folder contains no run or no results yet, and if another process writes to it.
+    Raises `UsageError` if the folder contains no run or no results yet, and if another process writes to the folder.
     """
     run = out if isinstance(out, Run) else Run(out)
     with run.folder.held() if run.folder.is_of_a_run else nullcontext():  # runs of earlier versions have none
@@ -62,8 +62,10 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 def draw_report(
     run: Run, beside: Run | None = None, progress: Progress | None = None, helpers: Sequence[Helper] | None = None
 ) -> Path:
-    """Write the report as `write_report` does, into a folder whose lock is held. helpers: worker processes of `drawing_helpers`
-    that draw, if already started."""
+    """Write the report of a run into its folder, whose lock must be held, and return the path of the report.
+
+    beside, progress: see `write_report`. helpers: worker processes of `drawing_helpers` that draw, if already started.
+    """
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
     case = run.stored

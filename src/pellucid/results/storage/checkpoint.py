@@ -34,7 +34,7 @@ _PART = re.compile(r"(\d{6,})-\d+-([0-9a-f]{64})\.part")
 def write(
     folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any], parts: Sequence[str] = (), serial: int = 0
 ) -> Path:
-    """Write a checkpoint to `folder` and remove all but the last two; return its path.
+    """Write a checkpoint to `folder` and remove all but the last two checkpoints; return the path of the new file.
 
     `arrays` may have any names and shapes; `numbers` is anything that JSON can hold (floats are restored exactly). parts:
     file names of the parts, written with the same serial number.
@@ -51,15 +51,16 @@ def write(
 
 
 def next_serial(folder: Path) -> int:
-    """Return the serial number of the next checkpoint."""
+    """Return the serial number of the next checkpoint in `folder`."""
     return 1 + max((number for number, _, _ in _all(folder)), default=0)
 
 
 def write_part(folder: Path, arrays: Mapping[str, np.ndarray], process: int, serial: int) -> str:
-    """Write the rows of shared arrays that one process computes, as its part of a checkpoint that the first process writes;
-    return the file name.
+    """Write the rows of shared arrays that one process computes, as the part of this process in a checkpoint that the first
+    process writes; return the file name.
 
-    process: number of the process. serial: serial number of the checkpoint. Raises as `write` does.
+    arrays: these rows, by name of the array. process: number of the process. serial: serial number of the checkpoint.
+    Raises `OutputError` if the file cannot be written.
     """
     with explained(folder.parent):
         return _written(folder, f"{DRAFT}-{process}", arrays, f"{serial:06d}-{process}-{{}}.part").name
@@ -86,8 +87,11 @@ def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], na
 
 
 class RowsInParts:
-    """The array `name` of a checkpoint, whose rows are stored in several files (`paths`, in the order of the rows) and read
-    on request, so that no process loads the whole array."""
+    """Array of a checkpoint whose rows are stored in several files, one for each process. Rows are read on request, so that
+    no process loads the whole array.
+
+    name: name of the array. paths: the files, in the order of the rows.
+    """
 
     def __init__(self, name: str, paths: Sequence[Path]) -> None:
         self._name, self._paths = name, paths

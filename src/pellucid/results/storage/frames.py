@@ -54,7 +54,8 @@ def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CO
     """Append a frame to a file and return its digest (a checksum of its bytes). A file without room is rewritten first with
     twice the capacity.
 
-    time: [s]. frame: fields by name, with the shapes of the first frame. constant: as in `create`.
+    time: [s]. frame: fields by name, with the shapes of the first frame. constant: names of the fields that are the same in
+    all frames.
     """
     places = _layout(path)
     if places.frames == places.capacity:
@@ -77,7 +78,7 @@ def first(path: Path, count: int) -> list[bytes]:
 
 
 def cut(path: Path, count: int) -> None:
-    """Keep the first `count` frames; the resumed run writes the others again."""
+    """Remove all but the first `count` frames of a file; the resumed run writes the later frames again."""
     if len(times(path)) < count:
         raise OutputError(f"{path} was changed: it has fewer than the {count} frames of its checkpoint")
     with counting(path, count):
@@ -86,21 +87,21 @@ def cut(path: Path, count: int) -> None:
 
 
 def times(path: Path) -> np.ndarray:
-    """Return the times of the frames [s], shape (frames,)."""
+    """Return the times of the frames in a file [s], shape (frames,)."""
     with _whole(path), opened(_existing(path)) as file:
         return np.asarray(file["VTKHDF/Steps/Values"][:])
 
 
 def names(path: Path) -> list[str]:
-    """Return the names of the fields, in their order in the file."""
+    """Return the names of the fields in a file, in the order of the file."""
     with _whole(path), opened(_existing(path)) as file:
         return list(file["VTKHDF/PointData"])
 
 
 def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-    """Return the fields of frame `index` by name, each of shape (n,), (n, 3) or (n, 6).
+    """Return the fields of the frame with the number `index` by name, each of shape (n,), (n, 3) or (n, 6).
 
-    names: fields to read; default: all. Raises IndexError if there is no such frame.
+    names: fields to read; default: all. Raises IndexError if the file has no frame with this number.
     """
     with _whole(path), opened(_existing(path)) as file:
         root = file["VTKHDF"]
@@ -118,7 +119,7 @@ def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[s
 
 
 def read_cells(path: Path) -> Cells:
-    """Return the cells of the body, which are the same in all frames."""
+    """Return the cells (points, elements or tetrahedra) of the body in a file, which are the same in all frames."""
     with _whole(path):
         return vtkhdf.read_cells(_existing(path))
 
@@ -137,8 +138,8 @@ def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) ->
 
 
 def _parts(places: Layout, index: int) -> list[tuple[int, int]]:
-    """Return offset and length [bytes] of the parts of the file that hold the fields of a frame and its time. places: locations
-    of the data; index: number of the frame."""
+    """Return (offset, length) in bytes of each part of the file that holds a field of a frame or the time of the frame.
+    places: locations of the data; index: number of the frame."""
     fields = [place for place in places.fields.values() if index == 0 or not place.once]
     return [*((place.offset + index * place.size, place.size) for place in fields), (places.values + 8 * index, 8)]
 

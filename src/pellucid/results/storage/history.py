@@ -18,8 +18,8 @@ def create(path: Path, units: Mapping[str, str]) -> None:
 
 
 def append(path: Path, row: Sequence[float | int]) -> bytes:
-    """Append a row, and return its bytes as written. row: one value per column, in order. A process killed during the call
-    leaves at most an unfinished last line."""
+    """Append a row to a history file, and return its bytes as written. row: one value per column, in order. A process
+    killed during the call leaves at most an unfinished last line."""
     line = ",".join(repr(value) if isinstance(value, int) else repr(float(value)) for value in row) + "\n"
     handle = os.open(path, os.O_WRONLY | os.O_APPEND)
     try:
@@ -32,12 +32,12 @@ def append(path: Path, row: Sequence[float | int]) -> bytes:
 
 
 def first(path: Path, rows: int) -> list[bytes]:
-    """Return the first `rows` rows as bytes."""
+    """Return the first `rows` data rows of a history file, each as bytes."""
     return _kept(path, rows)[HEADER_ROWS:]
 
 
 def cut(path: Path, rows: int) -> None:
-    """Keep only the first `rows` rows; the resumed run writes the later rows again."""
+    """Remove all but the first `rows` data rows of a history file; the resumed run writes the later rows again."""
     length = sum(map(len, _kept(path, rows)))
     if length < path.stat().st_size:
         os.truncate(path, length)
@@ -52,7 +52,7 @@ def _kept(path: Path, rows: int) -> list[bytes]:
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns by name, each of shape (rows,); an unfinished last line is ignored."""
+    """Return the columns of a history file by name, each of shape (rows,); an unfinished last line is ignored."""
     names, _, rows = _lines(path)
     try:
         table = np.array([[float(cell) for cell in row.split(",")] for row in rows]).reshape(len(rows), len(names))
@@ -62,7 +62,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 
 
 def read_units(path: Path) -> dict[str, str]:
-    """Return the unit of each column ("1" for a pure number)."""
+    """Return the unit of each column of a history file, by name; "1" for a pure number."""
     names, units, _ = _lines(path)
     return dict(zip(names, units, strict=True))
 

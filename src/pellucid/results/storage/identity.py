@@ -36,8 +36,8 @@ def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` with the differences if the run was started with another case or another version; kept: the
-    identity in its checkpoint."""
+    """Raise `UsageError`, with the differences, if the run in `folder` was started with another case or another version of
+    the package; kept: the `identity` stored in the checkpoint of the run."""
     if not kept:
         _refuse(folder, ["the checkpoint was written by an earlier version of pellucid"])
     if kept["version"] != package_release():
@@ -46,9 +46,10 @@ def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
 
 
 def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
-    """Return the case of a run with new settings (values by dotted key) for its continuation.
+    """Return the case of a run with new settings (values by dotted key), with which the run continues.
 
-    Raises `CaseError` for an invalid setting, and `UsageError` for a setting that would make it a different run.
+    Raises `CaseError` for an invalid setting, and `UsageError` for a setting that may not change in a run (see
+    `MAY_CHANGE`).
     """
     new = case.with_settings(settings)
     differences = _differences(_fixed(case), _fixed(new))
@@ -60,21 +61,23 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
 
 
 def with_pictures(case: "Case", other: "Case") -> "Case":
-    """Return the case of a run with the pictures, films, plots and checks of another case. Raises `CaseError` if the run
-    does not have the bodies or columns that they need."""
+    """Return the case of a run with the pictures, films, plots and checks of another case, `other`. Raises `CaseError` if
+    the run does not have the bodies or columns that these require."""
     data, new = case.to_data(), other.to_data()
     return type(case).model_validate({**data, **{key: new.get(key, ()) for key in ("picture", "film", "plot", "check")}})
 
 
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` if the initial state, which is read from an earlier run, has changed since the run was started;
-    kept: the identity in its checkpoint. Regions are evaluated in the initial state."""
+    """Raise `UsageError` if the initial state, which is read from an earlier run, has changed since the run in `folder` was
+    started. (Regions of the case are evaluated in the initial state.) start: initial state as read now. kept: the
+    `identity` stored in the checkpoint of the run."""
     if start_digest(start) != kept["start"]:
         _refuse(folder, ["the earlier run that provides the initial state (start.path) has changed"])
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` if the numbers of points of the bodies differ from those in a checkpoint; kept: its identity."""
+    """Raise `UsageError` if the numbers of points of the bodies differ from the numbers in a checkpoint of the run in
+    `folder`; kept: the `identity` stored in this checkpoint."""
     before, now = kept["points"], {body.name: body.n_points for body in bodies}
     changed = [name for name in now if before.get(name) != now[name]]
     _refuse(folder, [f"body {name} had {before.get(name)} points and now has {now[name]}" for name in changed])
@@ -112,8 +115,8 @@ def start_digest(start: Start) -> str:
 
 
 def _differences(before: Any, now: Any, place: str = "") -> list[str]:
-    """Compare two values of a case, tables and lists included; return a line of text for each difference, with its dotted key.
-    before, now: the values; place: their dotted key."""
+    """Compare a value of a case before and now, entry by entry for tables and lists; return a line of text for each
+    difference, with the dotted key of the entry. place: dotted key of the value."""
     if isinstance(before, dict) and isinstance(now, dict):
         keys = dict.fromkeys([*before, *now])
         inner = [(key, before.get(key), now.get(key)) for key in keys]

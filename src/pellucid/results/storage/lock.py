@@ -44,17 +44,18 @@ def held(folder: Path) -> Iterator[None]:
 
 
 def is_signed(path: Path) -> bool:
-    """True if a run of this program wrote this lock file."""
+    """Return True if pellucid wrote the lock file at `path`, i.e. if the file contains a signature of the program."""
     return _of(path, "program") == PROGRAM
 
 
 def is_mine(path: Path) -> bool:
-    """True if this process was the last owner of the lock."""
+    """Return True if this process was the last owner of the lock file at `path`."""
     return _of(path, "pid") == os.getpid() and _of(path, "host") == socket.gethostname()
 
 
 def _of(path: Path, key: str) -> object:
-    """Return the entry `key` of the signature (process, machine, time) in a lock file; None if it cannot be read."""
+    """Return the entry `key` ("program", "pid", "host" or "since") of the signature in a lock file; None if the entry
+    cannot be read."""
     try:
         return _signature(path.read_bytes()[:MOST])[key]
     except (OSError, ValueError, KeyError, TypeError):
@@ -62,7 +63,7 @@ def _of(path: Path, key: str) -> object:
 
 
 def refuse_held(folder: Path) -> None:
-    """Raise `UsageError` if a process is writing into a run's folder."""
+    """Raise `UsageError` if any process is writing to the run in `folder`, i.e. holds its lock."""
     if (folder / NAME).is_file():
         with explained(folder), usable(folder):
             handle = os.open(folder / NAME, os.O_RDWR)

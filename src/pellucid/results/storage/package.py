@@ -9,7 +9,7 @@ SOURCE = Path(__file__).parents[2] / "__init__.py"
 
 
 def package_version() -> str:
-    """Return the version of the package."""
+    """Return the version of the pellucid package."""
     return version("pellucid")
 
 

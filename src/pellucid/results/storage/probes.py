@@ -19,12 +19,12 @@ NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 
 
 class ProbeReader:
-    """Evaluates the probes of a case. It stores the points that probes follow, the initial values that they subtract, and the
-    impulses at the previous row of the history.
+    """Evaluates the probes of a case for each row of the history, for the `Recorder`. Stores the points that probes follow,
+    the initial values that probes subtract, and the impulses at the previous row of the history.
 
     data: the state from a checkpoint, or None. periods: periods of the grid [m], see `GridCase.periods`. Functions of users
-    receive fields in the order of the point numbers; functions of the package receive fields in storage order, because their
-    sums need no sorting.
+    receive fields in the order of the point numbers; functions of the package receive fields in storage order, because
+    their sums need no sorting.
     """
 
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None, periods: Vector = NOT_PERIODIC) -> None:
@@ -37,7 +37,8 @@ class ProbeReader:
         self._time: float = kept["time"]  # time of the previous row [s]
 
     def start(self, bodies: Sequence[Any]) -> None:
-        """Store the values in the initial state that probes need later, such as the points that a probe follows."""
+        """Store data of the initial state that probes need later: the number of the point that a probe follows, and the
+        initial value that a probe subtracts."""
         fetch = _fetches(bodies)
         for probe in self._probes:
             if probe.body is None:
@@ -83,18 +84,22 @@ class ProbeReader:
     def count_from(
         self, impulses: Mapping[str, np.ndarray], time: float, turning: Mapping[str, np.ndarray] = NOTHING_TURNED
     ) -> None:
-        """Start the averages of reactions and torques at `time` [s]. impulses, turning: total impulses and angular impulses up
-        to this time, as in `read`."""
+        """Start the averages of reactions and torques at `time` [s].
+
+        impulses, turning: total impulse [N s] and total angular impulse [N m s] of each support and motion from the start
+        of the run to this time, by name, shape (3,).
+        """
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
 
     def units(self) -> dict[str, str]:
-        """Return the unit of each probe's column."""
+        """Return the SI unit of the history column of each probe, by name of the probe; "" for a pure number."""
         return {probe.name: probe.unit for probe in self._probes}
 
     def to_data(self) -> dict[str, Any]:
-        """Return the state for a checkpoint."""
+        """Return the state of the probe reader for a checkpoint: followed points, initial values, and impulses at the
+        previous row."""
         sums = {"impulses": self._impulses, "turning": self._turning}
         return {"followed": self._followed, "initial": self._initial, **sums, "time": self._time}
 
@@ -118,7 +123,7 @@ class ProbeReader:
 
 
 def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] | None:
-    """Return the state arrays of the body with this name if it is rigid, else None."""
+    """Return the state arrays of the body named `name` if this body is rigid; otherwise None."""
     arrays: Mapping[str, np.ndarray] = next((getattr(body, "arrays", {}) for body in bodies if body.name == name), {})
     return arrays if {"start", "angle"} <= arrays.keys() else None
 
@@ -151,8 +156,8 @@ def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector
 
 
 def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
-    """Return a function of a probe; its result is the function that `reduce` calls to get a field of the probe's body by name.
-    Each field is computed once for all probes that need it in the same order."""
+    """Return a function that maps a probe to a function `fetch`; `fetch(name)` returns the field with this name of the body
+    of the probe, for `reduce`. Each field is computed once for all probes that need the points in the same order."""
     named = {body.name: body for body in bodies}
 
     @cache

@@ -66,7 +66,8 @@ class Recorder:
         self._writes = domain.group.is_first  # others that share the simulation give their part of what is written
 
     def begin(self, sim: Any) -> None:
-        """Write the initial state, or truncate the files to the state of the checkpoint. Called before the first step."""
+        """Write the initial state of a new run; in a resumed run, cut the files back to the state of the checkpoint. Called
+        before the first step."""
         self._begun = True
         if self._writes:
             with explained(self.folder.path):
@@ -98,8 +99,8 @@ class Recorder:
         self._checkpoint_now_and_then(sim)
 
     def while_settling(self, sim: Any) -> None:
-        """Write a checkpoint if it is due. Called after each step in which the bodies settle (find their equilibrium before the
-        run starts), which has no other output."""
+        """Write a checkpoint if one is due. Called after each settling step (in which bodies approach equilibrium before
+        time 0); settling steps have no other output."""
         self._checkpoint_now_and_then(sim)
 
     def _checkpoint_now_and_then(self, sim: Any) -> None:
@@ -118,7 +119,8 @@ class Recorder:
         self.facts = self._facts(sim)
 
     def keep_last(self, sim: Any) -> None:
-        """Write a row of the history and a frame of the fields for the current state if the last step wrote none."""
+        """Write a row of the history and a frame of the fields for the current state, each only if none was written in the
+        last step."""
         if self._rows.last_step != sim.n_steps:
             self._write_row(sim)
         if self._frames.last_step != sim.n_steps:
@@ -150,8 +152,11 @@ class Recorder:
         self._checkpointed = clock.monotonic()
 
     def _write_with_others(self, sim: Any, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
-        """Write a checkpoint of a simulation shared by several processes; each process writes its own rows of the shared
-        arrays. arrays, numbers: state of the simulation, as in `checkpoint.write`."""
+        """Write a checkpoint of a simulation that several processes share; each process writes its own rows of the shared
+        arrays.
+
+        arrays, numbers: state of the simulation for `checkpoint.write`.
+        """
         folder, group = self.folder.checkpoint, domain.group
         serial = group.told(checkpoint.next_serial(folder))
         shared, part = sim.spread_arrays(), ""
@@ -179,7 +184,8 @@ class Recorder:
             error.add_note(f"The last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
-        """Return the wall-clock time of the run so far without compilation [s], including the time before it was resumed."""
+        """Return the wall-clock time of the run so far without compilation [s], including the time before the run was last
+        resumed."""
         return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:
@@ -207,8 +213,8 @@ class Recorder:
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_last_row(self, sim: Any) -> None:
-        """Write a row of the history for the time of an error stop if its values are finite, so that curves extend to it. It is
-        removed when the run is resumed."""
+        """Write a row of the history for the time of an error stop if all its values are finite, so that curves extend to
+        this time. The row is removed when the run is resumed."""
         if not sim.is_balanced or self._rows.last_step == sim.n_steps or not self._rows.done:
             return
         if np.isfinite([*sim.energies().values(), *sim.momentum()]).all():
@@ -237,11 +243,12 @@ class Recorder:
         return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
 
     def _digests(self) -> dict[str, str]:
-        """Return the SHA-256 digest of all data written so far to each of the `_files`, by name."""
+        """Return the SHA-256 digest of all data written so far to each growing file, by the names that `_files` uses."""
         return {name: digest.hexdigest() for name, digest in self._written.items()}
 
     def _check_what_is_there(self, sim: Any) -> None:
-        """Raise OutputError if the rows and frames in the files differ from those written before the checkpoint."""
+        """Raise OutputError if the rows and frames in the files differ from the rows and frames that were written before
+        the checkpoint."""
         for name, path in self._files(sim).items():
             is_history = path == self.folder.history
             found = history.first(path, self._rows.done) if is_history else frames.first(path, self._frames.done)
@@ -274,8 +281,8 @@ class Recorder:
 
 
 def _row_interval(case: "Case") -> float:
-    """Return the time between rows of the history [s]. In a steady analysis whose case does not set it, it is short enough
-    for a row at each equilibrium."""
+    """Return the time between rows of the history [s]. In a steady analysis without `output.history` in the case, the
+    interval is short enough for a row at each equilibrium."""
     interval = case.output.rows_every(case.time.end)
     if case.steady is None or case.output.history is not None:
         return interval

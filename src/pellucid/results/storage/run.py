@@ -40,7 +40,7 @@ class Run:
 
     @property
     def out(self) -> Path:
-        """Path of the folder."""
+        """Path of the run folder."""
         return self.folder.path
 
     @cached_property
@@ -64,16 +64,17 @@ class Run:
         return Readings(self.history, self.stored.means, self.stored.steady is not None)
 
     def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
-        """Return a column of the history against another one, both evaluated at the same times.
+        """Return the column `y` of the history against the column `x`, both evaluated at the same times: abscissae and
+        ordinates, each of shape (n,).
 
-        A reaction or torque is the mean since the previous row: it belongs to the middle of that interval, and the other
-        column is averaged to this time. Returns abscissae and ordinates, each of shape (n,).
+        A reaction or torque is the mean since the previous row. Its value belongs to the middle of the interval between the
+        rows, and the values of the other column are averaged to this time.
         """
         return self.readings.curve(y, x)
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Units of the columns of the history ("1" for a pure number)."""
+        """Unit of each column of the history, by name ("1" for a pure number)."""
         return Named(self._without("the history", "column"), history.read_units(self.folder.history))
 
     @property
@@ -83,7 +84,7 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """True if the run reached the end of its case."""
+        """True if the run reached the end time of its case."""
         if not self.folder.ended or self.stopped:
             return False
         return self.stored.time.reached(self.summary["end_time"])
@@ -106,10 +107,11 @@ class Run:
 
     @cached_property
     def metrics(self) -> dict[str, Metric]:
-        """Metrics of a finished run by name: from the checks of the case and from the module of the gallery case.
+        """Metrics of a finished run by name, defined by the checks of the case and by the Python module of the gallery
+        case.
 
         Empty if the run is not finished. If the module cannot evaluate the run, e.g. because changed settings are outside
-        the range of its reference, its metrics are omitted with a warning.
+        the range of its reference, the metrics of the module are omitted with a warning.
         """
         module = catalogue.module(self.stored.id)
         found: dict[str, Metric] = {}
@@ -142,8 +144,8 @@ class Run:
         return Named(what, frames.read(path, -1 if time is None else self._nearest(body, time), wanted))
 
     def cells(self, body: str) -> Cells:
-        """Return the cells of a body (the elements of its mesh, or one cell per point), with points numbered in the order of
-        `fields`; they are the same at all times."""
+        """Return the cells of a body (the elements of its mesh, or one cell per point), which are the same at all times.
+        Points are numbered in the order of `fields`."""
         return frames.read_cells(self._file(body))
 
     def triangles(self, body: str) -> np.ndarray:
@@ -154,7 +156,7 @@ class Run:
         return f"{part} of the run in {self.out} has no {what}"
 
     def _nearest(self, body: str, time: float) -> int:
-        """Return the index of the frame nearest to a time [s]."""
+        """Return the index of the stored frame of a body that is nearest to a time [s]."""
         times = self.times(body)
         slack = 0.5 * self.stored.output.frames_every(self.stored.time.end) * (1.0 + 1e-9)
         try:

@@ -27,7 +27,8 @@ SIGNATURE = "# written by pellucid, as SHA-256 "
 
 
 class RunFolder:
-    """The files of a run in the folder `path`. Nothing is read or written until a method is called."""
+    """Folder of a run: paths of its files, and methods that create, read and write them. Nothing is read or written until a
+    method is called."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
@@ -43,12 +44,12 @@ class RunFolder:
         self._state = self.forensics / "state.npz"
 
     def fields(self, body: str) -> Path:
-        """Return the path of the file with a body's frames."""
+        """Return the path of the file with the fields of a body at all frames."""
         return self.path / "fields" / f"{body}.vtkhdf"
 
     def check_replaceable(self) -> None:
-        """Raise `UsageError` if a new run must not be written here: the path is a file, the folder contains other files or
-        is in use."""
+        """Raise `UsageError` if a new run must not be written to this path: the path is a file, or the folder contains
+        other files or is in use by another process."""
         with usable(self.path):
             if self.path.exists() and not self.path.is_dir():
                 raise UsageError(f"{self.path} is a file.\n    Choose a folder for the results.")
@@ -79,7 +80,7 @@ class RunFolder:
 
     @property
     def was_held_here(self) -> bool:
-        """True if this process was the last one that held the lock of the folder."""
+        """True if this process was the last owner of the lock of the folder."""
         return lock.is_mine(self.mark)
 
     def _lacking(self) -> str:
@@ -87,8 +88,8 @@ class RunFolder:
 
     @contextmanager
     def made(self) -> Iterator[None]:
-        """Create the folder of a new run and hold its lock (only one process may write to a run) during the block. The lock
-        file is the first file in the folder."""
+        """Create the folder of a new run and hold its lock during the block, since only one process may write to a run. The
+        lock file is the first file in the folder."""
         self.check_replaceable()
         with explained(self.path), usable(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
@@ -105,7 +106,7 @@ class RunFolder:
             yield
 
     def start(self, case: "Case") -> None:
-        """Start a new run of `case` in a folder whose lock is held; results of an earlier run in it are removed.
+        """Start a new run of `case` in this folder, whose lock is held; remove the results of an earlier run in the folder.
 
         Raises `UsageError` if the folder cannot be written to, `OutputError` on a full disk.
         """
@@ -124,7 +125,7 @@ class RunFolder:
             self.reopen()
 
     def _stored_bodies(self) -> list[str]:
-        """Return the names of the bodies of an earlier run in this folder; empty if there was none."""
+        """Return the names of the bodies of an earlier run in this folder; empty if the folder contains no earlier run."""
         from pellucid.results.storage import stored_case
 
         try:
@@ -140,8 +141,8 @@ class RunFolder:
             write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
-        """Remove the files that only a finished or failed run has, such as its summary. They are written again when the run
-        ends."""
+        """Remove the files that only a finished or failed run has, such as the summary. The resumed run writes these files
+        again when it ends."""
         with explained(self.path), usable(self.path):
             _remove(_with_drafts([self.summary, self.report]))
             _remove(drawn.files(self.figures), self.figures)
@@ -165,8 +166,8 @@ class RunFolder:
         return "it is not a folder" if self.path.exists() else "the folder does not exist"
 
     def read_stored(self) -> "StoredCase":
-        """Read the part of the case that results need; kinds of bodies and materials that it names need not exist any more.
-        Raises `UsageError` if there is no run."""
+        """Read the part of the case that readers of results need. The kinds of bodies and materials in the case need not be
+        registered. Raises `UsageError` if the folder contains no run."""
         from pellucid.results.storage import stored_case
 
         try:
@@ -176,18 +177,19 @@ class RunFolder:
             raise
 
     def write_summary(self, facts: Mapping[str, Any], metrics: Mapping[str, Metric]) -> None:
-        """Write `summary.json`: the values `facts` of the run (see `Recorder.facts`), unchanged, and its metrics by name."""
+        """Write `summary.json` with the values `facts` of the run (see `Recorder.facts`) and the metrics of the run by
+        name."""
         data = _json_safe(facts) | {"metrics": {name: metric.to_data() for name, metric in metrics.items()}}
         with explained(self.path):
             write_text(self.summary, json.dumps(data, indent=2, allow_nan=False) + "\n")
 
     @property
     def ended(self) -> bool:
-        """True if a run here reached its end, or the time given by `until`."""
+        """True if the run in this folder reached the end of its case or the time given by `until`."""
         return self.summary.is_file()
 
     def read_summary(self) -> dict[str, Any]:
-        """Read `summary.json`. Raises `UsageError` if the run has not ended."""
+        """Return the contents of `summary.json`. Raises `UsageError` if the run has not ended."""
         if not self.path.is_dir():
             raise UsageError(f"The folder {self.path} does not exist.")
         if not self.ended:
@@ -203,15 +205,15 @@ class RunFolder:
         return found
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Write the reason of an error stop (`failure`, the data that `Run.stopped` returns) and the whole state (`arrays`, by
-        `<body>/<name>`). Raises OSError if this cannot be written."""
+        """Write the reason of an error stop (`failure`, the data that `Run.stopped` returns) and the whole state at the
+        stop (`arrays`, by `<body>/<name>`). Raises OSError if the files cannot be written."""
         self.forensics.mkdir(exist_ok=True)
         write_text(self._failure, json.dumps(_json_safe(failure), indent=2, default=str, allow_nan=False) + "\n")
         with replacing(self._state) as temporary, temporary.open("wb") as file:
             np.savez(file, **dict(arrays))  # type: ignore[arg-type]
 
     def read_failure(self) -> dict[str, Any]:
-        """Read the data of an error stop, see `Run.stopped`; empty if there is none."""
+        """Read the data of an error stop, as `Run.stopped` returns them; empty if the run did not stop with an error."""
         if not self._failure.is_file():
             return {}
         try:
@@ -224,7 +226,8 @@ class RunFolder:
             }
 
     def read_state(self) -> dict[str, np.ndarray]:
-        """Read the state at an error stop: arrays by `<body>/<name>`; empty if there is none or if it is damaged."""
+        """Read the state at an error stop: arrays by `<body>/<name>`; empty if no state is stored or if the file is
+        damaged."""
         try:
             with np.load(self._state, allow_pickle=False) as arrays:
                 return dict(arrays)

@@ -9,9 +9,11 @@ CLOSE = 1e-9
 
 @dataclass
 class Schedule:
-    """Output at times 0, `interval`, 2 `interval`, ... [s].
+    """Schedule of output at the simulated times 0, `interval`, 2 `interval`, ... [s], for the rows of the history and the
+    frames of the fields.
 
-    `done`: number of outputs so far. `last_step`, `last_time`: step and time [s] of the last output.
+    `done`: number of outputs so far. `last_step`, `last_time`: step number and time [s] of the last output; -1 and 0 before
+    the first output.
     """
 
     interval: float
@@ -21,8 +23,8 @@ class Schedule:
 
     @property
     def next(self) -> int:
-        """Index k of the next output time, k times `interval`. If one step passes several output times, one output
-        covers them all."""
+        """Index k of the next output; the output time is k times `interval`. If one step passes several output times, a
+        single output is written for all of them."""
         return math.floor(self.last_time / self.interval + CLOSE) + 1 if self.done else 0
 
     def due(self, time: float) -> bool:
@@ -30,7 +32,7 @@ class Schedule:
         return time >= (self.next - CLOSE) * self.interval
 
     def mark(self, time: float, step: int) -> None:
-        """Record that an output was written at `time` [s] in a step."""
+        """Record that an output was written at `time` [s] in the step with the number `step`."""
         self.done += 1
         self.last_step, self.last_time = step, time
 
@@ -40,6 +42,6 @@ class Schedule:
 
 
 def capacity(end: float, interval: float) -> int:
-    """Return the largest number of outputs of a run to `end` [s] with an output every `interval` [s], including the first,
-    the last and one at an early stop."""
+    """Return the largest number of outputs of a run to `end` [s] with an output every `interval` [s], including the first
+    output, the last output, and an output at an early stop."""
     return math.floor(end / interval + CLOSE) + 3

@@ -4,10 +4,9 @@ from typing import BinaryIO
 
 
 class StagedFile:
-    """File object for HDF5 that reads from `raw` and keeps all writes in memory until `commit`.
+    """File object for HDF5 that reads from the unbuffered file `raw` and keeps all writes in memory until `commit`.
 
-    HDF5 may abort the process when a write fails on a full disk; with this class it never sees a failed write. `raw` is
-    unbuffered.
+    HDF5 may abort the process when a write fails on a full disk; with this class HDF5 never meets a failed write.
     """
 
     def __init__(self, raw: BinaryIO) -> None:
@@ -32,12 +31,13 @@ class StagedFile:
     # what HDF5 asks of a file
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Set the position in the file."""
+        """Set the current position in the file and return it. whence: 0: offset from the start; 1: from the current
+        position; 2: from the end."""
         self._place = offset + (0, self._place, self._size)[whence]
         return self._place
 
     def tell(self) -> int:
-        """Return the position in the file."""
+        """Return the current position in the file, in bytes from the start."""
         return self._place
 
     def read(self, size: int) -> bytes:
@@ -47,14 +47,14 @@ class StagedFile:
         return data
 
     def write(self, data: memoryview) -> int:
-        """Keep a change of the file in memory; return the number of bytes."""
+        """Keep `data` in memory as a change of the file at the current position; return the number of bytes."""
         self._changes.append((self._place, bytes(data)))
         self._place += len(data)
         self._size = max(self._size, self._place)
         return len(data)
 
     def truncate(self, size: int) -> int:
-        """Set the size of the file and return it."""
+        """Set the size of the file in bytes and return it."""
         self._size = size
         return size
 
@@ -74,7 +74,7 @@ class StagedFile:
 
 
 def put(file: BinaryIO, offset: int, data: bytes | bytearray | memoryview) -> None:
-    """Write all of `data` at `offset` of an unbuffered file."""
+    """Write all bytes of `data` at `offset` [bytes] of an unbuffered file, with several writes if required."""
     file.seek(offset)
     rest = memoryview(data).cast("B")
     while rest:

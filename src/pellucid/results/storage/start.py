@@ -75,10 +75,10 @@ def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: str) -> Iterator[Problem]:
-    """Yield a problem for each difference between the body `name` and its description in the earlier run: kind, material, and
-    values of the state that it continues with.
+    """Yield a problem for each difference between the body `name` in the case and in the earlier run that it continues:
+    kind, material, and values of the continued state.
 
-    before: table of the body in the case of the earlier run. folder: folder of that run, for the text.
+    before: table of the body in the case of the earlier run. folder: folder of the earlier run, for the text.
     """
     body = _of_name(case, name)
     now = _data(body)
@@ -125,7 +125,7 @@ def _data(body: Any) -> dict[str, Any]:
 
 
 def _at(table: Mapping[str, Any], key: str) -> Any:
-    """Return the value at a dotted key of a table of the case; None if there is none."""
+    """Return the value at a dotted key of a table of the case; None if the table has no such key."""
     value: Any = table
     for part in key.split("."):
         value = value.get(part) if isinstance(value, Mapping) else None
@@ -133,7 +133,7 @@ def _at(table: Mapping[str, Any], key: str) -> Any:
 
 
 def _is_default(body: Any, key: str) -> bool:
-    """Return True if the value at a dotted key of a body is the default, or if the body has no such key."""
+    """Return True if a body has the default value at a dotted key, or has no such key."""
     *way, last = key.split(".")
     for part in way:
         body = getattr(body, part, None)

@@ -17,8 +17,8 @@ from pellucid.results.readings import mean_columns
 
 
 class StoredBody(NamedTuple):
-    """A body as results need it: its name, kind, kinds of material and equation of state (empty if none), and density [kg/m³];
-    for a fluid film the surface density [kg/m²]."""
+    """Data of a body that readers of results need: its name, kind, kinds of material and equation of state (empty if none),
+    and density [kg/m³], or the surface density [kg/m²] of a fluid film."""
 
     name: str
     kind: str
@@ -32,8 +32,8 @@ class StoredBody(NamedTuple):
 
 
 class StoredWall(NamedTuple):
-    """A plane wall: its name in pictures, a point on it at time 0 [m], its unit normal towards the bodies, and its velocity
-    [m/s], each of shape (3,)."""
+    """A plane wall of the case, for pictures: its name, a point on the plane at time 0 [m], the unit normal towards the
+    bodies, and the velocity of the plane [m/s], each vector of shape (3,)."""
 
     name: str
     point: np.ndarray
@@ -50,7 +50,8 @@ SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
 
 
 class StoredCase(BaseModel):
-    """The part of a case that results need. Kinds are stored as texts because users may define their own."""
+    """The part of a case that readers of results need. Kinds (of bodies and materials) are stored as texts, because users
+    may define kinds that are not available when results are read."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 

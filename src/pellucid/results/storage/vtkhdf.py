@@ -33,7 +33,8 @@ TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahed
 
 
 class Place(NamedTuple):
-    """Location of a field in the file: offset of its first frame [bytes], bytes per frame, and data type."""
+    """Location of the values of a field in a VTKHDF file: byte offset of the first frame (`offset`), bytes per frame
+    (`size`), and data type."""
 
     offset: int
     size: int
@@ -42,8 +43,9 @@ class Place(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Layout of a file: number of written frames, number of frames that have space, and the locations of all data that are
-    written without HDF5: fields by name, and the offset of the times of the frames (`values`) [bytes]."""
+    """Layout of a VTKHDF file: number of written frames (`frames`), number of frames that have space (`capacity`), and the
+    locations of all data that are written without HDF5: the fields by name, and the byte offset of the times of the frames
+    (`values`)."""
 
     frames: int
     capacity: int
@@ -52,7 +54,8 @@ class Layout(NamedTuple):
 
 
 def opened(path: Path) -> AbstractContextManager[Any]:
-    """Open a file for reading. HDF5 never opens it for writing, so readers and the run do not lock each other out."""
+    """Open an HDF5 file for reading. HDF5 never opens the file for writing, so readers and the run do not lock each other
+    out."""
     return h5py.File(path, "r")
 
 
@@ -108,7 +111,7 @@ def layout(path: Path) -> Layout:
 
 
 def read_cells(path: Path) -> Cells:
-    """Read the cells of a file."""
+    """Read the cells (points, elements or tetrahedra) of the body in a VTKHDF file."""
     with opened(path) as file:
         root = file["VTKHDF"]
         if root.attrs["Type"] == GRID:

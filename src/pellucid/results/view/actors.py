@@ -25,10 +25,11 @@ Fields = dict[str, np.ndarray]
 
 
 class Actor:
-    """The body `name` of a run in the interactive view, with at most `most` of its points.
+    """A body in the interactive view: the selection of its points, and their fields at any time.
 
-    If points are omitted, only the selected points are shown, without the surface or lines of the body. They are selected at
-    random, the same in every page, because a regular selection from a lattice would show stripes.
+    name: name of the body. most: largest number of points to show. If points are omitted, the view shows the selected
+    points without the surface or lines of the body. The selection is random, but the same in every page, because a regular
+    selection from a lattice would show stripes.
     """
 
     def __init__(self, run: Run, name: str, most: int) -> None:
@@ -49,11 +50,11 @@ class Actor:
         return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
 
     def at(self, time: float) -> Fields:
-        """Return the stored fields of the selected points at the frame nearest to a time [s]."""
+        """Return the stored fields of the shown points, by name, at the frame nearest to a time [s]."""
         return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
 
     def in_box(self, position: np.ndarray) -> np.ndarray:
-        """Return the positions moved into the box of a periodic grid [m], shape (n, 3)."""
+        """Return positions of the points, shape (n, 3) [m], moved into the box of the grid if the grid is periodic."""
         return position + way_into_box(position, self.cells, self._run.stored.grid)
 
     def shown(self, fields: Fields) -> Fields:
@@ -67,8 +68,8 @@ class Actor:
 
 
 class WallActor:
-    """A plane wall clipped to a box, shown as a surface, or as a line in a plane problem. It moves as a whole and has no
-    fields."""
+    """A plane wall in the interactive view, clipped to a box and shown as a surface, or as a line in a plane problem. The
+    wall moves as a whole and has no fields."""
 
     radius = 0.0
 
@@ -97,7 +98,7 @@ class WallActor:
         return "lines" if len(self.cells.lines) else "surface"
 
     def places(self, time: float) -> np.ndarray:
-        """Return the corners of the wall's outline at a time [s], shape (n, 3) [m]."""
+        """Return the corners of the drawn part of the wall at a time [s], shape (n, 3) [m]."""
         return np.asarray(self.start + self._way(time))
 
     def _way(self, time: float) -> np.ndarray:
@@ -107,8 +108,8 @@ class WallActor:
 def _radius(run: Run, start: Fields) -> float:
     """Return the radius of the balls or discs that show the points of a body [m]. start: the fields of the first frame.
 
-    A ball has the volume of a point. In a plane problem a disc has GAPLESS times the radius of a disc with the area of a point.
-    For the nodes of a film it follows from the extent and the number of nodes.
+    A ball has the volume of a point. In a plane problem the radius of a disc is GAPLESS times the radius of a disc with the
+    area of a point. For the nodes of a fluid film the radius follows from the extent of the film and the number of nodes.
     """
     grid = run.stored.grid
     if "density" not in start or not (kept := there(start)).any():  # nodes of a film

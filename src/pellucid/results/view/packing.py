@@ -18,9 +18,11 @@ SHADES = 254
 
 
 def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return quantized positions, shape (3, n): whole numbers of steps from the corner `low` of a box with sides `span` [m].
+    """Return quantized positions, shape (3, n): numbers of steps (integers) from the corner `low` of a box with the sides
+    `span` [m], shape (3,) each.
 
-    position: positions [m], shape (n, 3). there: mask of the points that exist, shape (n,); the others get the value GONE.
+    position: positions [m], shape (n, 3). there: mask of the points that exist, shape (n,); all other points get the value
+    GONE.
     """
     sides = np.where(span > 0.0, span, 1.0)
     steps = np.where(there[:, None], (position - low) / sides, 0.0)
@@ -30,8 +32,8 @@ def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.nd
 
 
 def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return the values of a field, shape (n,), quantized to one byte each: steps between the limits `low` and `high`, to which
-    values beyond them are clipped; the last step is NaN."""
+    """Return the values of a field, shape (n,), quantized to one byte each: 0 at the limit `low`, SHADES at the limit
+    `high`; values beyond the limits are clipped. NaN becomes SHADES + 1."""
     known = np.isfinite(values)
     found = np.rint(np.clip((np.where(known, values, low) - low) / (high - low), 0.0, 1.0) * SHADES)
     found[~known] = SHADES + 1
@@ -39,8 +41,8 @@ def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 class Pack:
-    """A sequence of compressed arrays. An array with a `key` is stored as the difference from the previous array with this
-    key; an array without a key as differences between consecutive numbers."""
+    """Writer of a sequence of compressed arrays, for the interactive view. An array with a `key` is stored as the
+    difference from the previous array with this key; an array without a key as differences between consecutive numbers."""
 
     def __init__(self) -> None:
         self._deflate = zlib.compressobj(6)
@@ -48,8 +50,8 @@ class Pack:
         self._last: dict[object, np.ndarray] = {}
 
     def add(self, values: np.ndarray, key: object = None) -> None:
-        """Append the array `values` of unsigned integers of one, two or four bytes. key: name of the sequence of similar
-        arrays, such as positions at successive times, to which it belongs."""
+        """Append an array of unsigned integers of one, two or four bytes. key: name of a sequence of similar arrays to
+        which the array belongs, such as positions at successive times."""
         flat = np.ascontiguousarray(values).ravel()
         before = self._last.get(key)
         if before is None:
@@ -65,5 +67,5 @@ class Pack:
         self._last.clear()
 
     def close(self) -> bytes:
-        """Return the packed data in zlib's format."""
+        """Finish the compression and return the data of all arrays in zlib's format."""
         return b"".join([*self._parts, self._deflate.flush()])

@@ -40,8 +40,8 @@ WITHOUT = "The interactive view requires WebGL 2 and JavaScript; enable them or 
 def view_of(run: Run, taken: int = 0, without: str = "") -> str:
     """Return the interactive view of a run as self-contained HTML; empty for a run in one dimension.
 
-    taken: size of the rest of the page [bytes], by which the view is made smaller. without: text that is added to the message
-    for browsers without WebGL.
+    taken: size of the rest of the page [bytes], by which the size limit of the view is reduced. without: text that is added
+    to the message for browsers without WebGL.
     """
     program = (files(__package__) / "view.js").read_text(encoding="utf-8")
     style = (files(__package__) / "view.css").read_text(encoding="utf-8")

@@ -31,7 +31,8 @@ FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
 
 
 class Scene(NamedTuple):
-    """Contents of the interactive view: metadata as JSON values (`told`) and compressed arrays (`packed`)."""
+    """Contents of the interactive view in a page: metadata as JSON values (`told`), which describe the bodies and times,
+    and the compressed arrays of all bodies (`packed`)."""
 
     told: dict[str, Any]
     packed: bytes
@@ -74,8 +75,8 @@ def scene_of(run: Run, budget: int) -> Scene | None:
 
 
 def shares(sizes: list[int]) -> list[int]:
-    """Return the number of points of each body that the view shows, given the number of points that each body has. Small bodies
-    are shown completely; large bodies share the remaining points equally."""
+    """Return the number of points that the view shows of each body; sizes: number of points that each body has. Small
+    bodies are shown completely; large bodies share the remaining points equally."""
     left, found = MOST_POINTS, [0] * len(sizes)
     ascending = sorted(range(len(sizes)), key=sizes.__getitem__)
     for number, k in enumerate(ascending):
@@ -208,7 +209,8 @@ def _word(name: str) -> str:
 
 
 def _surrounds_all(boxes: list[Box], k: int) -> bool:
-    """Return True if the bounding box of body `k` contains all others, at least two, so that the body would hide them."""
+    """Return True if the bounding box of body `k` contains the bounding boxes of all other bodies, at least two, so that
+    the body would hide them."""
     others = boxes[:k] + boxes[k + 1 :]
     return len(others) > 1 and all((boxes[k][0] <= low).all() and (high <= boxes[k][1]).all() for low, high in others)
 

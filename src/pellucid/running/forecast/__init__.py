@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 
 def foretold(simulation: Any, until: float | None, progress: Progress) -> Progress:
-    """Show the forecast (step limit, number of steps, run time) when a run begins or resumes. Returns the progress object for
-    the run: `progress`, or one that also shows the run time after the first second if it is unknown now.
+    """Show the forecast (step limit, number of steps, run time) when a run begins or resumes. Returns the progress object
+    for the run: `progress`, or an object that forwards to `progress` and also shows the run time after the first second, if
+    the run time is unknown before.
 
     until: time at which the run ends [s]; default: end of the case.
     """

@@ -10,8 +10,8 @@ RUNNING = "running"
 
 
 class ToldOnTheWay(Progress):
-    """A progress display that forwards everything to another one and also shows the expected run time once the time per step is
-    known."""
+    """Progress display that forwards all reports of a run to another display `progress`, and also shows the expected
+    remaining run time once the time per step has been measured for a second. Used if no earlier run predicts the run time."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._pace = progress, Pace()

@@ -27,21 +27,24 @@ SAME = 1.02
 
 
 class Pace(NamedTuple):
-    """Lower and upper bound of the wall-clock time per step [s]; they are equal if the time per step is known."""
+    """Expected wall-clock time per step of a case: lower and upper bound [s], which are equal if earlier runs determine the
+    time."""
 
     least: float
     most: float
 
 
 class Sample(NamedTuple):
-    """Size of a case (memory of bodies and grid [bytes]) and wall-clock time per step of its run [s]."""
+    """Record of a previous run: size of its case, i.e. memory of bodies and grid [bytes], and its wall-clock time per step
+    [s]."""
 
     size: float
     seconds: float
 
 
 class Paces:
-    """Wall-clock times per step of previous runs, stored in a folder next to the compiled kernels."""
+    """Store of the wall-clock times per step of previous runs on this machine, from which the time per step of a case is
+    predicted. folder: folder of the files; default: next to the compiled kernels."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder or cache_folder().parent / "paces"
@@ -59,10 +62,10 @@ class Paces:
             part.replace(file)
 
     def seconds_of_a_step(self, case: "Case") -> Pace | None:
-        """Return the expected wall-clock time per step of a case; None if no similar case was run here.
+        """Return the expected wall-clock time per step of a case; None if no similar case was run on this machine.
 
-        For a case that is larger or smaller than all stored runs, the time may scale with the size, as in large cases, or not,
-        as in small ones.
+        For a case that is larger or smaller than all stored runs, the bounds allow for a time per step that is proportional
+        to the size, as in large cases, or independent of the size, as in small cases.
         """
         samples, size = self._read(self._file(case)), size_of(case)
         same = [sample.seconds for sample in samples if size / SAME <= sample.size <= size * SAME]
@@ -94,5 +97,5 @@ class Paces:
 
 
 def size_of(case: "Case") -> float:
-    """Return the memory of bodies and grid [bytes], as a measure of the cost of a step."""
+    """Return the memory of the bodies and the grid of a case [bytes], as a measure of the cost of a step."""
     return memory_estimate(case) - PROGRAM_BYTES

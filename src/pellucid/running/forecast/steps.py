@@ -15,7 +15,8 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, m
 
 
 class Foretold(NamedTuple):
-    """Forecast of the remaining steps of a run, if the time step remains as it is now."""
+    """Forecast of the remaining steps of a run if the time step does not change: time step, number of steps, and a text
+    with the reason for the time step or for a missing forecast (`why`)."""
 
     step: float
     """Time step [s]; nan if unknown."""
@@ -31,8 +32,8 @@ Limits = dict[tuple[str, str], StepLimit | None]
 
 
 def of_case(case: "Case") -> Foretold:
-    """Return the forecast for the whole run of a case, computed without building its bodies; unknown if the step limit of a
-    body is known only when it is built."""
+    """Return the forecast of time step and number of steps for the whole run of a case, computed without building its
+    bodies; unknown if the step limit of a body is known only after the body is built."""
     if case.steady is not None:
         return _steady(case)
     limits = dict(_limits(case))
@@ -44,7 +45,8 @@ def of_case(case: "Case") -> Foretold:
 
 
 def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
-    """Return the forecast of a simulation from its present state to the end of its case, or to an earlier time `until` [s]."""
+    """Return the forecast of time step and number of steps of a simulation, from its present state to the end of its case
+    or to an earlier time `until` [s]."""
     case = simulation.case
     if case.steady is not None:
         return _steady(case)
@@ -55,7 +57,8 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
 
 
 def limit_of_model(case: "Case") -> StepLimit:
-    """Return the smallest of the step limits at the start of a case that are known before its bodies are built."""
+    """Return the smallest of the step limits at the start of a case. Only limits that are known before the bodies are built
+    count."""
     return _tightest(_limits(case))[0]
 
 
@@ -127,8 +130,8 @@ def _limits(case: "Case") -> Limits:
 
 
 def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
-    """Return the step limit of a body with the limit `own` that also oscillates against the elastic force of a condition, such
-    as a contact or spring, at the rate `swing` [1/s]."""
+    """Return the step limit of a body that also oscillates at the rate `swing` [1/s] against the elastic force of a
+    condition, such as a contact or spring. own: step limit of the body without the condition."""
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
@@ -142,10 +145,11 @@ def _top_speed(motion: Motion) -> float:
 
 
 def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: float) -> Iterator[tuple[str, StepLimit]]:
-    """Yield the step limits of rigid and fully driven bodies in contact, by the name of the body.
+    """Yield (name of the body, step limit) for rigid and fully driven bodies in contact.
 
-    Their oscillation on the contact springs to other bodies and walls must be resolved, independently of `time.courant`.
-    driven: names of bodies whose motion is fully prescribed. cell: cell size [m]. pull: acceleration of gravity [m/s²].
+    The step must resolve the oscillation of these bodies on the contact springs to other bodies and walls, independently of
+    `time.courant`. driven: names of bodies whose motion is fully prescribed. cell: cell size [m]. pull: acceleration of
+    gravity [m/s²].
     """
     hard = (body for body in case.body if body.is_rigid or body.name in driven)
     speeds = {body.name: body.fastest_at_start(body.places_between_bounds()) for body in hard}

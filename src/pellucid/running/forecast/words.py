@@ -16,8 +16,8 @@ WIDE = 2.0
 
 
 def foretell_case(case: "Case") -> list[str]:
-    """Return the lines of text that `validate` shows on step limit, number of steps and run time of a case. Raises CaseError as
-    the set-up of the case does."""
+    """Return the lines of text about step limit, number of steps and run time of a case that `validate` shows. Raises the
+    CaseError of a case that cannot be set up."""
     return lines(case, of_case(case), pace_of(case))
 
 
@@ -27,15 +27,16 @@ def foretell_simulation(simulation: Any) -> list[str]:
 
 
 def pace_of(case: "Case") -> Pace | None:
-    """Return the expected wall-clock time per step of a case on this machine, from earlier runs; None without such runs, or
-    without a folder for them."""
+    """Return the expected wall-clock time per step of a case on this machine, from earlier runs; None if there are no
+    similar runs, or no folder in which the times could be stored."""
     with suppress(UsageError):
         return Paces().seconds_of_a_step(case)
     return None
 
 
 def lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
-    """Return a line of text on the steps and one on the run time, and a hint if the steps could be much longer.
+    """Return a line of text about the steps and a line about the run time, and a hint if implicit viscosity would allow
+    much longer steps.
 
     foretold: forecast of the steps. each: wall-clock time per step from earlier runs, or None.
     """

@@ -14,8 +14,10 @@ UNCOLOURED = "#c4c8d0"
 
 
 def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> np.ndarray:
-    """Return the RGB colours of values, shape (*values.shape, 3); NaN where a value is NaN or infinite. limits: the values at
-    both ends of the colour map `palette`."""
+    """Return the RGB colours of values, shape (*values.shape, 3); NaN where a value is NaN or infinite.
+
+    limits: the values that have the first and the last colour of the colour map `palette`.
+    """
     from matplotlib import colormaps
 
     low, high = limits

@@ -9,7 +9,8 @@ import numpy as np
 
 
 class View(NamedTuple):
-    """Direction of view [degrees]: `turn` about z, measured from x, and `rise` above the horizon."""
+    """Direction from which a picture in space is seen: azimuth of the eye about z, measured from x (`turn`), and its
+    elevation above the x-y plane (`rise`), both in degrees."""
 
     turn: float
     rise: float
@@ -23,20 +24,22 @@ class View(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Cut plane. Material at normal·x > offset [m] is cut away."""
+    """Cut plane: material at normal·x > offset [m] is not drawn. The normal is a unit vector."""
 
     normal: tuple[float, float, float]
     offset: float
 
     def beyond(self, position: np.ndarray) -> np.ndarray:
-        """Return the signed distance from the plane [m], shape (n,); negative on the side that is kept."""
+        """Return the signed distance of positions [m], shape (n, 3), from the plane [m], shape (n,); negative where
+        material is drawn."""
         return position @ np.array(self.normal) - self.offset
 
 
 class Camera(NamedTuple):
-    """Parallel projection.
+    """Camera with parallel projection, from positions in space to pixels.
 
-    `axes`: rows right, up, towards the eye; `low`, `high`: corners of the picture [m]; `scale`: pixels per metre.
+    `axes`: unit vectors right, up and towards the eye, as rows; `low`, `high`: corners of the picture along the first two
+    axes [m]; `scale`: pixels per metre.
     """
 
     axes: np.ndarray
@@ -46,7 +49,7 @@ class Camera(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of rows and columns of pixels."""
+        """Numbers of rows and columns of pixels of the picture."""
         columns, rows = np.ceil((self.high - self.low) * self.scale).astype(int)
         return int(rows), int(columns)
 

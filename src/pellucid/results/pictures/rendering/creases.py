@@ -10,8 +10,8 @@ SHARP = 40.0  # degrees between the normals of neighbouring triangles
 
 
 class Faceted(NamedTuple):
-    """A surface with split vertices: triangles as new vertex numbers, shape (m, 3), and the original vertex of each new
-    number, shape (k,)."""
+    """A surface whose vertices at sharp edges are split, so that normals for shading differ on both sides of an edge:
+    triangles as new vertex numbers, shape (m, 3), and the original vertex of each new vertex, shape (k,)."""
 
     triangles: np.ndarray
     vertex: np.ndarray

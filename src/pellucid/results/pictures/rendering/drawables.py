@@ -13,18 +13,20 @@ Colour = tuple[float, float, float]
 
 
 class Look(NamedTuple):
-    """Appearance of pixels: normals in the axes of the camera and RGB colours, each of shape (k, 3)."""
+    """Appearance of k pixels, which the renderer shades: surface normals in the axes of the camera and RGB colours, shape
+    (k, 3) each."""
 
     normals: np.ndarray
     colours: np.ndarray
 
 
 class Mesh(NamedTuple):
-    """A surface: vertices [m], shape (n, 3), triangles, shape (m, 3), RGB colours of the vertices, shape (n, 3).
+    """A surface to draw: vertices [m], shape (n, 3), triangles as vertex numbers, shape (m, 3), RGB colours of the
+    vertices, shape (n, 3).
 
-    `marked`, shape (n,): flags of vertices. A pixel has the colour `mark` where the interpolated flag exceeds one half. If
-    `lit` is False, colours are not shaded. If `cuttable` is False, the cut plane does not cut this surface; sections are
-    drawn in this way.
+    `marked`, shape (n,): flags of vertices, 0 or 1. A pixel has the colour `mark` where the interpolated flag exceeds one
+    half. If `lit` is False, colours are not shaded. If `cuttable` is False, the cut plane does not cut this surface; flat
+    sections in the cut plane are drawn with this setting.
     """
 
     vertices: np.ndarray
@@ -37,7 +39,7 @@ class Mesh(NamedTuple):
 
     @property
     def primitives(self) -> int:
-        """Number of triangles."""
+        """Number of primitives (parts with a number of their own in the picture): the triangles."""
         return len(self.triangles)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
@@ -86,7 +88,7 @@ class Balls(NamedTuple):
 
     @property
     def primitives(self) -> int:
-        """Number of balls."""
+        """Number of primitives (parts with a number of their own in the picture): the balls."""
         return len(self.centres)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
@@ -111,8 +113,8 @@ class Balls(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A plane in space that shows colours, such as a field on the cut plane: RGB of each pixel, shape (rows, columns, 3), NaN
-    where the plane is transparent."""
+    """A plane in space to draw, coloured for example by a field on the cut plane. `colours`: RGB of each pixel of the
+    picture, shape (rows, columns, 3), NaN where the plane is transparent."""
 
     plane: Plane
     colours: np.ndarray
@@ -120,7 +122,7 @@ class Section(NamedTuple):
 
     @property
     def primitives(self) -> int:
-        """Number of pixels."""
+        """Number of primitives (parts with a number of their own in the picture): the pixels."""
         return self.colours.shape[0] * self.colours.shape[1]
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:

@@ -19,8 +19,11 @@ Fragments = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 
 class Canvas:
-    """A depth buffer: for every pixel the depth of the nearest fragment, the drawn object to which it belongs (its part)
-    and the number of its primitive (triangle, ball or pixel) in this part. shape: numbers of rows and columns of pixels."""
+    """Depth buffer of a picture: stores, for every pixel, the depth of the nearest fragment, the part (drawn object) to
+    which this fragment belongs, and the number of its primitive (triangle, ball or pixel) in the part.
+
+    shape: numbers of rows and columns of pixels.
+    """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.shape = shape
@@ -28,7 +31,7 @@ class Canvas:
         self._starts = [0]
 
     def begin_part(self, primitives: int) -> None:
-        """Start a new part, i.e. the next drawn object, with this number of primitives."""
+        """Start a new part, i.e. the next drawn object. primitives: number of its triangles, balls or pixels."""
         self._starts.append(self._starts[-1] + primitives)
 
     def add(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray, primitive: np.ndarray) -> None:

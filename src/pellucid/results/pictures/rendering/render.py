@@ -114,8 +114,8 @@ def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
 
 
 def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
-    """Refine an array by linear interpolation between its rows, which are `step` rows of the result apart. The result has
-    `size` rows; the last row is repeated beyond the end."""
+    """Refine an array by linear interpolation between its rows, which become every `step`-th row of the result. The result
+    has `size` rows; the last row is repeated beyond the end."""
     place = np.minimum(np.arange(size) / step, len(rows) - 1.0)
     before = place.astype(int)
     share = (place - before).astype(rows.dtype)[:, None]

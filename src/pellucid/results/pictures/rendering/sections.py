@@ -69,7 +69,7 @@ def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, 
 def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour | None = None) -> Mesh:
     """Return the section of a membrane of a given thickness [m] with a plane, as a flat ribbon of this width.
 
-    The ribbon has the given colour, by default the colours of the mesh, and the flags `marked` of the mesh. It lies
+    The ribbon has the given colour, by default the colours of the mesh, and the flags `marked` of the mesh. The ribbon lies
     slightly in front of the plane so that it covers other sections.
     """
     beyond = plane.beyond(mesh.vertices)
