@@ -14,7 +14,7 @@ from pellucid.system.interrupts import termination_raised
 
 
 class Commands(TyperGroup):
-    """Group of the commands of `pellucid`. It prints each warning on one line, and turns every expected error into a message
+    """Group of the commands of `pellucid`: prints each warning on one line, and turns every expected error into a message
     and an exit status."""
 
     def invoke(self, ctx: Any) -> Any:

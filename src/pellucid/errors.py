@@ -62,8 +62,8 @@ class CaseError(PellucidError):
         return printable("\n".join(messages))
 
     def blame(self, setting: str, line: int | None = None) -> "CaseError":
-        """Return an error with the same problems that names a setting, such as `--set grid.cell=-1`, as the cause; line: number
-        of the line of the setting in the case file, if it is there."""
+        """Return an error with the same problems that names a setting, such as `--set grid.cell=-1`, as the cause; line:
+        line number of the setting in the case file, if the file contains the setting."""
         return CaseError([replace(problem, setting=setting, line=line) for problem in self.problems], self.source)
 
 
@@ -104,8 +104,8 @@ class Interrupted(PellucidError):
 
 
 class Terminated(KeyboardInterrupt):
-    """Exception for SIGTERM outside the steps of a run. Incomplete files are removed, as after Ctrl-C; do not catch it as
-    an error."""
+    """Exception for SIGTERM outside the steps of a run. Incomplete files are removed, as after Ctrl-C; code that handles
+    errors must not catch this exception."""
 
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")

@@ -14,22 +14,24 @@ Path = tuple[str | int, ...]
 
 
 class Finding(NamedTuple):
-    """An error in a case: path of the key in the data of the case, what is wrong, and the remedy."""
+    """An error in a case, found by its models: path of the key, what is wrong, and the remedy. A `CaseError` is built from
+    findings."""
 
-    path: Path
-    text: str
-    remedy: str = ""
+    path: Path  # path of the key in the data of the case
+    text: str  # what is wrong
+    remedy: str = ""  # what to do; empty if there is no remedy
 
 
 class Reason(NamedTuple):
-    """Reason why a part of a case cannot be computed, with a remedy."""
+    """Reason why a part of a case cannot be computed, with a remedy; without the place in the case, unlike `Finding`."""
 
-    text: str
-    remedy: str = ""
+    text: str  # the reason, as part of a message
+    remedy: str = ""  # what to do; empty if there is no remedy
 
 
 class Refusal(ValueError):
-    """Error for data with which a model cannot be used, with a remedy. The model raises it without its path in the case."""
+    """Error that a model raises for data with which it cannot be used: reason and remedy. The model does not know its path
+    in the case; the function that reads the case adds the path."""
 
     def __init__(self, text: str, remedy: str) -> None:
         super().__init__(f"{text}; {remedy}")
@@ -37,7 +39,7 @@ class Refusal(ValueError):
 
 
 class Disagreement(ValueError):
-    """Error for parts of a case that contradict each other."""
+    """Error for parts of a case that contradict each other, with the list of findings."""
 
     def __init__(self, findings: list[Finding]) -> None:
         self.findings = findings
@@ -62,8 +64,8 @@ def _are_numbered_apart(name: str, choice: str) -> bool:
 
 
 def hint(name: str, choices: Sequence[str]) -> str:
-    """Return "did you mean ..." with the one of the names `choices` that is similar to the name or abbreviated by it; an empty
-    text if there is none.
+    """Return the text "did you mean ..." with the name among `choices` that is similar to `name`, or that `name`
+    abbreviates; an empty text if there is none.
 
     Names that differ in digits are never similar: c10 and c01 would both be close to c1. For names of more than LONGEST
     letters no choice is returned, because the duration of the search grows with the square of their length.

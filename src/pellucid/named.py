@@ -12,7 +12,7 @@ Value = TypeVar("Value")
 class Named(dict[str, Value]):
     """A dictionary that raises `UnknownName`, with the list of known names, for an unknown name.
 
-    what: start of the message, such as "the history has no column".
+    what: beginning of the error message, such as "the history has no column"; values: the content of the dictionary.
     """
 
     def __init__(self, what: str, values: Mapping[str, Value]) -> None:

@@ -12,8 +12,8 @@ WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimat
 
 
 class Progress:
-    """Interface for reports of the progress of a run; this class reports nothing. Times are in seconds, `energy_error` is
-    relative."""
+    """Interface for reports of the progress of a run or study; this base class reports nothing. Times are in seconds,
+    `energy_error` is relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
         """Start a phase such as "running" or "drawing", which ends the previous phase; total: final value of the counter of the
@@ -36,7 +36,8 @@ class Progress:
         """Report a text that the user must see."""
 
     def note(self, text: str) -> None:
-        """Report a text for the user of the command line; it is not needed when a program calls pellucid."""
+        """Report a text for the user of the command line. Unlike a text for `message`, this text is not needed when a
+        program calls pellucid."""
         self.message(text)
 
     def stop(self) -> None:
@@ -182,7 +183,7 @@ class Pace:
         return now - begun
 
     def steps_per_second(self) -> float:
-        """Return the number of steps per second of wall-clock time; NaN if it is not known yet."""
+        """Return the number of steps per second of wall-clock time; NaN before the first measurement."""
         (begun, first, _), (now, last, _) = self._ends()
         return (last - first) / (now - begun) if now > begun else float("nan")
 

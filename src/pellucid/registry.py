@@ -18,13 +18,13 @@ EntryType = TypeVar("EntryType")
 
 
 class Registry(Generic[EntryType]):
-    """Functions or classes by name, such as the kinds of loads; `entries` is the dictionary, and `register` adds to it.
-    Each name can be registered by one source only.
+    """Functions or classes that a case can name, such as the kinds of loads: `entries` is the dictionary by name, and
+    `register` adds an entry. Each name can be registered by one source only.
 
-    what: name of an entry in messages, such as "load".
+    what: word for an entry in messages, such as "load".
     """
 
-    every: ClassVar["list[Registry[Any]]"] = []
+    every: ClassVar["list[Registry[Any]]"] = []  # all registries of the program
     changes: ClassVar[int] = 0
     """Number of registrations in all registries; data derived from entries are out of date if it has changed."""
 
@@ -34,10 +34,10 @@ class Registry(Generic[EntryType]):
         Registry.every.append(self)
 
     def register(self, name: str, entry: EntryType, source: Any) -> None:
-        """Register an entry under a name; source: class or function that defines it.
+        """Register an entry under a name; source: class or function that defines the entry.
 
-        The same source, defined again when its file is read again, replaces the old one. Raises ValueError if another source
-        has this name.
+        If the file of a source is read again, the new entry replaces the old one. Raises ValueError if another source has
+        registered this name.
         """
         before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
@@ -121,7 +121,8 @@ class OneOf:
 
 
 def _named(model: type[BaseModel]) -> CoreSchema:
-    """Return the core schema of a model under pydantic's name for it, so that the JSON schema contains it once."""
+    """Return the core schema (pydantic's description) of a model, registered under one name, so that the JSON schema of a
+    case contains the model only once."""
     schema = model.__pydantic_core_schema__
     if schema["type"] == "definitions":
         return schema

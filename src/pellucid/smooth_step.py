@@ -9,6 +9,6 @@ def smooth_step(s: float) -> float:
 
 
 def risen(time: float, rise: float) -> float:
-    """Return the fraction of its final value that a load has reached at a time [s]. It rises smoothly from 0 to 1 over
-    `rise` [s]; for `rise` = 0 it is 1 at once."""
+    """Return the fraction (0 to 1) of its final value that a load has reached at a time [s]. The load rises smoothly over
+    the time `rise` [s]; for `rise` = 0 the fraction is 1 at once."""
     return smooth_step(time / rise) if rise > 0.0 else 1.0

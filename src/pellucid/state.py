@@ -15,11 +15,11 @@ FRAME_NAMES = tuple(f"{row}{axis}" for row in "12n" for axis in "xyz")
 
 
 class Field(NamedTuple):
-    """A field of points: number of components, SI unit and meaning."""
+    """Description of a field of points or nodes that results store and show: number of components, SI unit and meaning."""
 
-    components: int
-    unit: str
-    meaning: str
+    components: int  # number of components, such as 1, 3 or 6
+    unit: str  # SI unit
+    meaning: str  # description for the user
     own_names: tuple[str, ...] = ()
     """Names of components that are not along the axes in space."""
 
@@ -72,12 +72,12 @@ def declare_field(name: str, field: Field, owner: str) -> None:
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return values, such as state arrays, by names that begin with the name of their owner (a body, the clock), as in
-    checkpoints."""
+    """Return the values, such as state arrays, under new names for checkpoints; each new name begins with the name of the
+    owner (a body, the clock)."""
     return {f"{owner}/{name}": value for name, value in values.items()}
 
 
 def of_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return those values, such as state arrays, whose names begin with the name of an owner (a body, the clock), by names
-    without this beginning; inverse of `with_owner`."""
+    """Return those values, such as state arrays, whose names begin with the name of an owner (a body, the clock), under
+    their names without this beginning; inverse of `with_owner`."""
     return {name.removeprefix(f"{owner}/"): value for name, value in values.items() if name.startswith(f"{owner}/")}

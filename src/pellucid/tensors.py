@@ -180,8 +180,8 @@ def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
 
 @pointwise
 def deformed(L: Tensor, dt: float, F: Tensor) -> Tensor:
-    """Return the deformation gradient (I + dt L) F after a step dt [s] with the velocity gradient L, from the previous one
-    F."""
+    """Return the deformation gradient (I + dt L) F after a step dt [s] with the velocity gradient L [1/s]; F: deformation
+    gradient before the step."""
     increment = (
         1.0 + dt * L[0],
         dt * L[1],

@@ -39,10 +39,11 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Measure the wall-clock time of steps of the block, the sheet and both together in contact, in alternation.
+    """Measure the wall-clock time of steps of the block alone, of the sheet alone, and of both in contact, in alternation.
 
-    points: approximate number of points of the block. steps: measured steps of each. Returns numbers of elements and points,
-    the lower quartiles of the times (`seconds_per_step` [s]), and the `ratio` of both together to the sum of the single ones.
+    points: approximate number of points of the block. steps: number of measured steps of each simulation. Returns numbers
+    of elements and points, the lower quartiles of the times (`seconds_per_step` [s]), and `ratio`: the time of both in
+    contact divided by the sum of the times of block and sheet alone.
     """
     simulations = {what: Simulation(contact_case(points, which), threads=threads) for what, which in WHICH.items()}
     taken: dict[str, list[float]] = {what: [] for what in WHICH}

@@ -18,8 +18,8 @@ def _triad(share, shares, a, b, c, s):  # type: ignore[no-untyped-def]
 
 
 def triad_bandwidth(threads: int, length: int = 20_000_000, repeats: int = 5) -> float:
-    """Measure the memory bandwidth: the best rate of `repeats` triads (a = b + s c on arrays of this length) on `threads`
-    threads [bytes/s]; 24 bytes per element as in STREAM."""
+    """Measure and return the memory bandwidth [bytes/s]: the best rate of `repeats` triads (a = b + s c on arrays of
+    `length` doubles) on `threads` threads, counting 24 bytes per element as in STREAM."""
     a, b, c = np.zeros(length), np.ones(length), np.ones(length)
     set_num_threads(threads)
     _triad(threads, threads, a, b, c, 2.0)

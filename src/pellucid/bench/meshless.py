@@ -52,8 +52,9 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, float]]:
-    """Return the measured times of the internal forces with averaged and with pointwise volume ratios, including processor
-    time, which is less affected by other processes. Keys as in `pellucid.bench.whole.bench`."""
+    """Return the shortest measured times of an evaluation of the internal forces, with averaged and with pointwise volume
+    ratios: wall-clock time and processor time, which is less affected by other processes. Keys as in
+    `pellucid.bench.whole.bench`, entry "forms"."""
     found = {}
     for form, taken in (("averaged", solid), ("pointwise", solid._replace(block_volume=np.zeros(0)))):
         seconds, processor_seconds = _fastest(taken, mesh, steps)
@@ -85,7 +86,7 @@ def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]
 
 
 def _size(value: Any) -> int:
-    """Return the number of bytes of all arrays in a nested tuple."""
+    """Return the memory of all arrays in a nested tuple [bytes]."""
     return sum(_size(part) for part in value) if isinstance(value, tuple) else getattr(value, "nbytes", 0)
 
 

@@ -41,8 +41,8 @@ def case_of(points: int, body: str, functions: str = "trilinear", transfer: str 
 
 
 def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Case:
-    """Build a benchmark case. name: for its title. bodies: tables `[[body]]`. time: further fields of `[time]`. more: further
-    tables, by key.
+    """Build a benchmark case. name: text for the title of the case. bodies: tables `[[body]]`. time: further fields of
+    `[time]`. more: further tables of the case, by key.
 
     Energy limits are disabled because small waves in a hot gas exchange little energy, so that the relative error is large.
     """
@@ -56,8 +56,8 @@ def grid(lower: list[float], upper: list[float], functions: str = "trilinear") -
 
 
 def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, Any]:
-    """Return the `[[body]]` table of a square sheet. kind: kind of membrane. corner: its lower corner [m]. edge: edge length
-    [m]. along: number of points along an edge."""
+    """Return the `[[body]]` table of a square sheet. kind: kind of membrane. corner: lower corner of the sheet [m]. edge:
+    edge length [m]. along: number of points along an edge."""
     edges = {"first_edge": [edge, 0.0, 0.0], "second_edge": [0.0, edge, 0.0]}
     surface = {"rectangle": {"corner": corner, **edges, "points": [along, along]}}
     law = {"kind": "linear-membrane", **SOLID}

@@ -122,8 +122,9 @@ def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_ratio(peer: dict[str, Any], bodies: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the result of another program with "ratio" added: our point-steps per second divided by its, for the same material
-    law and number of points. bodies: our results."""
+    """Return the result of another program with "ratio" added: point-steps per second of pellucid divided by those of the
+    other program, for the same material law and number of points; without "ratio" if there is no such result of pellucid.
+    peer: the result. bodies: results of pellucid."""
     if "missing" in peer:
         return peer
     same = [b for b in bodies if b["body"] == peer["law"] and b["points"] == peer["points"]]

@@ -20,11 +20,11 @@ MOST_MEMORY = 0.05  # largest memory of the bodies over that of the machine: eac
 
 @contextmanager
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
-    """Context manager that yields a function; it starts the compilation of a case's kernels in other processes, if cores and
-    memory allow.
+    """Context manager that yields a function. A call of this function starts the compilation of a case's kernels in other
+    processes, if cores and memory allow.
 
-    The processes are stopped at the end of the block. The results do not depend on them: kernels that these processes have
-    compiled are found in the cache.
+    The processes are stopped at the end of the block. Results of a run do not depend on these processes: the run finds the
+    kernels that they have compiled in the cache.
     """
     helpers: list[Helper] = []
 

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
 
 def kernel_key(case: "Case") -> str:
-    """Return a hash of those options of a case (texts and booleans, not numbers and names) on which the kernels that it needs
-    depend."""
+    """Return a hash of those options of a case (texts and booleans, not numbers and names) that determine which kernels a
+    run of the case needs."""
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])

@@ -22,9 +22,9 @@ def compilation_told(
     calls `at_first` before the first. Yields a function that returns the wall-clock time spent in compiling and loading so
     far [s].
 
-    `key` identifies the kernels that the block needs, see `kernel_key`. Their expected number is that of an earlier
-    compilation with this key, possibly with other sources or another version of numba; kernels in the cache are not compiled
-    again.
+    `key` identifies the kernels that the block needs, see `kernel_key`. The expected number of kernels is the number in an
+    earlier compilation with this key, possibly with other sources or another version of numba; kernels in the cache are not
+    compiled again.
     """
     from numba.core.event import Listener, TimingListener, install_listener
 

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 class Warmed(NamedTuple):
-    """Result of the compilation for a case: its name, the number of compiled kernels, the duration [s], and the error if
-    not all were compiled."""
+    """Result of compiling the kernels of one case, for the table that `pellucid warm` prints: name of the case, number of
+    kernels, duration [s], and error."""
 
-    case: str
-    kernels: int
-    seconds: float
-    trouble: str = ""
+    case: str  # name of the case
+    kernels: int  # number of compiled kernels
+    seconds: float  # duration of the compilation [s]
+    trouble: str = ""  # error if not all kernels were compiled
 
 
 def warm(cases: "Mapping[str, Case]", progress: Progress | None = None) -> list[Warmed]:
@@ -82,8 +82,8 @@ def compile_case(job: tuple[str, str]) -> Warmed:
 
 
 def _different(cases: "Mapping[str, Case]") -> "dict[str, Case]":
-    """Return one case for each set of kernels, by name, in its quick variant (with its settings for a run within seconds) if
-    that needs the same kernels."""
+    """Return one case for each set of kernels, by name; a case is returned in its quick variant (with its settings for a
+    run within seconds) if this variant needs the same kernels."""
     from pellucid.compilation.kernel_key import kernel_key
 
     chosen: dict[str, tuple[str, Case]] = {}

@@ -24,7 +24,8 @@ def energy_at_stake(bodies: Sequence[Balanced], gravity: tuple[float, float, flo
     """Return the energy that the bodies could release [J]: strain energy, potential energy above the lowest point of all
     bodies, and an allowance for the rounding of the stored energy.
 
-    gravity: acceleration, shape (3,) [m/s²]. wave_speeds: speed of pressure waves in each body [m/s], 0 if no waves cross it.
+    gravity: acceleration, shape (3,) [m/s²]. wave_speeds: speed of pressure waves in each body [m/s], 0 for a body without
+    waves.
     """
     strain = 0.0
     for body, speed in zip(bodies, wave_speeds, strict=True):

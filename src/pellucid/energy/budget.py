@@ -42,15 +42,15 @@ class Totals:
         self.parts: dict[str, float] = {}
 
     def give(self, left: Passed, affine: float) -> None:
-        """Subtract the momentum and energies of points that left the body. left: their sums. affine: the part of their kinetic
-        energy that belongs to the affine velocity fields of APIC [J]."""
+        """Subtract the momentum and energies of points that left the body. left: sums over these points. affine: part of
+        their kinetic energy that belongs to the affine velocity fields of APIC [J]."""
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
 
     def take(self, entered: Passed, size: float) -> None:
-        """Add the momentum and energies of points that entered the body. entered: their sums. size: sum Σ m|v| over these
-        points [kg m/s]."""
+        """Add the momentum and energies of points that entered the body. entered: sums over these points. size: sum Σ m|v|
+        over these points [kg m/s]."""
         self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
@@ -59,13 +59,13 @@ class Totals:
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
-        """Restore the sums from the data of `to_data`."""
+        """Restore the sums over the points from a checkpoint; data: as returned by `to_data`."""
         vars(self).update({**data, "momentum": np.array(data["momentum"])})
 
 
 class Balanced(Protocol):
-    """Values that the balance reads from a body: totals, mass [kg], kind of stored energy ("internal" or "strain"); and
-    `mass` [kg], (n,), and `position` [m], (n, 3), of its points."""
+    """Interface of a body for the balance of energy and momentum: totals, mass [kg], kind of stored energy ("internal" or
+    "strain"), and `stored_field`, which returns `mass` [kg], shape (n,), and `position` [m], shape (n, 3), of the points."""
 
     totals: Totals
 
@@ -127,9 +127,9 @@ class EnergyBudget:
     ) -> None:
         """Add a step to the balance.
 
-        bodies: their state at the end of the step. done: work and impulses of the step. contact_impulses: impulses of named
-        contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the impulses in the reactions if
-        the time of the loads differs from the time of the steps.
+        bodies: all bodies, in the state at the end of the step. done: work and impulses of the step. contact_impulses:
+        impulses of named contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the
+        impulses in the reactions if the time of the loads differs from the time of the steps.
         """
         kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
@@ -157,10 +157,9 @@ class EnergyBudget:
 
     def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
         """Add to the balance the mass, momentum and energy of points that left a body after a step was recorded. bodies:
-        their state without these points. left: sums over these points. dt: length of the step [s].
+        all bodies, already without these points. left: sums over these points. dt: length of the step [s].
 
         The staggering energy of the points is also removed, so that no error changes.
-
         """
         staggered = dt * left.half_power
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
@@ -176,7 +175,7 @@ class EnergyBudget:
 
     def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
         """Add to the balance the mass, momentum and energy of points that entered a body after a step was recorded. bodies:
-        their state with these points. entered: sums over these points."""
+        all bodies, already with these points. entered: sums over these points."""
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
@@ -241,8 +240,8 @@ class EnergyBudget:
 
     @property
     def made(self) -> float:
-        """Energy that the bodies gained from channels that can only remove energy (contact, velocity transfer, friction) [J];
-        it is an error of the method."""
+        """Energy that the bodies gained from channels that can only remove energy (contact, velocity transfer, friction)
+        [J]; such a gain is an error of the method."""
         channels = (channel for channel in ONLY_TAKE if channel in self.channels)
         return sum(max(channel.sign * self.sums[channel.name], 0.0) for channel in channels)
 

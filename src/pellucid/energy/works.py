@@ -1,7 +1,7 @@
 """Work of a step: the columns of work from the kernels to `history.csv`, and the channels that name them.
 
-Every kernel that does work for a cause adds it to the column of that cause in a row of works [J]. The first columns belong
-to the kernels of the nodes, the remaining columns to the conditions of the run, see `WorkLayout`.
+Every kernel that does work for a cause adds this work [J] to the column of the cause in a row of works. The first columns
+belong to the kernels of the nodes, the remaining columns to the conditions of the run, see `WorkLayout`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,11 +15,11 @@ exchange kinetic and stored energy. The columns from FIRST_LOAD on belong to the
 
 
 class Channel(NamedTuple):
-    """A cause of external work or loss, i.e. an entry of the energy balance: its name in `history.csv`, which ends in `_work`,
-    `_heat` or `_energy`, and its sign in the balance."""
+    """A cause of external work or loss, i.e. an entry of the energy balance: name of its column in the history, and sign
+    with which the work enters the balance. Conditions and bodies declare their channels."""
 
-    name: str
-    sign: float = 1.0
+    name: str  # column of `history.csv`, ending in `_work`, `_heat` or `_energy`
+    sign: float = 1.0  # 1: energy added to the system; -1: energy removed from it; 0: exchange within the system
     """1 for energy that enters the bodies, -1 for energy that leaves them, 0 for exchanges between entries of the balance."""
 
 
@@ -68,20 +68,21 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 
 def channel_of_load(name: str) -> Channel:
-    """Return the channel (entry of the energy balance) of the work of external forces with this name. Its sign is 1, except for
-    the work of enclosed fluids and of surface tension, which is an exchange within the balance (0)."""
+    """Return the channel (entry of the energy balance) of the work of external forces with this name. The sign of the
+    channel is 1 (energy added to the system), except for the work of enclosed fluids and of surface tension, which is an
+    exchange within the system (0)."""
     passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
     return passing.get(name, Channel(name))
 
 
 class WorkLayout:
-    """Order of the columns in a row of works [J] for the channels (entries of the energy balance) of a run, and the number of
-    supports whose impulses are summed.
+    """Order of the columns in a row of works [J] for the channels (entries of the energy balance) of a run, and the number
+    of supports whose impulses are summed.
 
-    loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of work
-    counted by conditions or kernels. channels: all channels shown in the history, in its order, with their columns. touching:
-    True if surfaces are in contact; the last nodal array then contains the contact forces, whose work is added to the contact
-    work. Raises ValueError if two channels have the same name.
+    loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of
+    work counted by conditions or kernels. channels: all channels shown in the history, in the order of its columns, with
+    their columns in a row of works. touching: True if surfaces are in contact; the last nodal array then contains the
+    contact forces, whose work is added to the contact work. Raises ValueError if two channels have the same name.
     """
 
     def __init__(
@@ -171,9 +172,10 @@ def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
 
 
 class Passed(NamedTuple):
-    """Points that left a body in a step or entered it after the step: their number, mass, momentum and energies."""
+    """Sums over the points that left a body in a step or entered a body after the step: number, mass, momentum and
+    energies."""
 
-    points: int
+    points: int  # number of points
     mass: float  # sum over the points [kg]
     momentum: np.ndarray  # (3,) sum over the points [kg m/s]
     kinetic: float  # kinetic energy [J]

@@ -36,8 +36,8 @@ class NodalActions:
         self._external = allocate(ExternalAction, 0, n_loads)
 
     def take_loads(self) -> None:
-        """Allocate nodal arrays for external forces, unless they exist. Velocity fields of bodies with their own nodes need
-        none: those bodies store the forces."""
+        """Allocate nodal arrays for external forces, unless they exist. In velocity fields of bodies with their own nodes
+        these arrays are not needed, since such bodies store the external forces themselves."""
         if self.field.moves_points:
             self._ask("loads")
 

@@ -14,8 +14,8 @@ ALL = np.zeros(0, np.int64)
 class ChunkedNodes(NamedTuple):
     """Grid nodes in chunks (ranges of nodes). One thread processes a chunk; the sums of the chunks are added in order."""
 
-    node: np.ndarray  # (m,) indices of listed nodes, or `ALL`
-    edges: np.ndarray  # (chunks + 1,) number of the first node of each chunk, and the end of the last
+    node: np.ndarray  # (m,) indices of listed nodes; empty (`ALL`) for all nodes of the grid
+    edges: np.ndarray  # (chunks + 1,) place in the list of the first node of each chunk, and the end of the last
 
     @property
     def n(self) -> int:
@@ -27,7 +27,7 @@ class NodesByRow(NamedTuple):
     """Grid nodes in chunks, each within one row of slabs (a range of grid layers, see `pellucid.grid.points.Slabs`). A process
     computes whole rows of slabs, and therefore whole chunks."""
 
-    chunks: ChunkedNodes
+    chunks: ChunkedNodes  # all chunks, in the order of the rows
     of_row: np.ndarray  # (rows + 1,) first chunk of each row of slabs, and the end of the last
 
 
@@ -54,7 +54,7 @@ def _divide(rows, node, is_all, most, edges, of_row):
     """Divide grid nodes into chunks: fill `edges` with the start of each chunk and the end of the last, and `of_row` with
     the first chunk of each row of slabs (blocks of grid cells) and the end; return the number of chunks.
 
-    is_all: True to divide all nodes instead of the list `node`; the other arguments are those of `by_row`.
+    is_all: True to divide all nodes instead of the list `node`; rows, node, most: see `by_row`.
     """
     chunks = end = 0
     edges[0] = of_row[0] = 0

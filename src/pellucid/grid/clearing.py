@@ -1,6 +1,6 @@
 """Reset of nodal arrays to zero before points and conditions add to them.
 
-All threads share the work: on a large grid with small bodies it takes much of the time of a step.
+All threads share the work: on a large grid with small bodies, the reset takes much of the time of a step.
 """
 
 from typing import Any, NamedTuple
@@ -17,11 +17,11 @@ from pellucid.ranks.domain import domain
 
 
 class ClearedRows(NamedTuple):
-    """Nodal arrays to reset, and the same memory as integers. A row of an array whose bits are all zero is not written
-    again."""
+    """Input of the kernel that resets nodal arrays to zero: the arrays in two forms. With the integers the kernel finds
+    rows (four numbers of a node) whose bits are all zero already, and does not write these rows."""
 
-    rows: tuple[np.ndarray, ...]
-    bits: tuple[np.ndarray, ...]
+    rows: tuple[np.ndarray, ...]  # (4 nodes,) each: arrays with a row of four numbers per node
+    bits: tuple[np.ndarray, ...]  # views of the memory of `rows` as 64-bit integers
 
 
 @parallel_loop()

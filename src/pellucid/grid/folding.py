@@ -17,12 +17,13 @@ from pellucid.jit import generic, point_function, pointwise
 
 
 class Walled(NamedTuple):
-    """Option for a grid without periodic axes: no two nodes are identical."""
+    """Value of `Lattice.folding` for a grid without periodic axes, on which no two nodes are identical; selects functions
+    that leave node indices and positions unchanged."""
 
 
 class Folded(NamedTuple):
-    """Option for a grid with at least one periodic axis: the periods, and the table that maps each node beyond a period to
-    the identical node within it."""
+    """Value of `Lattice.folding` for a grid with at least one periodic axis: the periods, and the table that maps each
+    stored node beyond a period to the identical node within the period."""
 
     real: np.ndarray  # (nodes,) index of the identical node within the period
     periods: tuple[float, float, float]  # period along each axis [cells], infinite along other axes

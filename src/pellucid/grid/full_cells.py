@@ -47,11 +47,11 @@ class CellGrid(NamedTuple):
     """Arguments of the kernels that average the pressure in full cells (cells that a fluid fills): the cells, with the sums
     over their points, and the nodes of the grid."""
 
-    lattice: Lattice
-    cells: FullCells
+    lattice: Lattice  # geometry of the grid
+    cells: FullCells  # sums and mean values of each cell
     along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]  # integrals of the shape functions over cells
-    forces: np.ndarray  # (4 n,) rows of internal forces
-    mean_velocity: np.ndarray  # (n, 3)
+    forces: np.ndarray  # (4 n,) internal forces on the nodes, in rows of four numbers [N]
+    mean_velocity: np.ndarray  # (n, 3) mean nodal velocity of the step [m/s]
     volume: float  # volume of a cell [m³]; for thin axes with the slice thickness
     edges: np.ndarray  # (chunks + 1,) first layer of each chunk, and the end of the last
 
@@ -316,12 +316,12 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """Interface of a fluid body whose points get the mean pressure of their full cell (a cell that the fluid fills), for
-    `CellPressure`: shape functions along x, y, z, number of slabs, and bundle of `MappedPoints`."""
+    """Interface of a fluid body whose points get the mean pressure of their full cell (a cell that the fluid fills);
+    `CellPressure` reads these members and calls these methods."""
 
-    functions: GridFunctions
-    n_slabs: int
-    mapped: Bundle
+    functions: GridFunctions  # shape functions along x, y, z
+    n_slabs: int  # number of slabs into which the points are divided
+    mapped: Bundle  # the points, bundle of `MappedPoints`
 
     @property
     def nodal_forces(self) -> np.ndarray: ...

@@ -62,10 +62,11 @@ MOST_ROUNDS = 1000
 
 
 class Viscous(Protocol):
-    """Interface of a body whose viscosity is solved implicitly: its viscosities, viscous stresses and sums over points."""
+    """Interface of a fluid body whose viscosity is solved implicitly by `ImplicitViscosity`: viscosities, viscous stresses
+    and sums over its points."""
 
-    n_slabs: int
-    mapped: Bundle
+    n_slabs: int  # number of slabs into which the points are divided
+    mapped: Bundle  # the points, bundle of `MappedPoints`
 
     @property
     def viscosities(self) -> tuple[float, float]:

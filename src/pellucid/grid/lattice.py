@@ -20,8 +20,8 @@ def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> n
     """Return the edges of rows of slabs (blocks of grid cells) along an axis as numbers of layers of cells, shape (rows +
     1,).
 
-    layers: number of layers of cells along the axis; stencil: nodes of a shape function along it; most: largest number of
-    rows. Rows are as narrow as possible if every other row is processed at the same time, see
+    layers: number of layers of cells along the axis; stencil: nodes of a shape function along the axis; most: largest
+    number of rows. Rows are as narrow as possible if every other row is processed at the same time, see
     `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows the last across the seam: the number of rows
     is then even, or one.
     """
@@ -163,10 +163,11 @@ class Grid:
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
     def find_passed_face(self, place: np.ndarray) -> tuple[str, float] | None:
-        """Return the name of the face of the grid that a position beyond it has crossed, and the velocity of the nodes of
-        this face out of the grid [m/s].
+        """Return the name of the face of the grid that a position beyond the face has crossed, and the velocity of the
+        nodes of this face out of the grid [m/s].
 
-        None if no support holds the nodes of the face there along its normal. place: position, shape (3,) [m].
+        None if no support constrains the nodes of the face along its normal where it was crossed. place: position, shape
+        (3,) [m].
         """
         cells = (place - np.array(self.lattice.lower)) * self.lattice.inverse_cell
         near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.thin, 0, self.lattice.counts)).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Lists of grid nodes, and the flags from which they are made."""
+"""Lists of grid nodes, and nodal flags from which such lists are made."""
 
 from typing import Annotated, NamedTuple
 
@@ -22,6 +22,6 @@ class NodeFlags(NamedTuple):
 
 @pointwise
 def listed(node, e):
-    """Return the storage index of entry e of a list of nodes, shape (m,), or e itself if the list is empty, which stands for
-    all nodes."""
+    """Return the storage index of entry e of a list of nodes, shape (m,). An empty list stands for all nodes: the index is
+    then e."""
     return node[e] if len(node) > 0 else e

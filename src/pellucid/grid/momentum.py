@@ -45,10 +45,10 @@ class ExternalAction(NamedTuple):
 class AdvancedNodes(NamedTuple):
     """Nodes of a velocity field, the actions on them and their constraints, as arguments of kernels."""
 
-    nodes: Nodes
-    supports: Supports
+    nodes: Nodes  # mass, momentum, forces and velocities
+    supports: Supports  # constraints
     gravity: np.ndarray  # (3,) present gravity [m/s²]
-    external: ExternalAction
+    external: ExternalAction  # actions of conditions
     load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "sum of the external forces, if there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works in the layout of `pellucid.energy`, a row for each chunk
@@ -87,10 +87,10 @@ def apply_prescribed_velocity(external, I, d, m, v):
 
 @pointwise
 def apply_absorption(external, I, d, dt, old, new):
-    """Return the velocity of node I along axis d after a step dt [s] with absorption [m/s]. Absorption acts on the mean
-    velocity over the step, which is stable for any time step.
+    """Return the velocity [m/s] of node I along axis d after a step dt [s] in which an absorbing face reduces the velocity.
+    Absorption acts on the mean velocity over the step, which is stable for any time step.
 
-    external: see `ExternalAction`; old, new: velocities before the step, and after it without absorption [m/s].
+    external: see `ExternalAction`; old: velocity before the step; new: velocity after the step without absorption [m/s].
     """
     half = 0.5 * dt * external.absorption[I, d]
     return (new - half * old) / (1.0 + half)
@@ -133,13 +133,13 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
-    """Constrain node I along axis d at a wall that has friction or opens (releases bodies that move away), or release it.
-    Return 1 + the number of the support that acts as the wall (0: released), which is also stored in `constrained`, and
-    whether the wall acts as a plane of symmetry for the body.
+    """Constrain node I along axis d at a wall that has friction or opens (releases bodies that move away), or release the
+    node if the wall opens and the node moves away. Return 1 + the number of the support that acts as the wall (0:
+    released), which is also stored in `constrained`, and whether the wall acts as a plane of symmetry for the body.
 
     field: see `AdvancedNodes`; m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A wall
-    that opens releases a node that moves away from it. A node that arrives, or stays while forces pull it away, is stopped
-    without a mirror image, which would pull it.
+    that opens acts as a plane of symmetry only if it constrained the node before and forces do not pull the node away:
+    otherwise the mirror image of the body would pull the node.
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0

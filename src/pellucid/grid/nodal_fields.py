@@ -43,25 +43,25 @@ class NodalField(NamedTuple):
     """Declaration of a nodal array, shape (n, components), or (n,) for one component: unit, meaning, initial value and time of
     its reset."""
 
-    components: int
-    combine: Any  # a `Combine`, or a tuple with one for each component
-    cleared: Cleared
-    unit: str
-    meaning: str
-    dtype: Any = np.float64
+    components: int  # number of components per node
+    combine: Any  # how contributions are combined: a `Combine` for all components, or a tuple of one per component
+    cleared: Cleared  # time of the reset to the initial value, such as STEP
+    unit: str  # SI unit
+    meaning: str  # description, for the table of nodal arrays in the documentation
+    dtype: Any = np.float64  # type of the numbers
     in_rows: bool = False  # True: flat array, shape (ROW n,), aligned in memory
     several: bool = False  # True: several such arrays, shape (m, n, components)
 
     @property
     def start(self) -> Any:
-        """Initial value of the field, which depends on how contributions are combined (`combine`); a list with one number per
-        component if they are combined differently."""
+        """Initial value of the field, which depends on how contributions of points are combined (`combine`); a list with
+        one number per component if the components are combined differently."""
         if isinstance(self.combine, tuple):
             return [START.get(how, 0.0) for how in self.combine]
         return START.get(self.combine, 0)
 
     def allocate(self, n: int, several: int = 0) -> np.ndarray:
-        """Return the array of the field for n nodes, filled with its initial value; several: number of such arrays if the field
+        """Return the array of the field for n nodes, filled with its initial value; several: number of arrays, if the field
         is declared with `several`."""
         if self.in_rows:
             return aligned_rows(n).reshape(-1)
@@ -81,8 +81,8 @@ class View(NamedTuple):
 
     of: str  # name of the field
     part: int | slice  # its components
-    unit: str
-    meaning: str
+    unit: str  # SI unit
+    meaning: str  # description, for the table of nodal arrays in the documentation
     cleared: Cleared | None = None  # time of clearing, if not together with the whole field
 
 

@@ -62,8 +62,8 @@ class NodalMomentum:
         self._find_near()
 
     def _find_near(self) -> None:
-        """Find the chunks of the nodes to which points of this process may contribute; other nodes have no mass here. The
-        chunks change only when the grid is divided among processes again."""
+        """Find the chunks of the nodes to which points of this process may contribute; all other nodes have no mass in the
+        arrays of this process. The chunks change only when the grid is divided among processes again."""
         if self._cut == domain.cuts_made:
             return
         self._cut = domain.cuts_made
@@ -90,8 +90,9 @@ class NodalMomentum:
         return self._n
 
     def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum of values of chunks (ranges of grid nodes), shape (chunks, ...), over the chunks of all processes;
-        this process uses its first rows, for the chunks that its points reach (see `near`)."""
+        """Return the sum of values of chunks (ranges of grid nodes) over the chunks of all processes. sums: values of
+        chunks, shape (chunks, ...), of which this process uses the first rows, for the chunks that its points reach (see
+        `near`)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
@@ -144,9 +145,9 @@ class NodalMomentum:
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work of
-        the stress along `strain_velocity`, for bodies whose points store no internal energy. It is part of the energy lost
-        by mass lumping."""
+        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work
+        of the stress along `strain_velocity`, for bodies whose points store no internal energy. The difference is part of
+        the energy lost by mass lumping."""
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)
@@ -165,17 +166,20 @@ class NodalMomentum:
         return ordered_sum(found)
 
     def drag_work(self, momentum: np.ndarray, dt: float) -> float:
-        """Return the work [J] that the internal forces of bodies whose points store no internal energy would do over half a
-        step dt [s] along the decrease in nodal velocity at the start of the step that a loss of momentum [kg m/s], shape
-        (nodes, 3), causes. The velocity of constrained nodes does not decrease."""
+        """Return the work [J] of internal forces along the decrease in nodal velocity that a drag caused at the start of a
+        step, over half the step dt [s]; only forces of bodies whose points store no internal energy are counted.
+
+        momentum: nodal momentum removed by the drag [kg m/s], shape (nodes, 3). The velocity of constrained nodes does not
+        decrease.
+        """
         nodes = self._bundle.nodes
         moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return self.half_work(slice(None), slower, dt)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
-        """Return the work [J] in half a step dt [s] that the internal forces of bodies whose points store no internal energy do
-        along velocity increments [m/s], shape (n, 3), of the nodes with the indices `node`."""
+        """Return the work [J] of internal forces along velocity increments [m/s], shape (n, 3), of the nodes with the
+        indices `node`, over half a step dt [s]; only forces of bodies whose points store no internal energy are counted."""
         nodes, separate = self._bundle.nodes, self._bundle.separate_forces.reshape(-1, ROW)[:, VECTOR]
         force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
         return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
@@ -184,8 +188,9 @@ class NodalMomentum:
         """Return the mean velocity [m/s] of nodes, shape (n, 3), for the work of impulses applied after the momentum
         update.
 
-        It is the mean velocity used for forces, except where driven points (points with a prescribed motion) partly
-        constrain a node, since impulses are applied after this constraint.
+        This is `mean_velocity`, along which forces do work, except at nodes that driven points (points with a prescribed
+        motion) partly constrain, since impulses are applied after this constraint. node: indices of the nodes; default: all
+        nodes.
         """
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):
@@ -197,8 +202,8 @@ class NodalMomentum:
         """Compute `strain_velocity`: the velocities p/m from the momentum p mapped to the nodes and their mass m, with
         constraints.
 
-        dt: the step [s] if the momentum has been advanced, else None. counted: True if `strain_lag_work` will be requested;
-        it is then computed at once, except for nodes that await impulses.
+        dt: the step [s] if the momentum has been advanced, else None. counted: True if `strain_lag_work` will be called in
+        this step; its work is then computed now, except for nodes that await impulses.
         """
         self._lag_is_counted = counted
         self._lags.fill(0.0)

@@ -34,9 +34,9 @@ def _awaits(awaiting, I):
 def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
     """Compute the works of forces on the nodes of a chunk in a step dt [s], and the impulses on them, in row `first +
     chunk` of `field.work`, see `NodalMomentum.works`. Nodes that await contact impulses are skipped. The momentum of the
-    nodes is reset to zero, so that it can be mapped again.
+    nodes is reset to zero, so that momentum can be mapped to the nodes again.
 
-    Other arguments: see `pellucid.grid.nodal_passes.count_works`.
+    first: row of `field.work` for chunk 0; all other arguments: see `pellucid.grid.nodal_passes.count_works`.
     """
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
@@ -111,7 +111,7 @@ def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
 @kernel(inner=True)
 def sum_strain_lag_chunk(chunk, first, chunks, awaiting, field, dt, small, sums):
     """Compute the work returned by `NodalMomentum.strain_lag_work` in a step dt [s] for a chunk of nodes, into row `first +
-    chunk` of `sums` [J]. Other arguments: see `pellucid.grid.nodal_passes.sum_strain_lag`."""
+    chunk` of `sums` [J]. All other arguments: see `pellucid.grid.nodal_passes.sum_strain_lag`."""
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.separate_forces) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
     for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):

@@ -47,7 +47,7 @@ class OwnNodesField(VelocityField):
         """Do nothing: gravity acts on the body's own nodes, not on the nodes of the grid."""
 
     def clear(self) -> None:
-        """Do nothing: `scatter` itself resets the mass, momentum and forces of the grid nodes."""
+        """Do nothing: the method `scatter` of this class resets the mass, momentum and forces of the grid nodes."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
         """Map mass and momentum of the body's points, divided into n slabs, and the forces that act on them until the end of
@@ -80,7 +80,7 @@ class OwnNodesField(VelocityField):
         raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
 
     def works(self, dt: float) -> StepWork | None:
-        """Return None: the body computes its works itself."""
+        """Return None: a body with its own nodes computes its works itself."""
         return None
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:

@@ -34,8 +34,8 @@ class Inertia(NamedTuple):
 
 
 class AffineInertia(NamedTuple):
-    """Contribution m (v + C r) of a point with an affine velocity field C at the distance r, and its mass if `with_mass` is
-    1."""
+    """Contribution of a point to the nodal momentum, m (v + C r) [kg m/s], with the mass m and velocity v of the point and
+    its affine velocity field C at a node at the distance r, and its mass [kg] if `with_mass` is 1 instead of 0."""
 
     with_mass: float
 
@@ -54,8 +54,9 @@ class InternalForce(NamedTuple):
 
 
 class InternalForceInCells(NamedTuple):
-    """Contribution -V (σ + p I) ∇N of a point in a full cell (a cell that the fluid fills) to the nodal forces. The mean
-    pressure p of the cell acts separately, see `pellucid.grid.full_cells`."""
+    """Contribution -V (σ + p I) ∇N [N] of a point with the volume V and stress σ in a full cell (a cell that the fluid
+    fills) to the nodal forces. The forces of the mean pressure p of the cell are added separately, see
+    `pellucid.grid.full_cells`."""
 
     found: np.ndarray  # see `FullCells`
 

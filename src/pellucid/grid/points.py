@@ -14,10 +14,11 @@ OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
 
 class Fault(NamedTuple):
-    """Reason why a run stops at a point: meaning and remedy, as texts for the user."""
+    """Reason why a run stops at a point, for example because the point left the grid or its volume would become negative,
+    as texts for the user."""
 
-    meaning: str
-    remedy: str
+    meaning: str  # what is wrong with the point
+    remedy: str  # what the user can change
 
 
 FAULTS = {
@@ -92,12 +93,13 @@ class Slabs(NamedTuple):
 
 
 class InOrder(NamedTuple):
-    """Option: the point arrays have the order of the slabs (blocks of grid cells, see `Slabs`)."""
+    """Value of `MappedPoints.index` for a body whose point arrays have the order of the slabs (blocks of grid cells, see
+    `Slabs`)."""
 
 
 class ByIndex(NamedTuple):
-    """Option: the point arrays keep their own order; a table lists the points in the order of the slabs (blocks of grid
-    cells, see `Slabs`)."""
+    """Value of `MappedPoints.index` for a body whose point arrays keep the order of its mesh, e.g. a membrane: a table
+    lists the points in the order of the slabs (blocks of grid cells, see `Slabs`)."""
 
     order: np.ndarray  # (n,) storage row of each point in the order of the slabs
 
@@ -119,7 +121,8 @@ def _by_index(index, q):
 
 
 class NoCells(NamedTuple):
-    """Option: the pressures of full cells (cells that a fluid fills) are not averaged."""
+    """Given to kernels instead of `FullCells` for bodies whose pressures are not averaged in full cells (cells that a fluid
+    fills)."""
 
 
 class FullCells(NamedTuple):
@@ -149,10 +152,10 @@ class MappedPoints(NamedTuple):
     body, as arguments of kernels."""
 
     functions: Any  # shape functions along x, y, z
-    lattice: Lattice
-    nodes: Nodes
-    points: PointArrays
-    slabs: Slabs
+    lattice: Lattice  # geometry of the grid
+    nodes: Nodes  # nodal arrays of the velocity field of the body
+    points: PointArrays  # state of the points
+    slabs: Slabs  # division of the points into slabs
     index: Any  # `InOrder` or `ByIndex`
 
 

@@ -23,8 +23,8 @@ def constrained_velocity(nodes, supports, external, I, d, m, v):
 
 @pointwise
 def project_node(nodes, supports, external, I):
-    """Compute `strain_velocity` of node I: its velocity p/m from the momentum p mapped to it and its mass m, with its
-    constraints.
+    """Compute `strain_velocity` of node I: the velocity p/m from the momentum p mapped to the node and its mass m, with the
+    constraints of the node.
 
     nodes, supports, external: see `AdvancedNodes`.
     """
@@ -50,8 +50,8 @@ def _meet_chunk(chunk, field):
 
 @kernel(inner=True)
 def project_chunk(chunk, field, advanced):
-    """Compute `strain_velocity` (see `project_node`) of the nodes of a chunk that have mass; field: see `AdvancedNodes`;
-    advanced: True if their momentum has been advanced."""
+    """Compute `strain_velocity` (see `project_node`) of those nodes of a chunk that have mass; field: see `AdvancedNodes`;
+    advanced: True if the momentum of the nodes has been advanced in this step."""
     nodes = field.nodes
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)

@@ -36,11 +36,12 @@ NONE = np.zeros((0, 3))
 
 
 class ConstrainedNodes(NamedTuple):
-    """Nodes of a velocity field, supports and external actions, as arguments of kernels."""
+    """Arguments of the kernels that compute velocities of the nodes that a body with its own nodes reaches: the nodes of
+    its velocity field, with supports and external actions."""
 
-    nodes: Nodes
-    supports: Supports
-    external: ExternalAction
+    nodes: Nodes  # mass, momentum and velocities
+    supports: Supports  # constraints
+    external: ExternalAction  # actions of conditions, such as prescribed motions
 
 
 @kernel(inner=True)

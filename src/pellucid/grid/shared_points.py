@@ -67,7 +67,7 @@ class WholePoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Return the values of all points, shape (n, ...), unchanged: each process stores all points; there: these values."""
+        """Return `there`, the values of all points, shape (n, ...), unchanged, since each process stores all points."""
         return there
 
     def first_of_all(self) -> np.ndarray:
@@ -87,8 +87,8 @@ class SpreadPoints:
         self.first = slabs.first
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """Send points to the processes that compute their slabs, and sort them there; sort: function that sorts the first n
-        points."""
+        """Send points to the processes that compute their slabs, and sort the received points in the receiving process;
+        sort: function that sorts the first n points."""
         sort(domain.migrate(self._arrays, self.first))
 
     def take_own(self) -> slice:
@@ -113,13 +113,13 @@ class SpreadPoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """Return the values unchanged: the arrays of this process contain only its own points, so other processes compute
-        none of them."""
+        """Return `values` unchanged: the arrays of this process contain only its own points, whose values this process
+        computes itself."""
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """Gather the values of all points, shape (n, ...), from all processes; there: values of the points that this
-        process stores."""
+        """Gather the values of all points, shape (n, ...), from all processes and return them; there: values of the points
+        that this process stores."""
         return domain.whole(there)
 
     def first_of_all(self) -> np.ndarray:

@@ -101,11 +101,12 @@ def sort_by_nodes(
 
 
 class ShortRuns:
-    """Cost of short runs (sequences of points with the same nodes) since the last sorting, to decide when to sort again.
+    """Computing time lost since the last sorting because points that share their nodes are no longer neighbours in memory
+    (short runs), in numbers of vectors; a body uses this cost to decide when to sort again.
 
     The less the points are ordered by their nodes, the more vectors a pass processes. In each step, the number of vectors
-    beyond the smallest number since the last sorting is added up. Sorting pays when these vectors cost as much as a sorting.
-    The total cost is then at most twice the optimum, and equals it if the sequences shorten evenly.
+    beyond the smallest number since the last sorting is added up. Sorting pays when these vectors cost as much as a
+    sorting. The total cost is then at most twice the optimum, and equals the optimum if the runs shorten evenly.
     """
 
     def __init__(self, n_points: int, cost: float) -> None:
@@ -151,8 +152,8 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
-    """Return the division of the grid into rows of slabs (blocks of grid cells) for shape functions along x, y, z; it is
-    the same for all bodies."""
+    """Return the division of the grid into rows of slabs (blocks of grid cells), the same for all bodies; functions: shape
+    functions along x, y, z."""
     lattice = grid.lattice
     layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
@@ -176,8 +177,8 @@ def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
 
 
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
-    """Restore a division into slabs (blocks of grid cells) from the arrays of a checkpoint. Raises UsageError if they
-    belong to another division, e.g. of an earlier version."""
+    """Restore a division into slabs (blocks of grid cells) from the arrays `kept` of a checkpoint. Raises UsageError if the
+    arrays belong to another division, e.g. of an earlier version."""
     if not np.array_equal(kept["layers"], slabs.layers):
         text = "the checkpoint was written by another version of pellucid (with other slabs)"
         raise UsageError(f"{text}: resume with that version, or start the run again")
@@ -187,7 +188,7 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 def _report_nothing(slabs: Slabs) -> None:
     """Reset the faults and sums of `slabs` to zero: kernels skip slabs (blocks of grid cells) without points and would
-    leave earlier values there."""
+    leave the values of earlier points."""
     for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 

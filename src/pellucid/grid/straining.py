@@ -34,18 +34,19 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 
 class Read(NamedTuple):
-    """Position, velocity, mass, volume and material state of a point, from which its new stress is computed, or the arrays of
-    all points."""
+    """Input of the loop `straining` at one point, or the arrays of all points: position, velocity, mass, volume and
+    material state before the step."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
     mass: Any  # [kg]
     volume: Any  # [m³]
-    state: Any  # state of the material law
+    state: Any  # state of the material law, such as stress and internal variables
 
 
 class Kept(NamedTuple):
-    """New position, volume and material state of a point, or the arrays of all points."""
+    """Output of the loop `straining` at one point, or the arrays of all points: position, volume and material state after
+    the step."""
 
     position: Any  # [m]
     volume: Any  # [m³]
@@ -55,21 +56,21 @@ class Kept(NamedTuple):
 class GatherMotion(NamedTuple):
     """Rule by which the velocity gradient and the velocity at a point are gathered from the nodes."""
 
-    cells: Any  # `NoCells` or `FullCells`
+    cells: Any  # `FullCells`, whose growth rates are added to the gradient, or `NoCells`
 
 
 class Strain(NamedTuple):
     """Operation at each point: computes volume and stress from the velocity gradient, and the new position if points move."""
 
     law: Any  # material law
-    cells: Any  # `NoCells` or `FullCells`
+    cells: Any  # `FullCells`, whose growth rates are included, or `NoCells`
     moving: float  # 1 if points move, else 0
 
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the relative volume growth rate [1/s] of a full cell (a cell that the fluid fills) minus that of its points,
-    for a point at `place` [m] in it; () without full cells.
+    """Return the relative volume growth rate [1/s] that the points of a full cell (a cell that the fluid fills) lack:
+    growth rate of the cell minus growth rate of its points, for a point at `place` [m] in the cell; () without full cells.
 
     cells: `NoCells` or `FullCells`, whose type selects the implementation.
     """

@@ -58,7 +58,7 @@ class Supports(NamedTuple):
 
     velocity: np.ndarray  # (supports, 3) prescribed velocity [m/s]
     mirror: np.ndarray  # (supports,) 1 for a wall, at which a body is mirrored; 0 for a clamp within a body
-    walls: YieldingWalls = no_walls()
+    walls: YieldingWalls = no_walls()  # walls that have friction or open
 
 
 @pointwise
@@ -84,8 +84,9 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Constrain node I at walls that have friction or open (release bodies that move away), or release it, according to its
-    mapped momentum, before the first step in which the node has mass; nodes: nodal arrays; supports: `Supports`."""
+    """Before the first step in which node I has mass, constrain the node at walls that have friction or open (release
+    bodies that move away), or release the node, if `leaves` returns True for the velocity of the momentum mapped from
+    points; nodes: nodal arrays; supports: `Supports`."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]

@@ -18,9 +18,9 @@ from pellucid.jit.parallel import joint_by_colour
 
 
 class ByNodes(NamedTuple):
-    """Rule that moves points with the nodal velocity, interpolated to them."""
+    """Rule for `move_points`: each point moves by the nodal velocity interpolated to the point, times the step."""
 
-    velocity: np.ndarray  # (nodes, 3) [m/s]
+    velocity: np.ndarray  # (nodes, 3) nodal velocity [m/s]
 
 
 @point_function(displacement, ByNodes)

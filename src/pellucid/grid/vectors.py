@@ -10,7 +10,8 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_vectors(s, mapped, values, target):
-    """Add Σ N times the vectors of the points of slab s (see `Slabs`) to `target`, shape (nodes, 3): maps them to the nodes.
+    """Map vectors of points to nodes: add Σ N times the vectors of the points of slab s (see `Slabs`) to `target`, shape
+    (nodes, 3).
 
     mapped: the points (`MappedPoints`); values: vectors of all points, shape (points, 3).
     """
@@ -24,10 +25,10 @@ def scatter_vectors(s, mapped, values, target):
 
 @kernel()
 def scatter_listed(mapped, position, listed, values, target):
-    """Add Σ N times the vectors of m listed points to `target`, shape (nodes, 3): maps them to the nodes.
+    """Map vectors of m listed points to nodes: add Σ N times the vectors to `target`, shape (nodes, 3).
 
     mapped: grid and shape functions (`MappedPoints`); position: positions of all points [m], shape (points, 3); listed:
-    numbers of the points, shape (m,); values: their vectors, shape (m, 3).
+    numbers of the points, shape (m,); values: vectors of the listed points, shape (m, 3).
     """
     functions, lattice = mapped.functions, mapped.lattice
     for e in range(len(listed)):

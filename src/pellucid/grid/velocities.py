@@ -38,14 +38,14 @@ MOTION_SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS
 
 
 class Read(NamedTuple):
-    """Position, velocity, mass and further data of a point, from which its new velocity is computed, or the arrays of all
-    points."""
+    """Input of the loop `taking_velocities` at one point, or the arrays of all points: position, velocity and mass, affine
+    field (APIC), and data for the work of the stress."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
     mass: Any  # [kg]
-    affine: Any  # affine field [1/s] and its energy, ten numbers; () for points without
-    worked: Any  # `Worked`, a volume, or ()
+    affine: Any  # affine field [1/s] and its energy per unit mass [J/kg], ten numbers; () for other transfers than APIC
+    worked: Any  # `Worked` with `Work`, the volume [m³] with `Rates`, () with `NoWork`
 
 
 class Worked(NamedTuple):
@@ -57,7 +57,8 @@ class Worked(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """New velocity, affine field and internal energy of a point, or the arrays of all points."""
+    """Output of the loop `taking_velocities` at one point, or the arrays of all points: velocity, affine field (APIC), and
+    internal energy with the heat of the transfer, after the step."""
 
     velocity: Any  # [m/s]
     affine: Any  # affine field [1/s] and its energy, or ()
@@ -80,20 +81,22 @@ class TakeVelocity(NamedTuple):
     energy."""
 
     transfer: Any  # `VelocityTransfer`
-    work: Any  # `NoWork`, `Work` or `Rates`
+    work: Any  # `NoWork`, `Work` or `Rates`, which selects what is computed in addition to velocities
 
 
 class NoWork(NamedTuple):
-    """Option for points that store no internal energy."""
+    """Value of `TakeVelocity.work` for points that store no internal energy: only velocities are computed."""
 
 
 class Work(NamedTuple):
-    """Option for points whose internal energy receives the work of the stress and, as heat, the kinetic energy that the
-    transfer between points and grid loses."""
+    """Value of `TakeVelocity.work` for points that store internal energy: the energy of a point receives the work of the
+    stress and, as heat, the kinetic energy that the transfer between points and grid loses."""
 
 
 class Rates(NamedTuple):
-    """Option for points that store no internal energy; the volume growth rates of the points are summed over each cell."""
+    """Value of `TakeVelocity.work` for points of a fluid with full cells (cells that the fluid fills) that store no
+    internal energy: in addition to velocities, the volume growth rate of each point [m³/s] is added to a sum of its grid
+    cell."""
 
 
 @generic
@@ -104,8 +107,9 @@ def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
 
 @generic
 def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
-    """Return, for a point that stores internal energy, its new internal energy and the heat of the transfer, both per unit mass
-    [J/kg], and the energy that it gained and the part of this that is heat, both [J]; () for other points.
+    """For a point that stores internal energy, return two pairs: the new internal energy and the heat of the transfer per
+    unit mass [J/kg]; the energy added to the point in the step, and the heat in this energy [J]. For other points return
+    two empty tuples.
 
     work: `NoWork`, `Work` or `Rates`; p: input values (`Read`); L: result of `mean_gradient`; heat: energy lost by the
     transfer [J/kg]. dt: step [s].
@@ -114,8 +118,8 @@ def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: flo
 
 @generic
 def volume_of(work: Any, p: Any) -> Any:
-    """Return the volume of a point [m³], which weights its growth rate in the sums of its cell; p: input values (`Read`); work:
-    `Work` or `Rates`."""
+    """Return the volume of a point [m³], by which its relative growth rate is multiplied before it is added to the sum of
+    its cell; p: input values (`Read`); work: `Work` or `Rates`."""
 
 
 @point_function(mean_gradient, NoWork)
@@ -187,7 +191,8 @@ def _rate_of_volume(task, p, g):
 
 
 class HeatArrays(NamedTuple):
-    """Arrays of a body whose points store internal energy: these energies, and the heat of the transfer."""
+    """Arrays of a body whose points store internal energy, to which `taking_velocities` writes: the specific internal
+    energy, and the energy that the transfer lost at each point in a step."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
     heat: np.ndarray  # (points,) energy lost by the transfer at each point in a step [J/kg]

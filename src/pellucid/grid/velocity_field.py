@@ -106,8 +106,8 @@ class VelocityField:
         self.external.drag_momentum[:] += momentum
 
     def drag_work(self, dt: float) -> float:
-        """Return the work of internal forces along the velocity that the nodes lost by drag, in half a step dt [s] [J]; see
-        `NodalMomentum.drag_work`."""
+        """Return the work [J] of internal forces along the decrease in nodal velocity that a drag caused at the start of a
+        step, over half the step dt [s]; see `NodalMomentum.drag_work`."""
         taken = self.external.drag_momentum
         return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
 
@@ -158,12 +158,14 @@ class VelocityField:
         return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
-        """Use the velocity that moved the points in this step also for straining them, at the nodes with the indices `node`."""
+        """At the nodes with the indices `node`, set the velocity that strains points (`strain_velocity`) to the velocity
+        that moved points in this step."""
         self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:
         """Return the works of the forces in the step dt [s], and the impulses on the nodes, after the last impulse, without
-        contact; None if the body computes them itself. Resets the nodal momentum to zero, so that it can be mapped again."""
+        contact; None if the body computes these works itself. Resets the nodal momentum to zero, so that momentum can be
+        mapped to the nodes again."""
         done = self._momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _, _ in self._given)]))
         works[: len(done.works)] = done.works
@@ -205,8 +207,8 @@ class VelocityField:
         `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL) of any process is not
         zero.
 
-        All processes need the same answer: the choice of the slabs that are summed again must not depend on where the rows
-        of slabs are divided among processes.
+        All processes return the same layers: the choice of the slabs that are summed again must not depend on where the
+        rows of slabs are divided among processes.
         """
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
@@ -234,8 +236,8 @@ class VelocityField:
         self._momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:
-        """Return the external forces of one channel (an entry of the energy balance for a load, with the number `row`) on the
-        nodes [N], shape (nodes, 3). Raises ValueError if no condition requested them."""
+        """Return the external forces of one channel (an entry of the energy balance for a load, with the number `row`) on
+        the nodes [N], shape (nodes, 3). Raises ValueError if no condition requested arrays for external forces."""
         load = np.asarray(self.external.loads[row])
         if not len(load):
             raise ValueError(f"no condition has requested external forces in the velocity field {self.name}")

@@ -14,20 +14,20 @@ from pellucid.jit import generic, point_function
 class Flip(NamedTuple):
     """FLIP: the velocity of a point changes by the nodal velocity increment over a step, interpolated to the point."""
 
-    flip: float = 1.0
+    flip: float = 1.0  # share of FLIP
 
 
 class Blend(NamedTuple):
     """Blend of FLIP, with the share `flip`, and PIC (points receive the interpolated nodal velocity), with the share 1 -
     `flip`."""
 
-    flip: float
+    flip: float  # share of FLIP, between 0 and 1
 
 
 class Apic(NamedTuple):
     """APIC: points receive the interpolated nodal velocity, and the affine velocity field C of the nodes around them."""
 
-    flip: float = 0.0
+    flip: float = 0.0  # share of FLIP
 
 
 VelocityTransfer = Flip | Blend | Apic

@@ -17,14 +17,14 @@ from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
 class Read(NamedTuple):
-    """Position and volume of a point, for the computation of its viscous stress, or the arrays of all points."""
+    """Input of the loops of implicit viscosity at one point, or the arrays of all points: position and volume."""
 
     position: Any  # [m]
     volume: Any  # [m³]
 
 
 class Kept(NamedTuple):
-    """Viscous stress of a point, or the array of all points."""
+    """Output of the loop `straining_by_viscosity` at one point, or the array of all points: the viscous stress."""
 
     stress: Any  # viscous stress [Pa]
 

@@ -40,8 +40,8 @@ class Bundle:
     are accessed as attributes of the bundle."""
 
     __slots__ = ("address", "compiled_type", "content", "memory", "type_name")
-    address: int
-    memory: np.ndarray
+    address: int  # address of `memory`, which compiled code receives
+    memory: np.ndarray  # the members as compiled code stores them; filled at the first call of a kernel
 
     def __init__(self, content: Any) -> None:
         self.content = content

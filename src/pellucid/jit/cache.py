@@ -41,7 +41,7 @@ class NotKept(UserWarning):
 
 class KernelCache(NullCache):  # type: ignore[misc]
     """Cache of one kernel on disk. If the folder cannot be written, compiled code lasts until the process ends. A file
-    whose content does not match its digest is replaced. Either case causes a warning, once in a process."""
+    whose content does not match its digest is replaced. In both cases a process issues a single warning."""
 
     def __init__(self, function: FunctionType) -> None:
         self.function = function
@@ -52,8 +52,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        """Return the kernel compiled for the argument types `sig`; None if this process must compile it. If another process
-        compiles it at present, wait for it. target_context: numba's target context."""
+        """Return the kernel compiled for the argument types `sig`; None if this process must compile the kernel. If another
+        process is compiling the kernel, wait until the result is in the cache. target_context: numba's target context."""
         sources, file = self._entry(sig, target_context)
         if sources is None:
             return None
@@ -119,7 +119,7 @@ def read_checked(file: Path) -> bytes:
 
 def write_checked(file: Path, data: bytes) -> None:
     """Write a file that starts with the digest of its data. The file is written completely or not at all, even if other
-    processes write it too."""
+    processes write the same file."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as beside:
         try:

@@ -28,8 +28,8 @@ def _descriptor(file: Path) -> int:
 
 
 def acquire(file: Path, key: str) -> bool:
-    """Lock a kernel among processes, by its hexadecimal key, in the lock file `file`; return True if it is locked. Returns
-    False at once if files cannot be locked, and after `LONGEST_WAIT` if another process still holds the lock."""
+    """Lock a kernel among processes, by its hexadecimal key, in the lock file `file`; return True if the kernel is locked.
+    Returns False at once if files cannot be locked, and after `LONGEST_WAIT` if another process still holds the lock."""
     end = time.monotonic() + LONGEST_WAIT
     try:
         descriptor = _descriptor(file)
@@ -54,14 +54,17 @@ def release(file: Path, key: str) -> None:
 
 
 class Held:
-    """Locks that a process holds for the kernels that it is compiling."""
+    """Locks of kernels that this process holds while it compiles them, so that no other process compiles the same kernels."""
 
     def __init__(self) -> None:
         self._held: list[tuple[Path, str]] = []
 
     def lock(self, file: Path, key: str) -> bool:
-        """Lock a kernel among processes until the end of the present `compiling` block; return True if it is locked;
-        arguments as in `acquire`."""
+        """Lock a kernel among processes until the end of the present `compiling` block; return True if the kernel is
+        locked.
+
+        file: lock file; key: hexadecimal key of the kernel; see `acquire`.
+        """
         if not acquire(file, key):
             return False
         self._held.append((file, key))

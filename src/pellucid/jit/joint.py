@@ -48,8 +48,8 @@ class JointRegion:
     def give(self, begin: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
         """Start joint loops by colour (loops over slabs in which neighbouring slabs never run at the same time).
 
-        begin: function that starts the loops; given: function that returns the arrays, of all nodes or of lists of nodes, to
-        which the loops add. It is called only if several processes share the rows of slabs.
+        begin: function that starts the loops; given: function that returns the arrays, of all nodes or of lists of nodes,
+        to which the loops add. `given` is called only if several processes share the rows of slabs.
         """
         if self.by_parity is not None and waiting[OPEN]:
             self._given += [array for array in given() if not any(array is known for known in self._given)]
@@ -58,7 +58,8 @@ class JointRegion:
             self.give_at_once(begin, given)
 
     def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Run joint loops at once, without deferring them; do: function that starts the loops; given: as in `give`."""
+        """Run joint loops at once, without deferring them; do: function that starts the loops; given: function that returns
+        the arrays to which the loops add, called only if several processes share the rows of slabs."""
         if self.by_parity is None:
             do()
         else:
@@ -69,9 +70,10 @@ class JointRegion:
             waiting[OPEN] = 1
 
     def make_room(self) -> None:
-        """Run the deferred loops before a body starts its own, if there might be no room for the latter.
+        """Run the deferred loops now if the memory for deferred loops might not suffice for the loops of one more body.
+        Called before a body starts its loops.
 
-        A loop without room would run at once, before deferred loops whose results it may use.
+        A loop without memory would run at once, before deferred loops whose results it may use.
         """
         if waiting[COUNT] > MOST - OF_A_BODY or waiting[USED] > ROOM - OF_A_BODY * BYTES_EACH:
             self._run()

@@ -11,10 +11,10 @@ from typing import Any
 
 @contextmanager
 def record_kernel_calls() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
-    """Context manager that records the kernels called from Python in the block, without running them. Yields a dictionary whose
-    keys, in call order, are pairs of a kernel and the types of its arguments.
+    """Context manager that records the kernels called from Python in the block, without running them. Yields a dictionary
+    whose keys, in call order, are pairs of a kernel and the types of its arguments.
 
-    Their output arrays stay unchanged. Kernels that return values run as plain Python.
+    Arrays that the kernels would fill stay unchanged. Kernels that return values run as plain Python.
     """
     from numba.core.registry import CPUDispatcher
 

@@ -23,12 +23,12 @@ os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
 
 def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator: compile a loop over points or nodes. Compiled code is stored on disk for each state of the sources that it
-    depends on.
+    """Decorator: compile a loop over points or nodes. Compiled code is stored on disk for each state of the sources on
+    which it depends.
 
-    inner: True for a kernel called only by other kernels; it is compiled without the interface to Python. inline: True for
-    an inner kernel that is inlined in each calling loop. allocates: True for a kernel that creates arrays other than by
-    `pellucid.jit.local`; it then counts references to all arrays.
+    inner: True for a kernel called only by other kernels, compiled without the interface to Python. inline: True for an
+    inner kernel that is inlined in each calling loop. allocates: True for a kernel that creates arrays other than by
+    `pellucid.jit.local`; the compiled kernel then counts references to all arrays.
     """
 
     def decorate(function: Any) -> Any:
@@ -97,7 +97,8 @@ def check_threads(threads: object) -> None:
 
 
 def set_threads(threads: int | None) -> int:
-    """Set the number of threads, or the number of cores if None; return the number in use. Results do not depend on it.
+    """Set the number of threads, or the number of cores if `threads` is None; return the number in use. Results of a
+    simulation do not depend on the number of threads.
 
     Raises UsageError for a number that this machine cannot use.
     """

@@ -15,12 +15,12 @@ from pellucid.jit.address import AddressType, address_of, by_address
 
 
 class LinkedKernel(NamedTuple):
-    """A compiled kernel, by function and argument types, to which other compiled code refers by name; it must be loaded before
-    this code."""
+    """A compiled kernel, by function and argument types, to which other compiled code refers by name; the kernel must be
+    loaded before this code."""
 
-    function: Any
-    arguments: tuple[Any, ...]
-    compiled: Any
+    function: Any  # Python function of the kernel
+    arguments: tuple[Any, ...]  # compiled types of its arguments
+    compiled: Any  # numba's result of the compilation
 
     @property
     def symbol(self) -> str:

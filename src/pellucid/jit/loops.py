@@ -25,10 +25,10 @@ from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 
 def parallel_loop(allocates: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that turns the kernel of a chunk into a parallel loop over chunks. The first argument of the kernel is
-    the index of the chunk; the first argument of the loop is the number of chunks.
+    """Return a decorator that turns the kernel of a chunk into a parallel loop over chunks. The first argument of the
+    kernel is the index of the chunk; the first argument of the loop is the number of chunks.
 
-    The kernel must not return a value, and exceptions that it raises are lost. Python and kernels can call the loop.
+    The kernel must not return a value; exceptions that the kernel raises are lost. Python and kernels can call the loop.
     allocates: see `kernel`.
     """
     return lambda function: _driver(function, parallel_for, [], allocates)

@@ -58,14 +58,14 @@ waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64
 
 
 class Chunks(NamedTuple):
-    """Chunks of a loop that belong to one colour, arranged in rows: number of the first chunk, chunks in a row, difference of
-    numbers within a row, difference of numbers between rows, total number of chunks."""
+    """Chunks of a loop that belong to one colour, as LLVM values in generated code: the chunks form rows, with constant
+    differences between the numbers of neighbouring chunks."""
 
-    first: Any
-    in_row: Any
-    step: Any
-    row_step: Any
-    count: Any
+    first: Any  # number of the first chunk
+    in_row: Any  # number of chunks in a row
+    step: Any  # difference of the numbers of neighbouring chunks in a row
+    row_step: Any  # difference of the numbers of the first chunks of neighbouring rows
+    count: Any  # total number of chunks
 
 
 @cache
@@ -205,8 +205,8 @@ def _define_run(module: Any, share: Any) -> Any:
 
 
 def _define_share(module: Any) -> Any:
-    """Define the LLVM function that runs on each thread (its own share of chunks first, then those left by other threads), and
-    return it."""
+    """Define and return the LLVM function that runs on each thread: first the thread's own share of chunks, then chunks
+    that other threads have not started."""
     function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
     done = _member(builder, task, DONE)

@@ -39,11 +39,11 @@ class MissingFunction(TypeError):
 
 
 class Generic(NamedTuple):
-    """A pointwise operation (a function with one implementation per type of its first argument): signature and
-    implementations."""
+    """A pointwise operation, declared with `@generic`: its signature, and the registered implementations, of which a call
+    uses the one for the type of the first argument."""
 
-    signature: inspect.Signature
-    implementations: dict[type, Callable[..., Any]]
+    signature: inspect.Signature  # arguments of all implementations
+    implementations: dict[type, Callable[..., Any]]  # by type of the first argument
     default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
     def of(self, kind: type) -> Callable[..., Any] | None:
@@ -101,7 +101,7 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
 
 def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return a decorator that registers a function as the implementation of `operation` for all types of the first argument
-    without their own one."""
+    for which no implementation is registered."""
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
         _generics[operation].default[:] = [implementation]
@@ -119,8 +119,8 @@ def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return a decorator by which kernels replace a function of one argument with the numba intrinsic of the same name in a
-    module, which is imported with the first kernel."""
+    """Return a decorator for a function of one argument: in kernels, the numba intrinsic of the same name in `module`
+    replaces the function. The module is imported with the first kernel."""
 
     def mark(function: Callable[..., Any]) -> Callable[..., Any]:
         _replaced[function] = module
@@ -142,8 +142,8 @@ def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., A
 
 
 def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:
-    """Return a list with the function of an operation (declared with `@generic`) for all types without their own one; an empty
-    list if there is none."""
+    """Return a list with the default function of an operation (declared with `@generic`), which applies to types without an
+    implementation; an empty list if there is none."""
     return _generics[operation].default
 
 

@@ -25,20 +25,21 @@ VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold
 
 
 class Lead(NamedTuple):
-    """Dependencies of the code of a function: digest of its code and constants, and the functions, operations and named tuple
-    classes that it uses."""
+    """Dependencies of the code of one function, from which the digest of a kernel is computed: digest of the code and its
+    constants, and the functions, pointwise operations and named tuple classes that the code uses."""
 
-    digest: str
-    functions: list[FunctionType]
-    operations: list[Any]
-    classes: list[type]
+    digest: str  # of the code and the constants of the function
+    functions: list[FunctionType]  # functions and kernels that the code uses
+    operations: list[Any]  # pointwise operations that the code uses
+    classes: list[type]  # named tuple classes that the code uses
 
 
 class Sources(NamedTuple):
-    """Dependencies of a kernel: its digest, and the named tuple classes in it by module and name."""
+    """Dependencies of a kernel that is called with certain argument types: the digest under which the cache stores the
+    compiled kernel, and the named tuple classes in the kernel."""
 
-    digest: str
-    classes: dict[tuple[str, str], type]
+    digest: str  # of all code and constants that the kernel uses
+    classes: dict[tuple[str, str], type]  # named tuple classes in the kernel, by module and name
 
 
 def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type]) -> Sources | None:
@@ -160,7 +161,7 @@ def from_versioned(module: str | None) -> bool:
 
 
 def follow(value: Any, lead: Lead) -> str:
-    """Return a text that identifies a value used by a function, and add the functions, operations and classes in it to
+    """Return a text that identifies a value used by a function, and add functions, operations and classes in this value to
     `lead`."""
     if registry.is_operation(value):
         lead.operations.append(value)
@@ -185,7 +186,7 @@ def follow(value: Any, lead: Lead) -> str:
 
 @cache
 def file_digest(path: str) -> str:
-    """Return the SHA-256 digest of a file, or its path if it cannot be read.
+    """Return the SHA-256 digest of a file, or the path if the file cannot be read.
 
     The digest represents a function whose implementation an extension of the compiler may replace.
     """

@@ -10,9 +10,11 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
 class ActiveCondition:
-    """A condition in a run, or several conditions of one class, which acts at the stages of a step whose methods it overrides.
+    """A condition in a run, or several conditions of one class: base class whose methods are called at the stages of a
+    step; a condition overrides the methods of those stages at which it acts.
 
-    Its state is stored in arrays of a body, which checkpoints include, or in its `state_numbers`.
+    The state of a condition is stored in arrays of a body, which checkpoints include, or in the `state_numbers` of the
+    condition.
     """
 
     def try_out(self) -> None:
@@ -22,13 +24,13 @@ class ActiveCondition:
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s].
 
-        dt: increment of the time of the loads in this step [s]; it is 0 while bodies settle or are relaxed.
+        dt: increment of the time of the loads in this step [s]; 0 while bodies settle or are relaxed.
         """
 
     def act_on_nodes(self, dt: float) -> None:
         """Apply impulses to the grid nodes, after their momentum was advanced by a step dt [s] and before contact.
 
-        See `VelocityField.add_impulses`, which also computes their work.
+        Use `VelocityField.add_impulses`, which also computes the work of the impulses.
         """
 
     def end(self, dt: float) -> None:
@@ -48,22 +50,23 @@ class ActiveCondition:
         return ()
 
     def work(self) -> StepWork | None:
-        """Return the works and the impulse of the condition over the step; None if the nodes or bodies on which it acts compute
-        them."""
+        """Return the works [J] and the impulse [N s] of the condition over the step as a `StepWork`; None if the nodes or
+        bodies on which the condition acts compute these values."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Return the impulses of the condition over the step [N s], shape (3,) each, by the names under which probes read them;
-        empty if the nodes and bodies that the condition acts on report them by name."""
+        """Return the impulses of the condition over the step [N s], shape (3,) each, by the names under which probes read
+        these impulses; empty if the nodes and bodies on which the condition acts report them by name."""
         return {}
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of the time step due to the condition itself rather than to the body on which it acts."""
+        """Return the limit of the time step that the condition requires in addition to the limits of the bodies; NO_LIMIT
+        if there is none."""
         return NO_LIMIT
 
     def at_stake(self) -> float:
-        """Return the energy that the condition stores at the start and could release [J]; it is part of the energy relative to
-        which the error of the energy balance is measured."""
+        """Return the energy that the condition stores at the start and could release [J]. This energy is added to the
+        reference with which the error of the energy balance is compared."""
         return 0.0
 
     def warning(self) -> str | None:

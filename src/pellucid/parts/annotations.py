@@ -1,4 +1,5 @@
-"""Types for the annotations of condition and body models. They are imported only for type checks, not to read a case."""
+"""Types for the annotations of condition and body models. Other modules import this one only for type checks, not to read a
+case."""
 
 from typing import TYPE_CHECKING
 

@@ -19,11 +19,12 @@ NO_AXES, NO_PERIODS = (False, False, False), (0.0, 0.0, 0.0)
 
 
 class AssembledBody(NamedTuple):
-    """A built body, its model, and the actions on the nodes of its velocity field (None if the case has no grid)."""
+    """A body in an `Assembly`, which conditions access: the built body, its model, and the actions on the nodes of its
+    velocity field."""
 
-    body: Body
-    model: BodyModel
-    actions: NodalActions | None
+    body: Body  # as built
+    model: BodyModel  # as defined in the case
+    actions: NodalActions | None  # on the nodes of its velocity field; None if the case has no grid
 
     @property
     def velocity_field(self) -> VelocityField | None:
@@ -42,8 +43,8 @@ class AssembledBody(NamedTuple):
         return not x, not y, not z
 
     def offers(self, capability: type[Capability]) -> Capability:
-        """Return the body, typed as having a capability (a class of `pellucid.parts.capabilities`). Raises ValueError if the
-        body lacks it, which its model should have reported."""
+        """Return the body of this entry, typed as having a capability (a class of `pellucid.parts.capabilities`). Raises
+        ValueError if the body lacks the capability, which an error of the case should have reported before the run."""
         if not isinstance(self.body, capability):
             raise ValueError(f"body {self.body.name} lacks the capability `{capability.__name__}`; its model must report this")
         return self.body
@@ -79,9 +80,10 @@ class Assembly(NamedTuple):
     layout: WorkLayout  # columns of the work channels in a row of works
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
-        """Return a function that adds external forces [N], shape (n, 3), in storage order, to the points of a body over a step.
+        """Return a function that adds external forces [N], shape (n, 3), in storage order, to the points of a body over a
+        step.
 
-        body: its name; channel: name of the entry of the energy balance that receives the work of the forces.
+        body: name of the body; channel: name of the entry of the energy balance that receives the work of the forces.
         """
         takes, column = self.bodies[body].offers(TakesExternalForces), self.load_column(body, channel)
         return lambda force: takes.add_external_force(force, column)

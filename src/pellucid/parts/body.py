@@ -60,13 +60,13 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def n_told(self) -> int:
-        """Number of points of the body in results. It includes points that left the grid, unless new points can take their
-        place."""
+        """Number of points of the body in messages and summaries: all points, including points that left the grid; if
+        points can enter the body, only the points present."""
         return self.n_points
 
     @property
     def n_stress_points(self) -> int:
-        """Number of points at which stresses are computed; it determines the computing time."""
+        """Number of points at which stresses are computed; the computing time of a step depends on this number."""
         return self.n_points
 
     @property
@@ -193,7 +193,8 @@ class Body(ConstrainedPoints, ABC):
         """
 
     def stored_field(self, name: str) -> np.ndarray:
-        """Return a field of the points that have not left the grid, in storage order; see `field`."""
+        """Return the field with this name for the points that have not left the grid, in storage order; units in
+        `pellucid.state.FIELDS`."""
         return self.field(name)
 
     def no_field(self, name: str) -> UnknownName:

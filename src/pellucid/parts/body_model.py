@@ -58,8 +58,8 @@ class BodyModel(Part):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Declare the `fields` of a new kind of body, so that results can store them. Raises TypeError if their names are
-        already used."""
+        """Declare the additional `fields` of a new kind of body, so that results can store these fields. Raises TypeError
+        if a name is already used."""
         super().__pydantic_init_subclass__(**arguments)
         for name, field in cls.fields.items():
             declare_field(name, field, cls.__name__)
@@ -81,8 +81,8 @@ class BodyModel(Part):
         """Return the lower and upper corner of the body's bounding box at the start [m], each of shape (3,)."""
 
     def standing(self, grid: GridCase) -> Standing:
-        """Return the initial positions of the points on the grid; without points if they are known only when the body is built.
-        Raises CaseError if the body cannot be placed."""
+        """Return the initial positions of the points on the grid; without points if the positions are known only when the
+        body is built. Raises CaseError if the body cannot be placed."""
         return Standing(np.zeros((0, 3)))
 
     @abstractmethod
@@ -115,7 +115,7 @@ class BodyModel(Part):
         """Raise CaseError for errors that appear only during set-up, if they can be found quickly. Optional."""
 
     def start_warnings(self) -> Iterator[str]:
-        """Yield warnings about probable mistakes in the case that do not prevent a run; the body is not built for this."""
+        """Yield warnings about probable mistakes in the case that do not prevent a run, found without building the body."""
         yield from ()
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
@@ -281,7 +281,8 @@ class BodyModel(Part):
         return None if self.moves else NO_LIMIT
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return an estimate of the step limit once the body moves; arguments as in `step_limit`."""
+        """Return an estimate of the largest stable time step once the body moves; None if it is known only when the body is
+        built. cell, is_driven: see `step_limit`."""
         return self.step_limit(cell, is_driven)
 
     def fastest_at_start(self, places: np.ndarray) -> float:
@@ -298,8 +299,8 @@ class BodyModel(Part):
 
 
 def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:
-    """Return the nodes and faces of a body from which regions in the case select, if they are known before the body is built,
-    else None; parts: all parts of the case."""
+    """Return the nodes and faces of a body from which regions in the case select, if these are known before the body is
+    built, else None; parts: all parts of the case."""
     of, grid = body.selectable(), parts.grid
     return of if of is None or grid is None else of._replace(periods=grid.periods())
 

@@ -1,7 +1,8 @@
-"""Optional capabilities of bodies; conditions, contact and the clock test for each of these classes.
+"""Optional capabilities of bodies, one class for each; conditions, contact and the clock test with `isinstance` whether a
+body has a capability.
 
-A kind of body declares its capabilities as base classes, whose methods it must then define; a user-defined kind only needs the
-methods. The model of a body checks before a run which conditions of a case it supports, so that the tests here succeed.
+A kind of body declares its capabilities as base classes, whose methods it must then define; a user-defined kind only needs
+the methods. The model of a body checks before a run which conditions of a case it supports, so that these tests succeed.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -38,8 +39,10 @@ class TakesPressure(Protocol):
     """A membrane on which a pressure can act along the normals."""
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals over this step; column: as in
-        `TakesExternalForces.add_external_force`."""
+        """Add the forces of a pressure [Pa] along the normals over this step.
+
+        column: place of the work of these forces in arrays of works, see `pellucid.energy`.
+        """
 
 
 @runtime_checkable
@@ -49,7 +52,8 @@ class TakesTractions(Protocol):
     def add_traction(self, traction: "Traction", column: int, label: str) -> None:
         """Add the forces of a traction (force per unit area) on the surface over this step.
 
-        column: as in `TakesExternalForces.add_external_force`; label: name of the load for users.
+        column: place of the work of these forces in arrays of works, see `pellucid.energy`; label: name of the load for
+        users.
         """
 
 
@@ -58,10 +62,10 @@ class TakesDrag(Protocol):
     """A body with inertia that a drag (a force against its velocity) can slow."""
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Apply a drag, which reduces velocities at a rate [1/s], over this step dt [s].
+        """Apply a drag over this step dt [s], which reduces velocities at a rate [1/s].
 
-        Returns the energy [J] that the body lost by it and the impulse on the body [N s], shape (3,), as far as the body
-        does not compute these itself.
+        Returns the energy [J] that the drag removed from the body, and the impulse of the drag on the body [N s], shape
+        (3,); both are zero if the body itself reports them to the energy balance.
         """
 
 
@@ -77,7 +81,7 @@ class TakesGravity(Protocol):
 
 
 class NodalSupport(NamedTuple):
-    """A support on nodes of a body with its own nodes."""
+    """A support as it constrains nodes of a body with its own nodes: nodes, directions and prescribed velocity."""
 
     nodes: np.ndarray  # (n,) mask of the constrained nodes
     axes: tuple[bool, bool, bool]  # True for the constrained directions
@@ -102,8 +106,8 @@ class ReleasesSupports(Protocol):
     """A body that must be notified when supports release nodes of the body or of the grid during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Deactivate the supports with these numbers (indices in the list of supports); all other supports of the body are
-        active."""
+        """Set which supports act on the body from now on: all supports of the body except those with these numbers (indices
+        in the list of supports)."""
 
 
 @runtime_checkable
@@ -171,7 +175,7 @@ class HasMesh(Protocol):
         """Return the distribution of loads on triangles of the surface to the nodes of the body; faces: node numbers of the
         triangles, shape (f, 3).
 
-        Called when all conditions are known, as its shape functions may depend on them.
+        Called when all conditions are known, as the shape functions of the body may depend on the conditions.
         """
 
 
@@ -180,7 +184,7 @@ class HasMesh(Protocol):
 
 @runtime_checkable
 class HasContactSurface(Protocol):
-    """A body with which others can have contact by its surface."""
+    """A body that can make a contact surface, by which other bodies can have contact with this body."""
 
     has_surface: bool = True
     """True if the body has a surface of its own; False for fluids."""

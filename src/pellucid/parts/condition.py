@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class Swing(NamedTuple):
-    """Oscillation of bodies against the elastic force of a condition: cause of a step limit, and reason as text for the
-    user."""
+    """Texts for the step limit of bodies that oscillate against the elastic force of a condition: cause as a word
+    (`StepLimit.cause`), and reason as a phrase for the user."""
 
-    cause: Cause = "spring"
+    cause: Cause = "spring"  # word for the cause, as in `StepLimit`
     reason: str = "it oscillates under this condition"
 
 
@@ -57,8 +57,8 @@ class Condition(Part):
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
-        """Return the condition as it acts in a case with these bodies and conditions, e.g. with defaults that depend on them;
-        thin: True for axes along which the grid is one cell thick."""
+        """Return the condition as it acts in a case with these bodies and conditions, e.g. with defaults that depend on
+        other parts of the case; thin: True for axes along which the grid is one cell thick."""
         return self
 
     @classmethod

@@ -8,7 +8,8 @@ from pellucid.contact.contact_body import ContactResponse
 
 
 class PointConstraint(Protocol):
-    """Prescribes the motion of points (prescribed motion or rigidity) by overwriting the results of grid-to-particle (G2P)."""
+    """Interface of a constraint that prescribes the motion of the points of a body, by a prescribed motion or as a rigid
+    body: it overwrites velocities and positions that grid-to-particle (G2P) computed."""
 
     strains: bool
     """True if the points are strained by the grid; False for a rigid body, whose positions the constraint sets."""
@@ -16,11 +17,11 @@ class PointConstraint(Protocol):
     """Largest prescribed velocity along an axis [m/s]."""
 
     def prescribe_velocities(self) -> None:
-        """Set the velocities of the points to the prescribed ones after grid-to-particle (G2P), before momentum and energy are
-        summed."""
+        """Overwrite the velocities of the points with the prescribed velocities after grid-to-particle (G2P), before
+        momentum and energy are summed."""
 
     def prescribe_positions(self) -> None:
-        """Set the positions of the points to the prescribed ones after they moved."""
+        """Overwrite the positions of the points with the prescribed positions after the points moved."""
 
 
 @runtime_checkable
@@ -63,7 +64,7 @@ class RigidConstraint(PointConstraint, Protocol):
 
 
 class ConstrainedPoints:
-    """Points whose motion a condition can prescribe."""
+    """Base class of bodies: points whose motion a condition can prescribe by a `PointConstraint`."""
 
     name: str
     constraint: PointConstraint | None = None

@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 
 class TransferLoss(NamedTuple):
-    """Kinetic energy lost by the transfers between points and grid in a step [J]; see `pellucid.grid.transfer_heat`."""
+    """Kinetic energy [J] of a body lost by the transfers between points and grid in a step: total and parts; see
+    `pellucid.grid.transfer_heat`."""
 
-    total: float = 0.0
+    total: float = 0.0  # whole loss
     lumping: float = 0.0
     """Part of the loss due to the lumped mass matrix."""
     kept: float = 0.0
@@ -69,13 +70,13 @@ class GridBody(Body):
 
     @abstractmethod
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """Run the loops over points of `grid_to_particle` in the joint parallel region of all bodies; see `pellucid.jit.joint`;
-        arguments as in `grid_to_particle`."""
+        """Run the loops over points of `grid_to_particle` over a step dt [s] in the joint parallel region of all bodies,
+        see `pellucid.jit.joint`; remap: True to map the momentum of the points to the nodes again."""
 
     @abstractmethod
     def end_grid_to_particle(self, remap: bool) -> None:
-        """Complete `grid_to_particle` after the joint parallel region, e.g. apply constraints and add up the sums over points;
-        remap: as there."""
+        """Complete `grid_to_particle` after the joint parallel region, e.g. apply constraints and add up the sums over
+        points; remap: True if momentum was mapped to the nodes again."""
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Update velocity gradients, volumes and stresses over a step dt [s]; if `move`, also positions."""
@@ -84,13 +85,13 @@ class GridBody(Body):
 
     @abstractmethod
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Run the loops over points of `update_stress` in the joint parallel region of all bodies; see `pellucid.jit.joint`;
-        arguments as in `update_stress`."""
+        """Run the loops over points of `update_stress` over a step dt [s] in the joint parallel region of all bodies, see
+        `pellucid.jit.joint`; move: True to move the points as well."""
 
     @abstractmethod
     def end_stress(self, dt: float, move: bool) -> None:
-        """Complete `update_stress` after the joint parallel region, e.g. apply constraints and add up the sums over points;
-        arguments as in `update_stress`."""
+        """Complete `update_stress` after the joint parallel region, e.g. apply constraints and add up the sums over points.
+        dt: step [s]; move: True if the points were moved as well."""
 
     @abstractmethod
     def update_positions(self, dt: float) -> None:
@@ -114,8 +115,8 @@ class NodalBody(Body):
         """Solve the equation of motion without contact over a step dt [s].
 
         A body that uses the grid also maps its mass and momentum to the grid, since contact needs the momentum of the grid
-        nodes at the end of the step. It maps either this momentum itself, or the current momentum together with the internal
-        and external forces and gravity.
+        nodes at the end of the step. The body maps either the momentum at the end of the step, or its present momentum
+        together with the internal and external forces and gravity.
         """
 
     @abstractmethod

@@ -34,15 +34,15 @@ PartType = TypeVar("PartType", bound=Model)
 
 
 class Section(NamedTuple):
-    """The contents of a key of a case: one table, or a list of tables (`is_list`); `is_written` is False if the case omits
-    the key."""
+    """The contents of a key of a case, one table or a list of tables: the tables with their class, and whether the case
+    gives the key. `Parts` holds a section for each key."""
 
     base: type[Model]
     """Class of the tables, or the common base class of their kinds."""
     items: Sequence[Model | str | None]
     """Each table; for an invalid table only its name, or None."""
-    is_list: bool
-    is_written: bool = True
+    is_list: bool  # True for a list of tables, False for one table
+    is_written: bool = True  # False if the case omits the key
 
 
 class Parts:
@@ -121,8 +121,8 @@ class Parts:
         return next((part for part in self.of(kind) if name_of(part) == name), None)
 
     def unknown(self, kind: type[Model], path: Path, name: str) -> Iterator[Finding]:
-        """Yield an error if no part (table) of the case that belongs to a class, `kind`, has this name; no error if some of
-        their names are not known. path: location of the key with the name."""
+        """Yield an error if no part (table) of the case that belongs to a class, `kind`, has this name; no error if the
+        names of some such parts are not known. path: location of the key with the name."""
         names = self.names(kind)
         if name not in names and self.are_named(kind):
             what = " or ".join(key for key, section in self.sections.items() if issubclass(section.base, kind))
@@ -135,7 +135,8 @@ class Parts:
 
 
 def name_of(part: Model | str | None) -> str | None:
-    """Return the name of a part (table) of a case, or None if it has none. An invalid part is given by its name alone."""
+    """Return the name of a part (table) of a case, or None if the table has no name. part: the table; an invalid table is
+    given by its name alone, or by None."""
     return part if part is None or isinstance(part, str) else getattr(part, "name", None)
 
 

@@ -25,17 +25,18 @@ class Springs(NamedTuple):
 
 @runtime_checkable
 class Relaxable(Protocol):
-    """A body that can be relaxed to equilibrium."""
+    """A body that can be brought to equilibrium by dynamic relaxation (`pellucid.simulation.steady`)."""
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Prepare the body for a dynamic relaxation; scaled: True to scale the inertia of the nodes so that all have the same
-        stable step."""
+        """Prepare the body for a dynamic relaxation; scaled: True to scale the inertia of the nodes so that all nodes have
+        the same stable step."""
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
-        """Set the damping for the coming step: its velocities are multiplied by `keep`, and its velocity increments
-        (acceleration times dt) by `gain`.
+        """Set the damping for the coming step: the velocities of the nodes are multiplied by `keep`, and their velocity
+        increments (acceleration times dt) by `gain`.
 
-        load_rate: increment of the time of the loads over the length of the step; gravity_share: fraction of gravity that acts.
+        load_rate: increment of the time of the loads over the length of the step; gravity_share: fraction of gravity that
+        acts.
         """
 
     def springs(self) -> Springs:

@@ -9,12 +9,12 @@ Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "
 
 
 class StepLimit(NamedTuple):
-    """The largest stable time step [s], infinite if there is no limit; a word for the cause, and a phrase with the reason for
-    the user."""
+    """A limit of the stable time step of a body or condition: the step [s], its cause as a word, and the reason as a phrase
+    for messages."""
 
-    step: float
-    cause: Cause
-    reason: str
+    step: float  # largest stable time step [s]; infinite if there is no limit
+    cause: Cause  # word for the cause, such as "wave"
+    reason: str  # phrase with the reason, for the user
 
 
 EXPLAINS = 0.01
@@ -68,7 +68,9 @@ def bending_in_mesh(rate: float) -> StepLimit:
 
 
 def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """Return the smaller of the step limits of `waves_in_cells` and `spread_in_cells`; arguments: see these functions."""
+    """Return the smaller of two step limits: of waves at the speed `wave` [m/s] in a body that moves at `speed` [m/s], and
+    of momentum that diffuses with a kinematic viscosity `diffusivity` [m²/s], for cells of the size `cell` [m]; cause: word
+    for messages if waves limit the step."""
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])
 
 
@@ -124,12 +126,9 @@ def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
 
 
 def signals_seen(cell: float, rate: float, diffusivity: float, speed: float, cause: Cause = "wave") -> StepLimit:
-    """Return the step limit 1/rate for the rate [1/s] at which signals cross cells of the size `cell` [m] in a run, with its
-    probable reason.
-
-    The reason is the kinematic viscosity `diffusivity` [m²/s] if it explains the rate, otherwise waves in a body that moves
-    at `speed` [m/s]. cause: word for messages if it is waves.
-    """
+    """Return the step limit 1/rate for the rate [1/s] at which signals cross cells of the size `cell` [m] in a run, with
+    its probable reason: viscosity if the kinematic viscosity `diffusivity` [m²/s] explains the rate, otherwise waves in a
+    body that moves at `speed` [m/s]. cause: word for messages if the reason is waves."""
     spread = spread_in_cells(cell, diffusivity)
     if spread.step * rate < 1.0 + EXPLAINS:
         return spread

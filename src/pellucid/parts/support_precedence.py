@@ -68,8 +68,8 @@ def is_across(support: "NodalSupport", axis: int) -> bool:
 
 
 def _rank(support: "NodalSupport", axis: int) -> tuple[bool, float, float, tuple[int, int], float]:
-    """Return a sort key of a support that constrains a face of the grid; it is larger for a higher precedence along an axis
-    (0, 1, 2)."""
+    """Return a sort key of a support that constrains a face of the grid; a larger key means a higher precedence along an
+    axis (0, 1, 2)."""
     velocity, face = support.velocity[axis], support.face or (0, 0)
     return is_across(support, axis), -support.until, -abs(velocity), face, velocity
 

@@ -1,4 +1,4 @@
-"""Loads on the surface of a body that evaluates them itself at any time within a step."""
+"""Loads on the surface of a body that evaluates the loads itself, at any time within a step."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -22,5 +22,5 @@ class ActingTraction(NamedTuple):
     """A traction (force per unit area) that acts on a body over a step."""
 
     column: int  # column of the work of the traction in a row of works
-    traction: Traction
+    traction: Traction  # function of points on the surface and time that returns the traction [Pa]
     label: str  # name of the load for users

@@ -2,9 +2,10 @@
 (`pellucid.grid.sorting`); a row contains all slabs in the same layers of cells along one axis.
 
 Loops by colour add to nodes row by row. With several processes, the even rows of all processes are added first. At a cut
-between two processes, the process whose adjacent row is even then sends the sums of the nodes that both sides reach. The
-other process, whose row is odd, adds to these sums and sends the complete sums back. All sums are therefore formed in the
-order of a single process, whatever is added. Nodes that points of a process reach have complete sums there.
+between two processes, the process whose adjacent row is even then sends the sums of the nodes that points on both sides of
+the cut reach. The process whose adjacent row is odd adds to these sums and sends the complete sums back. All sums are
+therefore formed in the order of a single process, whatever quantity is added. Nodes that points of a process reach have
+complete sums in this process.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,8 +23,8 @@ EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
 
 
 class OfListed(NamedTuple):
-    """Values at a list of grid nodes, in the order of the list. Points add to them in parallel loops over slabs (blocks of
-    grid cells)."""
+    """An array of values at a list of grid nodes, to which points add in parallel loops over slabs (blocks of grid cells);
+    `Domain` exchanges these values between processes."""
 
     values: np.ndarray  # (n, ...) values of the listed nodes, or the same values flattened
     node: np.ndarray  # (n,) numbers of the listed grid nodes
@@ -33,7 +34,8 @@ Given = np.ndarray | OfListed
 
 
 class Rows(NamedTuple):
-    """Rows of slabs (blocks of cells) of a grid, and the data to find their nodes."""
+    """Division of a grid into rows of slabs (blocks of cells), with the numbers from which `Domain` finds the nodes of a
+    row."""
 
     edges: np.ndarray  # (rows + 1,) first layer of nodes of each row, and the end
     across: int  # slabs in a row
@@ -57,8 +59,8 @@ def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
 
 
 class Domain:
-    """Rows of slabs (blocks of grid cells) that this process owns, i.e. whose points it computes, and exchange of sums with
-    other processes. It owns all rows until `cut` distributes them."""
+    """Rows of slabs (blocks of grid cells) that this process owns, i.e. whose points this process computes, and exchange of
+    sums between processes. A process owns all rows until `cut` distributes the rows."""
 
     def __init__(self) -> None:
         self.group = processes
@@ -74,8 +76,8 @@ class Domain:
 
     def cut(self, rows: Rows, cost: np.ndarray) -> None:
         """Distribute the rows of slabs (blocks of grid cells) so that all processes have about the same total cost; cost:
-        estimate for each row in any unit, shape (rows,). If there are more processes than rows, the last processes get
-        none."""
+        estimate for each row in any unit, shape (rows,). If there are more processes than rows, the last processes get no
+        rows."""
         self._rows = rows
         self._take_rows(cuts_of(cost, self.group.size))
         self.is_cut = self.group.size > 1
@@ -106,8 +108,8 @@ class Domain:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Context manager that ends all processes if one of them raises an error; an error raised by all is raised in each
-        process."""
+        """Context manager that ends all processes if one of them raises an error in the block; an error that every process
+        raises does not end them but is raised in each."""
         try:
             yield
         except BaseException as error:
@@ -130,7 +132,7 @@ class Domain:
 
     def _hand_on(self, parity: int, given: Sequence[Given]) -> None:
         """Exchange nodal sums at the cuts between processes: processes whose row at the cut has this parity (0 even, 1 odd)
-        send the sums of the nodes that both sides reach, the others receive them.
+        send the sums of the nodes that points on both sides of the cut reach, the other processes receive these sums.
 
         given: nodal arrays.
         """
@@ -165,8 +167,8 @@ class Domain:
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
     def spread(self, of_nodes: np.ndarray) -> None:
-        """Complete nodal values, shape (nodes, ...), in place on every process: nodes that its points do not reach get the
-        values of other processes."""
+        """Complete nodal values, shape (nodes, ...), in place on every process: nodes that the points of a process do not
+        reach get the values of other processes."""
         if self.is_cut:
             of_nodes[...] = self.of_nodes(of_nodes)
 
@@ -184,21 +186,21 @@ class Domain:
         return (layer >= first) & (layer < end)
 
     def complete(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Fill an array with one entry per slab, shape (slabs, ...), in place with the entries that other processes computed,
-        and return it."""
+        """Fill an array with one entry per slab, shape (slabs, ...), in place with the entries that other processes
+        computed, and return the array."""
         if self.is_cut:
             of_slabs[...] = self.group.joined(of_slabs[self.slabs], np.diff(self._cuts) * self._rows.across)
         return of_slabs
 
     def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Return the sums of values per slab, shape (slabs,), over the slabs of each row, shape (rows,); a row is a layer
-        of the grid that is cut into slabs."""
+        """Add up values per slab, shape (slabs,), over the slabs of each row, and return the sums, shape (rows,); a row
+        consists of the slabs in the same layers of the grid."""
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
-        """Return begin and end of the data for the rows of slabs (blocks of grid cells) of this process and the two
-        neighbouring rows, whose nodes its points can reach; of_row: begin of the data of each row, and the end, shape (rows
-        + 1,)."""
+        """Return begin and end, in an array ordered by rows, of the data for the rows of slabs (blocks of grid cells) of
+        this process and the two neighbouring rows, whose nodes points of this process can reach; of_row: begin of the data
+        of each row, and the end, shape (rows + 1,)."""
         n = len(of_row) - 1
         rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
         return int(of_row[rows[0]]), int(of_row[rows[1]])
@@ -258,8 +260,8 @@ class Domain:
 
     @contextmanager
     def told_by(self, slab: int) -> Iterator[bool]:
-        """Context manager that yields True in the process that owns the slab (a block of grid cells) with this number; an
-        error raised there is raised in all processes."""
+        """Context manager that yields True in the process that owns the slab (a block of grid cells) with the number
+        `slab`, else False; a `PellucidError` raised in the block of the owner is raised in all processes."""
         process = int(np.searchsorted(self._cuts * self._rows.across, slab, side="right")) - 1 if self.is_cut else 0
         has_it, error = not self.is_cut or process == self.group.rank, None
         try:

@@ -1,4 +1,4 @@
-"""The group of processes that share a simulation, and collective operations on it."""
+"""The group of processes that share a simulation, and operations in which all these processes take part."""
 
 import os
 import sys
@@ -28,7 +28,8 @@ Value = TypeVar("Value")
 
 
 class Group:
-    """The group of processes that share a simulation; it contains only this process until `join` is called."""
+    """The group of processes that share a simulation, for exchanging data between them; contains only this process until
+    `join` is called."""
 
     rank, size = 0, 1
     here = 1
@@ -54,8 +55,8 @@ class Group:
         return self.rank == 0
 
     def join(self) -> None:
-        """Join the processes that a launcher started together with this one, if there are any. Raises UsageError if mpi4py
-        is not installed, or belongs to another MPI."""
+        """Join the processes that a launcher such as mpirun started together with this process, if there are any. Raises
+        UsageError if mpi4py is not installed, or belongs to another MPI library than the launcher."""
         started = max(int(os.environ.get(name, "1")) for name in SIZES)
         if self._comm is not None or started == 1:
             return
@@ -83,7 +84,7 @@ class Group:
             return float(self._comm.allreduce(value, op=self._mpi.MAX))
 
     def told(self, value: Value, by: int = 0) -> Value:
-        """Broadcast a value from the process with the number `by` to all processes; return it."""
+        """Broadcast a value from the process with the number `by` to all processes, and return this value."""
         if self.size == 1:
             return value
         with self._waiting():
@@ -102,8 +103,8 @@ class Group:
             return np.sum(self._comm.allgather(own), axis=0)
 
     def joined(self, own: np.ndarray, lengths: np.ndarray | None = None, to_first: bool = False) -> np.ndarray:
-        """Gather the rows of the arrays of all processes, in the order of the processes; own: array of this process. With
-        `to_first`, other processes than the first get no rows.
+        """Gather the rows of the arrays of all processes in the order of the processes, and return all rows; own: array of
+        this process. If `to_first` is set, only the first process gets the rows, and all others get no rows.
 
         lengths: number of rows of each process; None if unknown.
         """
@@ -122,7 +123,8 @@ class Group:
         return found
 
     def exchanged(self, rows: np.ndarray, send: np.ndarray, receive: np.ndarray) -> np.ndarray:
-        """Send rows to the other processes and return the rows received from them, both in the order of the processes.
+        """Send rows to the other processes and return the rows received from them; rows sent and rows received are ordered
+        by process.
 
         send, receive: number of rows sent to and received from each process, shape (processes,).
         """
@@ -140,7 +142,8 @@ class Group:
             return np.array(self._comm.alltoall(for_each.tolist()))
 
     def agrees(self, seconds: float) -> bool:
-        """Return True if all processes reach this call within this time [s], False as soon as it has passed."""
+        """Return True if all processes call this method within `seconds` of wall-clock time, otherwise False after this
+        time."""
         if self.size == 1:
             return True
         end, request = time.monotonic() + seconds, self._comm.Ibarrier()
@@ -151,12 +154,12 @@ class Group:
         return True
 
     def wait(self) -> None:
-        """Wait until all processes reach this call, without using a CPU."""
+        """Wait until all processes call this method, without using a CPU."""
         self.agrees(inf)
 
     def agree_on(self, error: BaseException) -> None:
-        """Check that all processes raise this error, before any of them reports it; if some process does not within PATIENCE
-        [s], abort them all."""
+        """Wait until all processes have raised the error `error`, before any of them reports it; if some process does not
+        raise it within PATIENCE [s], abort all processes."""
         if self.size == 1 or error in self._agreed:
             return
         if not self.agrees(PATIENCE):
@@ -171,11 +174,12 @@ class Group:
         self.know(error)
 
     def know(self, error: BaseException) -> None:
-        """Record an error that all processes raise, so that `end` waits for them instead of aborting."""
+        """Record an error that all processes raise, so that `end` waits for the other processes instead of aborting them."""
         self._agreed.append(error)
 
     def end(self, error: BaseException) -> None:
-        """End this process with an error, once: wait for the others if they raise it too, otherwise abort them all."""
+        """End this process because of an error; a second call for the same error does nothing. Wait for the other processes
+        if all raise the error, otherwise abort all processes."""
         if self.size == 1 or error in self._ended:
             return
         self._ended.append(error)
@@ -193,7 +197,8 @@ class Group:
 
 
 def _wait_until_read(stream: TextIO, seconds: float) -> None:
-    """Wait until the launcher has read all output from the pipe of this stream, since an abort would discard the rest."""
+    """Wait, at most `seconds`, until the launcher has read all output from the pipe of the stream, since an abort would
+    discard unread output."""
     try:
         import fcntl
         import termios

@@ -24,14 +24,14 @@ MEASURE = {1: 2.0, 2: 2.0 * pi, 3: 4.0 * pi}  # of the unit sphere's surface; of
 
 @dataclass(frozen=True)
 class Similarity:
-    """The self-similar solution of an explosion: the energy constant α, and profiles of the dimensionless velocity U, density G
-    and pressure P at ascending ξ = r/R (radius over shock radius) from INNERMOST to 1, arrays of shape (n,)."""
+    """The self-similar solution of an explosion: the energy constant α, and profiles along ξ = r/R (radius over shock
+    radius)."""
 
-    alpha: float
-    xi: Array
-    velocity: Array
-    density: Array
-    pressure: Array
+    alpha: float  # α
+    xi: Array  # (n,) ξ, ascending from INNERMOST to 1
+    velocity: Array  # (n,) dimensionless velocity U
+    density: Array  # (n,) dimensionless density G
+    pressure: Array  # (n,) dimensionless pressure P
 
 
 @cache
@@ -67,12 +67,13 @@ def similarity(dimensions: int, gamma: float) -> Similarity:
 
 @dataclass(frozen=True)
 class Blast:
-    """An explosion: number of dimensions, energy [J; J/m for a line], density of the cold gas [kg/m³] and its γ."""
+    """An explosion in a cold ideal gas, the reference of a case: number of dimensions, released energy [J; J/m for a line],
+    density [kg/m³] and ratio of specific heats of the gas."""
 
-    dimensions: int
-    energy: float
-    density: float
-    gamma: float
+    dimensions: int  # 1 plane, 2 cylindrical, 3 spherical
+    energy: float  # released energy [J; J/m for a line]
+    density: float  # density of the cold gas [kg/m³]
+    gamma: float  # γ, ratio of specific heats
 
     @classmethod
     def of(cls, case: "Case") -> "Blast":

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 
 class AtRest(NamedTuple):
-    """State of the cube at rest: strain energy [J], force along z on the upper face [N], and the estimated relative error of
-    each of these two reference values."""
+    """Reference values for the deformed cube at rest: strain energy [J] and force on the upper face [N], with estimated
+    relative errors."""
 
-    energy: float
-    reaction: float
-    energy_error: float
-    reaction_error: float
+    energy: float  # strain energy [J]
+    reaction: float  # force along z on the upper face [N]
+    energy_error: float  # relative error of `energy`
+    reaction_error: float  # relative error of `reaction`
 
 
 BONDED_CUBE = {

@@ -26,11 +26,12 @@ def martin_moyce(quantity: str) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Column:
-    """A water column at a wall: width a [m], initial height [m], gravity g [m/s^2]."""
+    """A water column that collapses at a wall: initial width and height [m], and gravity [m/s²], which convert times and
+    lengths of a run to the dimensionless numbers of the measurements (`martin_moyce`)."""
 
-    width: float
-    height: float
-    gravity: float
+    width: float  # initial width a [m]
+    height: float  # initial height [m]
+    gravity: float  # g [m/s²]
 
     @classmethod
     def of(cls, case: Case) -> "Column":
@@ -40,7 +41,7 @@ class Column:
 
     @property
     def aspect(self) -> float:
-        """n², the ratio of height to width."""
+        """n², the ratio of the initial height to the initial width of the column."""
         return self.height / self.width
 
     def front_time(self, time: ArrayLike) -> Array:

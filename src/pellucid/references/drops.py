@@ -19,10 +19,12 @@ def deformation(capillary: float, ratio: float, confinement: float = 0.0) -> flo
 
 
 def approach(capillary: float, ratio: float, strain: float) -> float:
-    """Return the deformation of an initially spherical drop after a strain (shear rate times time), as a share of the steady
-    deformation, without inertia. capillary, ratio: as in `deformation`.
+    """Return the deformation (L - B)/(L + B) of an initially spherical drop after a strain (shear rate times time), as a
+    share of the steady deformation, without inertia.
 
-    The relaxation rate of an ellipsoid is used: Rallison 1984, Annu. Rev. Fluid Mech. 16, 45.
+    capillary: viscosity of the outer fluid times shear rate times radius, divided by surface tension. ratio: viscosity of
+    the drop divided by the viscosity of the outer fluid. The relaxation rate of an ellipsoid is used: Rallison 1984, Annu.
+    Rev. Fluid Mech. 16, 45.
     """
     rate = 40.0 * (ratio + 1.0) / ((2.0 * ratio + 3.0) * (19.0 * ratio + 16.0)) / capillary
     return 1.0 - exp(-rate * strain)

@@ -12,12 +12,13 @@ from pellucid.references.annotations import Array, Case
 
 @dataclass(frozen=True)
 class StandingWave:
-    """A standing wave: amplitude V [m/s], wave number k [rad/m], phase φ [rad], wave speed c [m/s]."""
+    """A standing wave v = V sin(kx+φ) cos(ωt) in an elastic bar, the reference of a case: amplitude V [m/s], wave number k
+    [rad/m], phase φ [rad] and wave speed [m/s]."""
 
-    amplitude: float
-    wave_number: float
-    phase: float
-    speed: float
+    amplitude: float  # V, largest velocity [m/s]
+    wave_number: float  # k [rad/m]
+    phase: float  # φ [rad]
+    speed: float  # wave speed c [m/s]
 
     @classmethod
     def of(cls, case: Case) -> "StandingWave":
@@ -39,7 +40,7 @@ class StandingWave:
 
     @property
     def period(self) -> float:
-        """Period [s]."""
+        """Period 2π/ω of the standing wave [s]."""
         return 2.0 * np.pi / self.frequency
 
     def velocity(self, x: Array, time: float) -> Array:
@@ -54,7 +55,10 @@ class StandingWave:
 
 def period_of(times: Array, signal: Array) -> float:
     """Return the period [s] of an oscillation about zero, from its linearly interpolated zero crossings; NaN for fewer than
-    two."""
+    two crossings.
+
+    times: times of the samples [s], shape (n,); signal: samples, shape (n,).
+    """
     before = np.flatnonzero(signal[:-1] * signal[1:] < 0.0)
     if len(before) < 2:
         return float("nan")

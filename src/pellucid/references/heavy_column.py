@@ -18,14 +18,14 @@ HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is 
 
 @dataclass(frozen=True)
 class HeavyColumn:
-    """A heavy column: stress-free height [m], density [kg/m³], gravity [m/s²] and Lamé's constants λ (`first`) and μ
-    (`shear`) [Pa]."""
+    """A column between smooth walls that is compressed by its own weight, the reference of a case: height [m], density
+    [kg/m³], gravity [m/s²] and Lamé's constants [Pa]."""
 
-    height: float
-    density: float
-    gravity: float
-    first: float
-    shear: float
+    height: float  # H, stress-free height [m]
+    density: float  # ρ₀ [kg/m³]
+    gravity: float  # g [m/s²]
+    first: float  # Lamé's constant λ [Pa]
+    shear: float  # Lamé's constant μ [Pa]
 
     @classmethod
     def of(cls, case: Case) -> "HeavyColumn":

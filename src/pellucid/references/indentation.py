@@ -18,12 +18,12 @@ from pellucid.references.annotations import Array
 
 
 class Layer(NamedTuple):
-    """An elastic layer on a rigid base: Young's modulus [Pa], Poisson's ratio, thickness [m]; bonded to the base, or free to
-    slip on it."""
+    """An elastic layer on a rigid base, into which a sphere is pressed (`at_contact`): Young's modulus [Pa], Poisson's
+    ratio, thickness [m], and whether the layer is bonded to the base or free to slip."""
 
-    young_modulus: float
+    young_modulus: float  # [Pa]
     poisson_ratio: float
-    thickness: float
+    thickness: float  # [m]
     bonded: bool  # True: bonded to the base, False: free to slip
 
     def compliance(self, kh: Array) -> Array:
@@ -39,8 +39,8 @@ class Layer(NamedTuple):
 
 
 def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, float]:
-    """Return the depth to which a sphere of a radius [m] is pressed into a layer [m] and the force on it [N], for a contact
-    radius `contact` [m].
+    """Return the depth [m] to which a sphere of the radius `radius` [m] is pressed into a layer, and the force on the
+    sphere [N], for a contact of the radius `contact` [m].
 
     Raises ValueError if the contact is wider than two thicknesses, which the quadrature does not resolve.
     """

@@ -21,7 +21,7 @@ class Indented(NamedTuple):
 
 def indented(body: Literal["cylinder", "heart"], nodes: int, share: float) -> Indented | None:
     """Return the finite-element reference for a body on the mesh with this number of nodes, at a share (0 to 1) of the full
-    displacement of the indenter; None if it was not computed."""
+    displacement of the indenter; None if this state was not computed."""
     table = finite_elements.read(f"indented_{body}")
     rows = np.flatnonzero((table["nodes"] == nodes) & np.isclose(table["share"], share))
     if not len(rows):

@@ -15,15 +15,15 @@ POISSON_RATIO, INFLATION = 0.49, 0.02
 
 
 class PressedSphere(NamedTuple):
-    """A compressed sphere: Young's modulus [Pa]; thickness and radius [m] at the start, when the sheet is stretched by the
-    inflation."""
+    """A spherical membrane filled with liquid, inflated and then compressed between two plates: Young's modulus [Pa], and
+    thickness and radius [m] of the inflated sphere before compression. The methods return reference values."""
 
-    young_modulus: float
-    thickness: float
-    radius: float
+    young_modulus: float  # [Pa]
+    thickness: float  # thickness of the inflated sheet, before compression [m]
+    radius: float  # radius of the inflated sphere, before compression [m]
 
     def force(self, displacement: float) -> float:
-        """Return the force on one plate [N] when it has moved by `displacement` [m] since first contact."""
+        """Return the force [N] on one plate that has moved by `displacement` [m] since first contact."""
         return self._interpolate("force", displacement) * self.young_modulus * self.thickness * self.radius
 
     def pressure(self, displacement: float) -> float:

@@ -23,12 +23,13 @@ class VacuumError(ValueError):
 
 @dataclass(frozen=True)
 class GasState:
-    """Ideal gas: density [kg/m^3], velocity [m/s], pressure [Pa], gamma [-] (ratio of specific heats)."""
+    """Uniform state of an ideal gas on one side of a Riemann problem: density [kg/m³], velocity [m/s], pressure [Pa] and
+    ratio of specific heats."""
 
-    density: float
-    velocity: float
-    pressure: float
-    gamma: float = 1.4
+    density: float  # [kg/m³]
+    velocity: float  # [m/s]
+    pressure: float  # [Pa]
+    gamma: float = 1.4  # ratio of specific heats
 
     def __post_init__(self) -> None:
         if self.gamma <= 1.0:
@@ -42,34 +43,34 @@ class GasState:
         return sqrt(self.gamma * self.pressure / self.density)
 
     def mirrored(self) -> "GasState":
-        """Return the mirror image of the gas: its velocity changes sign."""
+        """Return the state of the mirror image of the gas: density and pressure are equal, the velocity changes sign."""
         return replace(self, velocity=-self.velocity)
 
 
 class Wave(NamedTuple):
-    """A wave that runs into a gas: speeds of its head and tail [m/s], which are equal for a shock, and density behind it
-    [kg/m^3]."""
+    """A wave (shock or rarefaction fan) that runs into one of the two gases: speeds of head and tail [m/s], and density
+    behind the wave [kg/m³]."""
 
-    head: float
-    tail: float
-    density: float
+    head: float  # speed of the head [m/s]
+    tail: float  # speed of the tail [m/s]; equal to `head` for a shock
+    density: float  # density behind the wave [kg/m³]
 
     def mirrored(self) -> "Wave":
-        """Return the mirror image of the wave."""
+        """Return the mirror image of the wave: both speeds change sign, the density is equal."""
         return Wave(-self.head, -self.tail, self.density)
 
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """Exact solution: the left and right gas states, pressure [Pa] and velocity [m/s] of the star region (between the waves),
-    and the waves on both sides."""
+    """Exact solution of a Riemann problem, as `solve` returns it: both initial states, pressure [Pa] and velocity [m/s]
+    between the waves, and both waves. `sample` evaluates the fields."""
 
-    left: GasState
-    right: GasState
-    pressure: float
-    velocity: float
-    left_wave: Wave
-    right_wave: Wave
+    left: GasState  # initial state for x < 0
+    right: GasState  # initial state for x > 0
+    pressure: float  # pressure p* between the waves [Pa]
+    velocity: float  # velocity u* between the waves [m/s]
+    left_wave: Wave  # wave into the left gas
+    right_wave: Wave  # wave into the right gas
 
     def sample(self, speed: ArrayLike) -> dict[str, NDArray[np.float64]]:
         """Return the fields at x/t = `speed` [m/s] of any shape.

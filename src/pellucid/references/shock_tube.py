@@ -14,13 +14,14 @@ QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "interna
 
 @dataclass(frozen=True)
 class Tube:
-    """A shock tube along x: its exact solution, position of the diaphragm [m], both ends [m] and cell size [m]."""
+    """A shock tube along x, the reference of a case: exact solution, position of the diaphragm, ends of the tube and cell
+    size [m]."""
 
-    solution: RiemannSolution
-    diaphragm: float
-    lower: float
-    upper: float
-    cell: float
+    solution: RiemannSolution  # exact solution for the gases on both sides of the diaphragm
+    diaphragm: float  # initial position of the contact between the gases [m]
+    lower: float  # lower end of the tube [m]
+    upper: float  # upper end of the tube [m]
+    cell: float  # cell size of the grid [m]
 
     @classmethod
     def of(cls, case: Case) -> "Tube":

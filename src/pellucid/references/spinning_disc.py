@@ -22,15 +22,15 @@ from pellucid.references.annotations import Array, Case
 
 @dataclass(frozen=True)
 class SpinningDisc:
-    """A spinning disc: radius [m], density [kg/m^3], Young's modulus [Pa], Poisson's ratio, angular velocity [rad/s],
-    number of radial modes in the sum."""
+    """A disc that suddenly starts to spin, the reference of a case: radius [m], elastic constants, density [kg/m³], angular
+    velocity [rad/s], and number of radial modes in the sum."""
 
-    radius: float
-    density: float
-    young_modulus: float
+    radius: float  # R [m]
+    density: float  # ρ [kg/m³]
+    young_modulus: float  # E [Pa]
     poisson_ratio: float
-    angular_velocity: float
-    modes: int = 20
+    angular_velocity: float  # ω [rad/s]
+    modes: int = 20  # number of radial modes in the sum
 
     @classmethod
     def of(cls, case: Case) -> "SpinningDisc":
@@ -77,7 +77,8 @@ class SpinningDisc:
         a, b = self._static
 
         def share(q: float) -> float:
-            """Return the coefficient of the mode J₁(qr) in the expansion of the static displacement."""
+            """Return the coefficient [m] of the mode J₁(qr) in the expansion of the static displacement; q: wave number
+            [rad/m]."""
             overlap = quad(lambda r: r * (a * r - b * r**3) * float(j1(q * r)), 0.0, self.radius, limit=400)[0]
             return float(overlap / quad(lambda r: r * float(j1(q * r)) ** 2, 0.0, self.radius, limit=400)[0])
 

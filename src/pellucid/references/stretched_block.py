@@ -10,17 +10,20 @@ from typing import Literal, NamedTuple
 
 
 class Stretched(NamedTuple):
-    """Homogeneous state of a stretched block: lateral stretch, energy per initial volume [J/m³] and axial force per
-    initial area [Pa]."""
+    """Homogeneous state of a stretched block with free sides, as `stretched` returns it: lateral stretch, energy per
+    initial volume [J/m³] and axial force per initial area [Pa]."""
 
-    lateral: float
-    energy: float
-    stress: float
+    lateral: float  # stretch across the axis
+    energy: float  # strain energy per initial volume [J/m³]
+    stress: float  # axial force per initial area [Pa]
 
 
 def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poisson_ratio: float, stretch: float) -> Stretched:
-    """Compute the homogeneous state of a block with Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis,
-    with free sides; form: form of the energy."""
+    """Compute the homogeneous state (`Stretched`) of a block with free sides, with Young's modulus [Pa] and Poisson's ratio
+    < 0.5, at a stretch along its axis.
+
+    form: strain energy, "coupled": μ/2 (I₁-3) - μ ln J + λ/2 (ln J)², or "decoupled": μ/2 (J^(-2/3) I₁-3) + κ/2 (J-1)².
+    """
     mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
     bulk = young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
     state = _coupled if form == "coupled" else _decoupled
@@ -41,7 +44,8 @@ def _coupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, 
 
 
 def _decoupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
-    """Return the same values as `_coupled` for the decoupled energy."""
+    """For the decoupled energy, return a value with the sign of the lateral stress, the energy per initial volume [J/m³],
+    and the axial force per initial area [Pa]; mu, bulk: shear and bulk modulus [Pa]; a, s: lateral and axial stretch."""
     J, trace = a * a * s, 2.0 * a * a + s * s
     shear, pressure = mu * J ** (-2.0 / 3.0), bulk * (J - 1.0) * J
     energy = 0.5 * (shear * trace - 3.0 * mu) + 0.5 * bulk * (J - 1.0) ** 2

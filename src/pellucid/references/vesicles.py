@@ -47,7 +47,7 @@ class Growing(NamedTuple):
 
 
 class Tether(NamedTuple):
-    """Force [N] and radius [m] of a tube of film under tension."""
+    """A tether (a tube of film that a force pulls out of a film under tension): force [N] and radius [m]."""
 
     force: float  # force along the tube [N]
     radius: float  # radius of the tube [m]

@@ -1,4 +1,5 @@
-"""Space behind plane walls: refuse bodies that start there, and extend the grid for points that need space there."""
+"""Space behind plane walls: refuse bodies that start behind a wall, and extend the grid for points that need space behind a
+wall."""
 
 from collections.abc import Set as AbstractSet
 
@@ -53,8 +54,9 @@ def with_room_behind_walls(case: Case) -> Case:
     """Return the case. If a plane wall lies on or close in front of a face of the grid, return a copy of the case with a
     larger grid.
 
-    A wall pushes points back, so that points of bodies in contact pass it only by a small fraction of a cell. Layers of
-    cells are added to contain them. A face that a condition names is not moved. A second call changes nothing more.
+    A wall pushes points back, so that points of bodies in contact pass the wall only by a small fraction of a cell. Layers
+    of cells are added to contain these points. A face that a condition names is not moved. A second call changes nothing
+    more.
     """
     grid = case.grid_or_none
     if grid is None or not case.wall:
@@ -74,10 +76,8 @@ def _extended(grid: GridCase, axis: int, end: str) -> GridCase:
 
 
 def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
-    """Return True if the grid needs more cells at a face, given by its axis and end ("lower" or "upper").
-
-    This is so if no condition names the face, and walls closer than ROOM cells to it act on a body whose motion is free.
-    """
+    """Return True if the grid needs more cells at a face, given by its axis and end ("lower" or "upper"): if no condition
+    names the face, and walls closer than ROOM cells to the face act on a body whose motion is free."""
     parts, face = parts_of(case), f"{'xyz'[axis]}-{end}"
     if any(one.constrains_face(face) or one.opens_face(face) for one in parts.of(Condition)):
         return False
@@ -91,11 +91,10 @@ def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
     """Return True if a face of the grid, given by its axis and end ("lower" or "upper"), lies less than ROOM cells in front
-    of or behind the walls that face into the grid there.
+    of or behind the walls that face into the grid at this face.
 
-    places: sampled positions on the face [m], shape (n, 3); positions behind other walls are ignored. The distance is that
-    of the position that is farthest in front of the walls or, if all are behind them, least deep.
-
+    places: sampled positions on the face [m], shape (n, 3); positions behind other walls are ignored. The distance is
+    measured at the position that is farthest in front of the walls or, if all positions are behind the walls, least deep.
     """
     planes = [wall.plane() for wall in walls]
     inward = [plane.normal[axis] * (1.0 if end == "lower" else -1.0) for plane in planes]

@@ -5,8 +5,8 @@ from pellucid.case import Case
 
 
 def contact_offsets(case: Case) -> list[str]:
-    """Return a line of text for each membrane that may be in contact with others: the distance at which contact starts and
-    the reason for it."""
+    """Return a line of text for each membrane that may be in contact with other bodies or walls: the distance from its
+    surface at which contact starts, and the reason for this distance."""
     if case.grid_or_none is None or not (case.wall or len({body.field for body in case.body}) > 1):
         return []
     return [_line(body) for body in case.body if isinstance(body, MembraneCase)]

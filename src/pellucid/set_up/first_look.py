@@ -42,7 +42,10 @@ def look(case: Case) -> Iterator[str]:
 
 
 def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError if bodies start inside each other or behind walls. Arguments as in `warnings_of`."""
+    """Raise CaseError if bodies start inside each other or behind walls.
+
+    standing: initial points of the bodies, by name; going_on: names of the bodies that continue from an earlier run.
+    """
     refuse_overlaps(case.body, standing, case.grid_or_none, going_on)
     refuse_behind_walls(case, going_on)
 
@@ -84,7 +87,8 @@ def late_pictures(case: Case) -> Iterator[str]:
 
 
 def gravity_across(case: Case) -> Iterator[str]:
-    """Yield a warning if gravity acts only along axes along which the grid is one cell thick, so that it moves nothing."""
+    """Yield a warning if gravity acts only along axes along which the grid is one cell thick: velocities along such axes
+    are zero, so that gravity moves nothing."""
     across = [axis for axis, g, thin in zip("xyz", case.gravity, case.thin, strict=True) if g and thin]
     if across and not any(g for g, thin in zip(case.gravity, case.thin, strict=True) if not thin):
         within = [axis for axis, thin in zip("xyz", case.thin, strict=True) if not thin]

@@ -22,8 +22,9 @@ Floating = SeededBody | MembraneCase
 def floating_bodies(case: Case) -> Iterator[str]:
     """Yield a warning for each solid or closed membrane that may float in a liquid of the same velocity field.
 
-    On nodes that both reach, the liquid moves with the body, also along its sides. A layer of liquid one cell thick
-    therefore rises and sinks with the body, and the part of this layer above the level of the liquid adds to the weight.
+    On grid nodes to which both contribute, the liquid moves with the body, also along the sides of the body. A layer of
+    liquid one cell thick therefore rises and sinks with the body, and the part of this layer above the level of the liquid
+    adds to the weight.
     """
     if case.grid_or_none is None or not any(case.gravity):
         return
@@ -60,11 +61,8 @@ def _is_inside(other: SeededBody, body: Floating) -> bool:
 
 
 def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
-    """Return True if a body may float in a liquid.
-
-    This is so if it is lighter than the liquid, or extends above it without resting on the floor. A membrane that
-    contains the liquid does not float.
-    """
+    """Return True if a body may float in a liquid: if the body is lighter than the liquid, or extends above the liquid
+    without resting on the floor. A membrane that contains the liquid does not float."""
     if isinstance(body, MembraneCase) and body.name not in liquid.outside:  # the liquid fills it
         return False
     if _mean_density(body, case) < liquid.material.density:
@@ -74,8 +72,8 @@ def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
 
 
 def _mean_density(body: Floating, case: Case) -> float:
-    """Return the mean density [kg/m³] of a solid, or of a membrane together with its contents, over the volume that it
-    displaces."""
+    """Return the mean density [kg/m³] of a solid, or of a membrane together with its contents: mass over the volume that
+    the body displaces."""
     if isinstance(body, SeededBody):
         return body.material.density
     volume, (vertices, triangles) = body.occupied().measure((True, True, True)), body.surface.triangulate()
@@ -115,8 +113,9 @@ def _stands(body: Floating, case: Case) -> bool:
 def _is_free(body: Floating, case: Case) -> bool:
     """Return True if a body can move along gravity.
 
-    A body is not free if a motion prescribes the body, or a part of it, along gravity. A deformable body is not free either
-    if the bounding box of a support's shape intersects its own, whatever directions the support constrains.
+    A body is not free if a motion prescribes the body, or a part of the body, along gravity. A deformable body is not free
+    either if the bounding box of a support's region intersects the bounding box of the body, whatever directions the
+    support constrains.
     """
     parts, along = parts_of(case), {axis for axis in range(3) if case.gravity[axis] != 0.0}
     led = {axis for condition in parts.of(Condition) for axis in condition.prescribed_axes(body.name)}

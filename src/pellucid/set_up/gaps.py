@@ -32,8 +32,8 @@ Covers = Callable[[np.ndarray], np.ndarray]
 class Border(NamedTuple):
     """Boundary that material cannot penetrate: a body that does not deform, a wall, or a face of the grid."""
 
-    name: str
-    covers: Covers
+    name: str  # name in messages
+    covers: Covers  # function that tests which positions lie behind the boundary
     moves: str
     """Text that identifies the motion: two boundaries with the same text keep their distance."""
     normal: np.ndarray | None = None

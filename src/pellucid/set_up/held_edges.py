@@ -20,10 +20,10 @@ HALVINGS = 30  # of an edge of the mesh, to find where a region ends
 
 
 class _Holding(NamedTuple):
-    """Support or motion that constrains nodes of a membrane in all directions."""
+    """A support or motion, and the nodes of a membrane that it constrains in all directions."""
 
-    label: str
-    region: Where | None
+    label: str  # name of the support or motion in messages
+    region: Where | None  # region on which it acts; None for a face of the grid
     nodes: np.ndarray  # (n,) mask of the constrained nodes
 
 
@@ -102,8 +102,8 @@ def _find_row_width(position: np.ndarray, edges: np.ndarray, beside: np.ndarray)
 
 
 def _distance_warning(body: str, holding: _Holding, of: Selectable, clamped: np.ndarray) -> Iterator[str]:
-    """Yield a warning if the region of a support ends well beyond the last row of nodes that it clamps. body: name of the
-    membrane; holding: the support; of: nodes of the membrane; clamped: mask of the clamped nodes."""
+    """Yield a warning if the region of a support ends well beyond the last row of nodes that the support clamps. body: name
+    of the membrane; holding: the support; of: nodes and faces of the membrane; clamped: mask of the clamped nodes."""
     from scipy.spatial import cKDTree
 
     region = holding.region

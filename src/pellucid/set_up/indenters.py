@@ -53,8 +53,8 @@ def coarse_indenters(case: Case) -> Iterator[str]:
 
 
 def coarse_sheets(case: Case) -> Iterator[str]:
-    """Yield a warning for each pair of a body and a membrane of another velocity field, if the body can pass between its
-    nodes."""
+    """Yield a warning for each pair of a body and a membrane of another velocity field, if the body can pass between the
+    nodes of the membrane."""
     planes = symmetry_planes(case.support, case.grid)
     bodies = [body.with_others(case.body) for body in case.body if not (body.is_fluid or body.is_surface)]
     for sheet in case.body:
@@ -85,10 +85,11 @@ def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
 
 
 def _radius_and_spacing(hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:
-    """Return the smallest half extent of a hard body across the direction to a soft one, and the mesh length of the soft one
-    there [m]. hard, soft: bounding boxes; faces: loaded faces of the soft body, None for material points.
+    """Return two lengths [m]: the smallest half extent of a hard body across the direction to a soft body, and the mesh
+    length of the soft body where it faces the hard body. hard, soft: bounding boxes; faces: loaded faces of the soft body,
+    None for material points.
 
-    If the bodies are separate along several axes, the axis with the largest half extent is used, because they may
+    If the bodies are separate along several axes, the axis with the largest half extent is used, because the bodies may
     approach along any axis.
     """
     (lower, upper), (low, high), active = hard, soft, ~np.array(grid.thin())

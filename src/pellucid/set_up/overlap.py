@@ -68,8 +68,11 @@ def overlaps_within_fields(
     grid: GridCase | None,
     going_on: AbstractSet[str] = frozenset(),
 ) -> Iterator[str]:
-    """Yield a warning for each pair of bodies of one velocity field whose volumes overlap. Arguments as in
-    `refuse_overlaps`."""
+    """Yield a warning for each pair of bodies of one velocity field whose volumes overlap.
+
+    models: bodies of the case; standing: initial points of the bodies, by name; grid: table of the grid; going_on: names of
+    the bodies that continue from an earlier run.
+    """
     if grid is None:
         return
     for body, other in _near(models, standing, grid, going_on):
@@ -105,8 +108,8 @@ def _near(
 def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
     """Return a function that tests which positions [m], shape (n, 3), lie inside a body.
 
-    standing: initial points of the body; going_on: names of the bodies that continue from an earlier run. The body is its
-    shape or, if it continues from an earlier run, the union of cubes with the volumes of its points.
+    standing: initial points of the body; going_on: names of the bodies that continue from an earlier run. The region of the
+    body is its shape or, if the body continues from an earlier run, the union of cubes with the volumes of its points.
     """
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:

@@ -19,10 +19,10 @@ from pellucid.parts.support_precedence import find_owners, is_across
 
 
 class _Numbered(NamedTuple):
-    """A support that acts on at most one face, with its label for messages."""
+    """A support of the case, split so that it acts on at most one face of the grid, with its name for messages."""
 
-    support: Support
-    label: str
+    support: Support  # acts on one face or one region
+    label: str  # name in messages
 
 
 def crossing_supports(case: Case) -> Iterator[str]:

@@ -35,10 +35,11 @@ def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
-    """Build the velocity fields (sets of grid nodes that bodies share) and bodies of a case, and return them.
+    """Build the bodies of a case and the velocity fields (sets of grid nodes that bodies share) to which they belong;
+    return the fields, and the bodies as a `Built`.
 
     transfer: velocity transfer between points and grid; n_loads: number of channels of external forces, i.e. entries for
-    their work in the energy balance.
+    the work of these forces in the energy balance.
     """
     members = models_by_field(case)
     fields, built = list[VelocityField](), Built()
@@ -74,8 +75,8 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
 
 
 def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
-    """Return the objects that compute mean pressures of full cells (cells that a fluid fills), for each velocity field with its
-    bodies; fluids with the same nodal forces and shape functions share one."""
+    """Return the objects that compute mean pressures of full cells (cells that a fluid fills), for each velocity field with
+    its bodies; one object serves all fluids of a field with the same nodal forces and shape functions."""
     groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
     for field, bodies in fields.items():
         for fluid in (body.filling for body in bodies):

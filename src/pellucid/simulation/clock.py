@@ -107,8 +107,9 @@ class Clock:
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Set the damping and the load rate (increment of the time of the loads over the length of the step) of the bodies for
-        the coming step dt [s]. This clock sets nothing: bodies move by their own inertia."""
+        """Set the damping and the load rate (increment of the time of the loads over the length of the step) of the bodies
+        for the coming step dt [s]. This method of the base class sets nothing: without relaxation, bodies move by their own
+        inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a completed step of the length dt [s] and advance the simulated time."""

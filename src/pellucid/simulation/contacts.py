@@ -152,13 +152,13 @@ def _pairs_of(
 
 
 def has_surface(body: Body) -> TypeGuard[HasContactSurface]:
-    """Return True if other bodies can have contact with a body by its surface (it can make a contact surface)."""
+    """Return True if a body can make a contact surface, by which other bodies can have contact with this body."""
     return isinstance(body, HasContactSurface) and body.has_surface
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:
-    """Return True if the bodies of a velocity field have contact by surfaces only, not on grid nodes: each has a contact
-    surface, or lies within a body that has one."""
+    """Return True if the bodies of a velocity field have contact by surfaces only, not on grid nodes: each body has a
+    contact surface, or lies within a body with a contact surface."""
     having = [body for body in bodies if has_surface(body)]
     return all(has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
 

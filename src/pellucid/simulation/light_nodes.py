@@ -1,5 +1,5 @@
-"""Nodes with small mass: their internal forces must not strain points, since an explicit step would give them excessive
-velocities."""
+"""Nodes with small mass. In an explicit step, internal forces would give such nodes excessive velocities; these forces must
+therefore not strain points."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -22,9 +22,9 @@ It applies to transfers in which points keep their velocity and add the mean inc
 def small_masses(
     case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
 ) -> dict[VelocityField, float]:
-    """Return, for each velocity field, the nodal mass [kg] below which the internal forces of a node are left out of the
-    velocities that strain the points, which they would make excessive; fields: velocity fields with their bodies on the
-    grid."""
+    """Return, for each velocity field, a small nodal mass [kg]. On nodes with less mass, internal forces would cause
+    excessive velocities, so these forces are left out of the velocities that strain the points; fields: velocity fields
+    with their bodies on the grid."""
     arrays = {body: {name: body.stored_array(name) for name in SIZES if name in body.arrays} for body in bodies}
     small = small_mass(arrays.values())
     if case.time.transfer != "apic" or case.grid.functions != "trilinear":
@@ -43,15 +43,15 @@ def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
 
 def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
     """Return the nodal mass [kg], for a velocity field with APIC and linear functions, below which the internal forces of a
-    node are left out of the velocities that strain the points; bodies: the arrays of its bodies, by name; courant: Courant
-    number of the steps.
+    node are left out of the velocities that strain the points; bodies: the arrays of the bodies of the field, by name;
+    courant: Courant number of the steps; grid: the grid of the field.
 
-    The affine fields of the points that contribute to such a node return its velocity increments to it, so that it
-    oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the
-    outermost points reach beyond the last node by the fraction ξ of a cell. The node beyond has the mass n² ξ m and the
-    stiffness (2n/3)² m c²/h², with the wave speed c and the cell size h. Steps C h/c with the Courant number C are stable
-    for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3) m c²/h², and the limit of ξ is C²/6. The limit used is
-    twice as large. grid: the grid of this field.
+    The affine fields of the points that contribute to a node of small mass return the velocity increments of the node to
+    the node, so that the node oscillates like a free mass. Consider a face of a body with n points of mass m along the edge
+    of a cell, where the outermost points reach beyond the last node by the fraction ξ of a cell. The node beyond has the
+    mass n² ξ m and the stiffness (2n/3)² m c²/h², with the wave speed c and the cell size h. Steps C h/c with the Courant
+    number C are stable for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3) m c²/h², and the limit of ξ is
+    C²/6. The limit used is twice as large.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]

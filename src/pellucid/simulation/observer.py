@@ -6,7 +6,8 @@ from pellucid.errors import RunStopped
 
 
 class Observer(Protocol):
-    """Object that reads a simulation during a run and never changes it."""
+    """Interface of an object that reads a simulation during a run, for example to store results, and never changes the
+    simulation."""
 
     def begin(self, simulation: Any) -> None:
         """Record the initial state. Called before the first step."""

@@ -33,8 +33,8 @@ SETTLING = "settling"  # key of these attributes among the numbers of the clock
 
 
 class SettlingClock(Clock):
-    """Clock of the settling: it counts steps while the time of the loads is constant. settle: the table [settle]; run: clock of
-    the run afterwards; models: models of all bodies."""
+    """Clock of the settling (motion to rest before time 0): counts steps while the time of the loads is constant. settle:
+    the table [settle]; run: clock of the run afterwards; models: models of all bodies."""
 
     def __init__(self, settle: "SettleCase", run: Clock, models: Sequence[BodyModel]) -> None:
         super().__init__(run.case, run.longest)
@@ -119,11 +119,11 @@ class SettlingClock(Clock):
 def settle(
     simulation: "Simulation", caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> dict[str, Any]:
-    """Bring the bodies of a simulation to rest under the actions at time 0, or continue to do so; return the entries for the
-    summary.
+    """Bring the bodies of a simulation to rest under the actions at time 0, or continue an interrupted settling; return the
+    entries for the summary.
 
     caught: signals received so far. A signal ends the settling after the observer `keeper` has written a checkpoint, from
-    which it can be continued. Raises RunStopped if the bodies do not come to rest, Interrupted after a signal.
+    which the settling can be continued. Raises RunStopped if the bodies do not come to rest, Interrupted after a signal.
     """
     if simulation.case.settle is None:
         return {}

@@ -219,7 +219,7 @@ class Simulation:
                 self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:
-        """Advance to the end of the case, and yield the simulation itself after each step, for user-defined loops.
+        """Advance to the end of the case, and yield this `Simulation` after each step, for user-defined loops.
 
         Before the first step bodies settle if the case has [settle]. Raises RunStopped like `step`. See `pellucid.recorded`
         for loops that store results.
@@ -295,8 +295,8 @@ class Simulation:
     def recorded(
         self, recorder: Observer, until: float | None = None, progress: Progress | None = None
     ) -> Iterator["Simulation"]:
-        """Advance like `run`, with the same arguments, and yield the simulation itself after each step. If the loop is left
-        early, the stored results end at this step."""
+        """Advance like `run`, with the same arguments, and yield this `Simulation` after each step. If the loop ends early,
+        the stored results end at the last step of the loop."""
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -332,8 +332,8 @@ class Simulation:
                 raise
 
     def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
-        """Let the bodies settle if the case has [settle], and start recording. If settling fails, the reached state is
-        recorded; errors of this recording do not hide the reason.
+        """Let the bodies settle if the case has [settle], and start recording. If settling fails, the state at the failure
+        is recorded; an error of this recording does not replace the error that stopped the settling.
 
         recorder: object that stores the results; caught: signals received so far.
         """
@@ -369,7 +369,8 @@ class Simulation:
 
     @property
     def grid(self) -> Grid:
-        """Grid of the first velocity field; most cases have only this one. Raises ValueError if the case has no grid."""
+        """Grid of the first velocity field; most cases have a single velocity field. Raises ValueError if the case has no
+        grid."""
         if not self.velocity_fields:
             raise ValueError("this case has no grid")
         return self.velocity_fields[0].grid
@@ -400,8 +401,8 @@ class Simulation:
 
     @property
     def is_balanced(self) -> bool:
-        """True if the energy balance includes all works of the last step. It does not if a body stopped the run in this
-        step."""
+        """True if the energy balance includes all works of the last step; False after a step in which a body stopped the
+        run."""
         return self._balanced_step == self.n_steps
 
     def momentum(self) -> np.ndarray:

@@ -14,7 +14,8 @@ from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
 
 
 class Stages:
-    """Operations of a time step for bodies and velocity fields, with conditions and contact on the nodes.
+    """Operations of a time step (stages) for the bodies and velocity fields of a simulation, with conditions and contact on
+    the nodes. A time stepping scheme, such as `schemes.musl`, calls the methods in its order.
 
     on_grid: bodies on the grid, by velocity field; conditions, contact_pairs: all conditions, and contacts on the nodes;
     remaps: True if the momentum of points is mapped to the nodes a second time in each step, with FLIP (MUSL).
@@ -112,11 +113,11 @@ class Stages:
             body.correct(remap=len(self.contact_pairs) > 0)
 
     def find_strain_velocities(self, dt: float | None = None) -> None:
-        """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts they are
-        corrected so that bodies in contact do not approach each other.
+        """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts these
+        velocities are corrected so that bodies in contact do not approach each other.
 
-        dt: the step [s] if the momentum of the points was mapped to the nodes again at its end; the bodies then receive the
-        impulses of this correction. None at the start of a step.
+        dt: the step [s] if the momentum of the points was mapped to the nodes again at the end of the step; the bodies then
+        receive the impulses of this correction. None at the start of a step.
         """
         for field in self._fields:
             field.project(dt, counted=dt is not None and field in self._without_heat)

@@ -12,7 +12,7 @@ from pellucid.simulation.assembly import Built
 
 
 class Standings(Mapping[str, Standing]):
-    """Initial positions of bodies (`Standing`) by body name, computed on request."""
+    """Mapping from body names to initial positions (`Standing`), each computed when requested."""
 
     def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
         """bodies: all bodies; going_on: names of the bodies that start in the state of an earlier run."""
@@ -35,9 +35,10 @@ class Standings(Mapping[str, Standing]):
 
 
 def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-    """Load the arrays of an earlier run into bodies, before conditions act on them. Raises `CaseError` if they do not fit.
+    """Load the arrays of an earlier run into bodies that continue from this run, before conditions act on them. Raises
+    `CaseError` if the arrays do not fit.
 
-    built: all bodies, by name; start: arrays of the bodies that continue, by body and array.
+    built: all bodies, by name; start: arrays of the bodies that continue, by body name and array name.
     """
     for name, state in start.items():
         body, field = built[name]

@@ -14,7 +14,8 @@ REPORTED = 1e-3  # cells: depth from which an overlap is reported
 
 
 class OverlappingStart(NamedTuple):
-    """Two bodies, a body and a wall, or parts of one body that overlap at the start of a run, and by how much."""
+    """An overlap at the start of a run between two bodies, a body and a wall, or parts of one body: names, depth and
+    contact distance [m], and the message for the user."""
 
     between: tuple[str, ...]
     """Names of both, each with its kind ("body", "wall"); a single name for parts of one body."""

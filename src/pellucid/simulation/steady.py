@@ -42,10 +42,11 @@ QUIET = 100  # steps for which the estimated error must stay below the tolerance
 
 
 class SteadyClock(Clock):
-    """Clock of the relaxation: it counts steps; its time is the time of the loads at the last equilibrium.
+    """Clock of a steady analysis by dynamic relaxation: counts steps; its time is the time of the loads at the last
+    equilibrium.
 
-    steady, time: tables of the case; bodies, models: all bodies of the case and their models; contact: contacts of surfaces.
-    Bodies that do not relax are rigid, with positions prescribed by motions.
+    steady, time: tables of the case; bodies, models: all bodies of the case and their models; contact: contacts of
+    surfaces. Bodies that do not relax are rigid, with positions prescribed by motions.
     """
 
     def __init__(
@@ -159,11 +160,11 @@ class SteadyClock(Clock):
         return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Estimate the error of the displacements relative to the largest one, after a step dt [s].
+        """Estimate the error of the displacements relative to the largest displacement, after a step dt [s].
 
-        It is the remaining change if the largest change per step decays by the damping factor κ, or more slowly if a slower
-        decay is observed. A mode whose frequency is far below the one for which κ is optimal is hidden by the changes of the
-        other modes.
+        The estimate is the remaining change if the largest change per step decays by the damping factor κ, or more slowly
+        if a slower decay is observed. A mode whose frequency is far below the frequency for which κ is optimal is hidden by
+        the changes of all other modes.
         """
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:

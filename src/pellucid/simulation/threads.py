@@ -72,8 +72,8 @@ class ThreadChoice:
 
 
 class Trial:
-    """Trial that compares several numbers of threads by the wall-clock time of steps, in rounds; each number is used for blocks
-    of `steps` steps; began: wall-clock time at the start [s]."""
+    """Comparison of several numbers of threads by the wall-clock time of steps: in each round, every number is used for a
+    block of `steps` steps. numbers: the numbers of threads, ascending; began: wall-clock time at the start [s]."""
 
     def __init__(self, numbers: list[int], steps: int, began: float) -> None:
         self._numbers, self._steps, self.began = numbers, steps, began
@@ -100,8 +100,8 @@ class Trial:
 
     @property
     def best(self) -> int:
-        """Number of threads with the shortest steps in the trial. A larger number is chosen only if it is clearly faster
-        than the smaller one."""
+        """Number of threads with the shortest steps in the trial. A larger number replaces the next smaller number only if
+        its steps are clearly shorter."""
         cost = {number: median(times) for number, times in self._times.items()}
         found = self._numbers[0]
         for fewer, more in pairwise(self._numbers):

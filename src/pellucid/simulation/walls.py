@@ -28,8 +28,8 @@ def wall_contacts(
     column: int,
     gravity: float,
 ) -> list[WallContact]:
-    """Return the contacts of each wall of a case with bodies, except bodies whose motion is fully prescribed: contact does not
-    affect them.
+    """Return the contacts of each wall of a case with bodies. Bodies whose motion is fully prescribed are left out, since
+    contact does not affect their motion.
 
     built: the bodies, by name, with their velocity fields; surfaces: contact surfaces by body name; column: place of the
     work of contact between surfaces in arrays of works; gravity: largest gravity [m/s²]. Raises CaseError if a gas is in
@@ -62,9 +62,10 @@ def courant_of(case: "Case") -> float:
 
 
 def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) -> None:
-    """Raise CaseError for a fluid whose initial pressure alone would press it deep into a wall, i.e. a gas.
+    """Raise CaseError for a fluid whose initial pressure alone would press its points deep into a wall, i.e. a gas.
 
-    contact: its contact with the wall; cell: edge length of the cells [m]; path: location of the wall in the case.
+    contact: contact of the fluid (`body`) with the wall; cell: edge length of the cells [m]; path: location of the wall in
+    the case.
     """
     surface = contact.surfaces[0]
     if surface.drag is None:

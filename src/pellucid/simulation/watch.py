@@ -56,7 +56,8 @@ condition may exert external torques on bodies, so that angular momentum is not 
 
 
 class Watch:
-    """Issues warnings about possible errors, and stops a run with a large error of the energy balance."""
+    """Checks of a simulation after its steps: issues warnings about possible errors, and stops a run with a large error of
+    the energy balance."""
 
     def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool, transfer: str) -> None:
         """limits: limits of the energy error; own_steps: True if all bodies take their own substeps; has_grid: True if the case
@@ -144,8 +145,8 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def approaches(self, bodies: Sequence[Body], clock: Clock) -> None:
-        """Warn about parts of the surface of one body that approach each other: they would stick, as material points of one
-        velocity field share the nodes of the grid. Checked at intervals and at the end, once for each body."""
+        """Warn about parts of the surface of one body that approach each other: such parts would stick, as material points
+        of one velocity field share the nodes of the grid. Checked at intervals and at the end, once for each body."""
         if clock.n_steps % LOOKS and not clock.finished(None):
             return
         for body in bodies:
@@ -175,8 +176,8 @@ class Watch:
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
         """Check the energy that contact between surfaces added to or removed from bodies beyond its springs, dampers and
-        friction, and warn if it is large compared with the energy scale of the balance `budget`. It is not checked in the
-        first steps of a run, but always in the last."""
+        friction, and warn if this energy is large compared with the energy scale of the balance `budget`. The check is
+        omitted in the first steps of a run, but never in the last."""
         scale, amount = budget.energy_scale, contact.unexplained
         early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
         if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """A row of a convergence study: value of the varied key, error of the metric, ratio of the previous error to this one, and
-    order of convergence relative to the previous row (None in the first row)."""
+    """A row of the table of a convergence study, i.e. one run: value of the varied key, error of the metric, and ratio of
+    errors and order of convergence relative to the previous run."""
 
-    value: Any
-    error: float
-    ratio: float | None
-    order: float | None
+    value: Any  # value of the varied key
+    error: float  # error of the metric
+    ratio: float | None  # error of the previous run divided by this error; None for the first run
+    order: float | None  # order of convergence relative to the previous run; None for the first run
 
 
 def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:

@@ -20,16 +20,16 @@ AT_BOUND = 0.01
 class Estimate(NamedTuple):
     """Estimate of a parameter (`value`) and the lower and upper end of its 95 % confidence interval, in SI units."""
 
-    value: float
+    value: float  # estimate of the parameter
     low: float  # lower end of the confidence interval
-    high: float  # upper end
-    unit: str = ""
+    high: float  # upper end of the confidence interval
+    unit: str = ""  # SI unit of these numbers
 
 
 class Estimates(NamedTuple):
     """Estimates of all parameters of a fit, and the quality of the fit; arrays are in the order of the parameters."""
 
-    by_key: dict[str, Estimate]
+    by_key: dict[str, Estimate]  # by dotted key of the parameter
     correlations: np.ndarray
     """Correlation matrix of the estimates, shape (parameters, parameters)."""
     singular_values: np.ndarray
@@ -47,8 +47,8 @@ def estimated(
     free: ranges of the parameters, by key. shares: positions of the parameters in their ranges, from 0 to 1, shape
     (parameters,). residuals: differences from the measurements divided by the standard deviations, shape (values,). slopes:
     Jacobian J of the residuals with respect to the shares, shape (values, parameters). are_stated: whether the standard
-    deviations are known. The covariance is (JᵀJ)⁻¹, as for a linear model; if they are not known, it is scaled by the variance
-    of the residuals.
+    deviations are known. The covariance is (JᵀJ)⁻¹, as for a linear model; if the standard deviations are not known, the
+    covariance is scaled by the variance of the residuals.
     """
     from scipy.stats import norm, t
 

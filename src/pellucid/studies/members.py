@@ -24,28 +24,28 @@ DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 @dataclass(frozen=True)
 class Member:
-    """A member of a study, i.e. one of its runs: the settings (values by dotted key), the case with these settings, the time at
-    which the run ends (None: end of the case) and the digest that identifies the member."""
+    """A member of a study, i.e. one of its runs: varied settings, the case with these settings, end time [s], and the
+    digest that identifies the member."""
 
-    settings: Mapping[str, Any]
-    case: "Case"
-    until: float | None
-    digest: str
+    settings: Mapping[str, Any]  # values of the varied keys, by dotted key
+    case: "Case"  # case with these settings
+    until: float | None  # time at which the run ends [s]; None: end of the case
+    digest: str  # identifies the member, also as the name of its folder
 
 
 class Outcome(NamedTuple):
     """Outcome of a member of a study: state ("done", "failed" or "interrupted"), and message for the user (empty if done)."""
 
-    state: str
-    message: str = ""
+    state: str  # "done", "failed" or "interrupted"
+    message: str = ""  # text for the user; empty if done
 
 
 class Places(NamedTuple):
     """Paths of the folder and files of a member in the folder of its study: folder of the run, case file, log file."""
 
-    run: Path
-    case: Path
-    log: Path
+    run: Path  # folder of the results
+    case: Path  # case file
+    log: Path  # output of the process that ran the member
 
 
 def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | None = None) -> list[Member]:

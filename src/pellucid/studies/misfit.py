@@ -85,7 +85,8 @@ class Misfit:
             self._add_equilibria([*times, *found])
 
     def _add_equilibria(self, times: Sequence[np.ndarray]) -> None:
-        """Add equilibria at these load times [s], except those close to others, to the steady analysis of the case."""
+        """Add equilibria at the load times `times` [s] to the steady analysis of the case, except at times close to other
+        equilibria."""
         steady, end = self.case.steady, self.case.time.end
         if steady is None:
             return

@@ -46,6 +46,6 @@ def frame_table(table: Any, columns: Iterable[str]) -> str:
 
 
 def titled(title: str, *parts: str) -> str:
-    """Return an HTML section with the parts that are not empty; an empty text if there are none."""
+    """Return an HTML section with this title and those texts of `parts` that are not empty; an empty text if all are empty."""
     body = "".join(parts)
     return section(title, body) if body else ""

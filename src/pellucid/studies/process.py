@@ -54,7 +54,8 @@ def allow_running() -> None:
 
 
 def end_running() -> None:
-    """Request all members that this process runs to write a checkpoint and stop, wait for them, and start no more."""
+    """Make all members that this process runs write a checkpoint and stop, wait until they have stopped, and start no more
+    members."""
     with _changing:
         _ending.set()
         running = list(_running)

@@ -18,8 +18,8 @@ DECADES = 10.0
 
 
 class Range(NamedTuple):
-    """Range of a parameter from `low` to `high`, in SI units. A position in it is a `share`: 0 at the lower and 1 at the upper
-    end, on a logarithmic scale if the range spans a decade."""
+    """Range of a parameter of a study from `low` to `high`, in SI units. A position in the range is a `share`: 0 at the
+    lower and 1 at the upper end, on a logarithmic scale if the range spans a decade."""
 
     low: float
     high: float
@@ -36,7 +36,7 @@ class Range(NamedTuple):
         return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
 
     def beyond(self, share: float) -> float:
-        """Return the value at a share, which may be below 0 or above 1; unlike `at`, it is not rounded."""
+        """Return the value at a share that may be below 0 or above 1; unlike the result of `at`, this value is not rounded."""
         if self.is_logarithmic:
             return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)

@@ -24,9 +24,10 @@ def rows_of(
 ) -> list[dict[str, Any]]:
     """Return the settings (values by dotted key) of each member of a sweep.
 
-    `over`: a list of values or the ends (low, high) of a range, by key. Without `samples`, all values are combined with each
-    other; with it, this number of members is drawn as a Latin hypercube sample with the given seed. Each row of `listed` is
-    combined with each of these. Raises UsageError, and CaseError for ends that are invalid for a field.
+    `over`: a list of values or the ends (low, high) of a range, by key. Without `samples`, all values are combined with
+    each other; otherwise this number of members is drawn as a Latin hypercube sample with the given seed. Each row of
+    `listed` is combined with each of these settings. Raises UsageError, and CaseError for ends that are invalid for a
+    field.
     """
     if not over and not listed:
         raise UsageError("No key varies.\n    Add --over KEY=V1,V2,... or --from TABLE.csv.")

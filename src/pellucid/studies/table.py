@@ -85,8 +85,8 @@ def _plain(value: Any, said: Any) -> Any:
 
 
 def metrics_of(run: Run) -> dict[str, float]:
-    """Return the computed values of the metrics of a run by name, from its summary; if the run was killed before they were
-    written, compute them from its files."""
+    """Return the computed values of the metrics of a run by name, from the summary of the run; if the run was killed before
+    the summary was complete, compute the metrics from its files."""
     stored = run.summary["metrics"]
     try:
         found: Mapping[str, Any] = stored or {name: metric.to_data() for name, metric in run.metrics.items()}

@@ -65,7 +65,8 @@ def module_name(path: str) -> str:
 
 
 def load_installed() -> None:
-    """Load the extension modules of installed packages once. Issue a warning if one fails, since most cases do not need it."""
+    """Load the extension modules of installed packages once. Issue a warning, not an error, if an extension cannot be
+    loaded, since most cases do not need the extension."""
     global _installed
     if _installed:
         return

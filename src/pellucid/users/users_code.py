@@ -25,10 +25,11 @@ class WrongArray(ValueError):
 
 @contextmanager
 def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
-    """Turn an exception of users' code in the block, which calls `function`, into the exception that `make` builds from its
-    description.
+    """Context manager that turns an exception of users' code in the block into another exception; exceptions of pellucid
+    are not changed.
 
-    Errors of pellucid itself are not replaced.
+    make: function that builds the new exception from a description of the original one; function: the users' function that
+    the block calls, which the description names.
     """
     try:
         yield
@@ -53,8 +54,8 @@ def failure(error: BaseException, function: Any = None) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Return the innermost line of users' code in the traceback of an exception, such as "drag.py:17 (`return 1 / 0`)";
-    empty if there is none."""
+    """Return the innermost line of users' code in the traceback of an exception, such as "drag.py:17 (`return 1 / 0`)"; an
+    empty text if the traceback contains no users' code."""
     if isinstance(error, SyntaxError) and error.filename:
         return line_at(error.filename, error.lineno or 1)
     frames = traceback.extract_tb(error.__traceback__)
@@ -85,15 +86,15 @@ def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return a read-only view of an array."""
+    """Return a view of an array that users' code can read but not change."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def home_of(function: Any) -> str:
-    """Return the file and line of the definition of a function or method, such as "drag.py:9"; its name if there is no
-    source."""
+    """Return the file and line of the definition of a function or method, such as "drag.py:9"; only the name of the
+    function if its source is not available."""
     code = getattr(function, "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}" if code else str(function)
 

@@ -35,16 +35,17 @@ def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: in
 
 @generic
 def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
-    """Copy values of n points of a block from columns back to their arrays: the inverse of `fetch`, with the same arguments."""
+    """Copy values of n points of a block from columns back to their arrays: the inverse of `fetch`, whose docstring
+    explains the arguments."""
 
 
 @generic
 def expect(index: Any, like: Any, arrays: Any, q: int) -> None:
-    """Load the values of the LANES points that follow one block after number q into the processor cache; arguments as in
-    `fetch`.
+    """Load the values of LANES points into the processor cache: of the points that follow one block after number q in the
+    order of the slabs; index, like, arrays: see `fetch`.
 
-    Called for each vector of a block, so that the rows of the next block arrive while this one is processed. Prefetching all
-    at once would stall the processor as long as reading them.
+    Called for each vector of a block, so that the rows of the next block arrive while the present block is processed.
+    Prefetching a whole block at once would stall the processor as long as reading the block.
     """
 
 
@@ -106,15 +107,17 @@ def _keep_by_index(index, like, arrays, start, n, c, at):
 
 @kernel(inner=True)
 def fetch_block(rows, start, n, c, at):
-    """Copy values of n points of a block from the arrays of `rows` (`PointRows`) to columns; other arguments as in `fetch`."""
+    """Copy values of n points of a block from the arrays of `rows` (`PointRows`) to columns; start, n, c, at: as in
+    `fetch`."""
     fetch(rows.index, rows.like, rows.arrays, start, n, c, at)
 
 
 @pointwise
 def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
-    """Copy values from columns back to the arrays for those points of a block whose number in the column `flags` is positive.
+    """Copy values from columns back to the arrays for those points of a block whose number in the column `flags` is
+    positive.
 
-    all_set: True if all n numbers are known to be positive; other arguments as in `fetch`.
+    all_set: True if all n numbers are known to be positive; index, like, arrays, start, n, c, at: see `fetch`.
     """
     if all_set:
         keep(index, like, arrays, start, n, c, at)
@@ -126,14 +129,15 @@ def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
 
 @kernel(inner=True)
 def keep_block(rows, flags, all_set, start, n, c, at):
-    """Copy values from columns back to the arrays of `rows` (`PointRows`), with the arguments of `keep_where`."""
+    """Copy values of n points of a block from columns back to the arrays of `rows` (`PointRows`), for those points whose
+    number in the column `flags` is positive; arguments: see `keep_where`."""
     keep_where(flags, all_set, rows.index, rows.like, rows.arrays, start, n, c, at)
 
 
 @pointwise
 def functions_like(functions):
-    """Return an example of the numbers that define the shape functions of a point along x, y, z, see `axis_numbers`; it sets
-    the layout of their columns."""
+    """Return an example of the numbers that define the shape functions of a point along x, y, z, see `axis_numbers`; the
+    example determines the layout of the columns for these numbers."""
     _, x = axis_numbers(functions[0], 0.0, 1)
     _, y = axis_numbers(functions[1], 0.0, 1)
     _, z = axis_numbers(functions[2], 0.0, 1)
@@ -203,8 +207,8 @@ def add_columns(c, column, n, sums, number, count):
 
 @pointwise
 def largest_of_column(c, column, n, sums, number):
-    """Replace each lane of vector `number` of `sums` by the maximum of itself and the corresponding ones of the n numbers of a
-    column of c."""
+    """Update maxima over points: replace each lane of vector `number` of `sums` by the larger of its value and the numbers
+    of this lane in a column of c. n: number of points, each with a number in the column."""
     at = column * WIDTH
     for q in range(n, (n + LANES - 1) // LANES * LANES):
         c[uintp(at + q)] = 0.0

@@ -35,7 +35,7 @@ FIRST, SECOND = 1, 2
 
 
 class Nothing(NamedTuple):
-    """Option of a pass (a loop over points): the points contribute nothing to the grid nodes."""
+    """Value of `GivingPoints.gives` for a pass (a loop over points) whose points contribute nothing to the grid nodes."""
 
 
 class ByValue(NamedTuple):
@@ -62,16 +62,16 @@ class BySquare(NamedTuple):
     axis d, with k = `along` if e = d, else `across`."""
 
     volume: np.ndarray  # (n,) [m³]
-    across: float
-    along: float
-    into: np.ndarray  # (4 nodes,) rows
+    across: float  # factor k of derivatives along axes other than d
+    along: float  # factor k of the derivative along axis d
+    into: np.ndarray  # (4 nodes,) nodal rows of four numbers, to which the contribution is added
 
 
 class Both(NamedTuple):
     """Two contributions of the same points to the grid nodes."""
 
     first: Any  # `ByValue`, `BySlope` or `BySquare`
-    second: Any  # the same
+    second: Any  # `ByValue`, `BySlope` or `BySquare`
 
 
 class GivingPoints(NamedTuple):
@@ -121,7 +121,7 @@ def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
 @generic
 def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
     """Return the values that are multiplied by N at the nodes of a point: one row of four numbers for each node of its
-    stencil `about`, or one for all.
+    stencil `about`, or a single row for all nodes.
 
     rows: result of `given`; cell: edge of a cell [m]. rule: see `given`.
     """
@@ -218,8 +218,8 @@ def _as_line(rule, line, dz):
 
 @pointwise
 def _ends_run(first_node, q, n):
-    """Return True if point q is the last of the n points of a block, or the next one has another first node; first_node: first
-    nodes of these points."""
+    """Return True if point q is the last of the n points of a block, or if the next point has another first node;
+    first_node: first nodes of these points."""
     return q + 1 == n or first_node[q + 1] != first_node[q]
 
 

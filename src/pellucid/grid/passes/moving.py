@@ -12,14 +12,16 @@ from pellucid.jit.parallel import joint_for, parallel_for
 
 
 class MovingPoints(NamedTuple):
-    """Points of a body and the rule by which `displacement` computes their displacement."""
+    """Input of `move_points`: the points of a body, and the rule by which the function `displacement` computes how far each
+    point moves in a step."""
 
     mapped: MappedPoints
     rule: Any  # kind of motion, whose type selects `displacement`
 
 
 class Stay(NamedTuple):
-    """Option that does not displace points; only their positions are checked, after other code has moved them."""
+    """Rule for `move_points` with zero displacement: `move_points` then only checks whether the positions, which other code
+    has changed, are inside the grid and the slabs."""
 
 
 @generic

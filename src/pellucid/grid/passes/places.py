@@ -47,14 +47,14 @@ def outside(lattice, X, Y, Z):
 
 @pointwise
 def fault_of_place(place):
-    """Return the fault code of a position [m] outside the grid: LOST, or NOT_FINITE if it is not a finite number."""
+    """Return the fault code of a position [m] outside the grid: LOST, or NOT_FINITE if a coordinate is not a finite number."""
     return LOST if abs(place[0] + place[1] + place[2]) < inf else NOT_FINITE
 
 
 @pointwise
 def comes_first(fault, first):
-    """Return True if a slab (a block of grid cells) reports the fault code `fault` instead of the one that it found first.
-    A point that left the grid may be allowed to, so any other fault has priority."""
+    """Return True if a slab (a block of grid cells) reports the fault code `fault` of a point instead of `first`, the code
+    that was found before. A point may be allowed to leave the grid, so any other fault has priority over LOST."""
     return fault != OK and (first == OK or (first == LOST and fault != LOST))
 
 

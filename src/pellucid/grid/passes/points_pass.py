@@ -132,11 +132,11 @@ class PassPoints(NamedTuple):
     kernel that other passes share."""
 
     mapped: Bundle  # of `MappedPoints`
-    read: Bundle  # of `PointRows`
+    read: Bundle  # of `PointRows`: arrays of the input
     gathering: Bundle  # of `Gathering`
     evaluation: Bundle  # of `Evaluation`
     accounting: Bundle  # of `Accounting`
-    kept: Bundle  # of `PointRows`
+    kept: Bundle  # of `PointRows`: arrays of the output
     giving: Bundle  # of `GivingPoints`: contribution to the nodes after the pass, see `gifts`
     to_cells: Any  # `NotToCells` or `ToCells`
     sums: np.ndarray  # columns of `Slabs.sums`
@@ -196,7 +196,7 @@ def pass_points(
 class PassAlone(NamedTuple):
     """A pass (a loop over the points of a body) that a benchmark runs alone, to measure its speed."""
 
-    run: Callable[[], None]
+    run: Callable[[], None]  # executes the pass once on all points
     traffic: list[np.ndarray]  # point arrays that the pass reads and writes
 
 
@@ -212,12 +212,12 @@ def arrays_in(values: Any) -> list[np.ndarray]:
 
 
 class NotToCells(NamedTuple):
-    """Option of a pass (a loop over points): the points add nothing to sums over grid cells."""
+    """Value of `PassPoints.to_cells` for a pass (a loop over points) that sums nothing over grid cells."""
 
 
 class ToCells(NamedTuple):
-    """Option of a pass (a loop over points): the points add a number (`in_cell`) to a column of the sums of the grid cells
-    that contain them."""
+    """Value of `PassPoints.to_cells` for a pass (a loop over points) in which each point adds a number, the result of
+    `in_cell`, to a sum of the grid cell that contains the point."""
 
-    into: np.ndarray  # (cells, columns)
-    column: int
+    into: np.ndarray  # (cells, columns) sums of each cell
+    column: int  # column of `into` to which the numbers are added
