@@ -56,7 +56,7 @@ class Absorbing(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about bodies that carry no waves to a face, and about faces that a support constrains or that are
-        listed twice (arguments as in `Part.problems`)."""
+        listed twice. path: location of the condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)

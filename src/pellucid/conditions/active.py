@@ -19,7 +19,8 @@ from pellucid.parts.step_limit import StepLimit, tightest
 
 
 class BodiesAndConditions(Protocol):
-    """Interface of a case: its bodies, supports and conditions."""
+    """Interface of the model of a case from which the conditions of a run are built: `body` and `support` are the lists of
+    these tables; `conditions()` returns all other conditions too, by their class."""
 
     @property
     def body(self) -> Sequence[BodyModel]: ...
@@ -29,8 +30,9 @@ class BodiesAndConditions(Protocol):
 
 
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
-    """Return the layout of the array that collects the work of each step: one column for each channel (entry of the energy
-    balance) of a case's conditions and for each of the `others`; touching: see `WorkLayout`."""
+    """Return the layout of the array that collects the work of each step [J]: one column for each channel (entry of the
+    energy balance) of the conditions of the case, and for each channel in `others`. touching: True if surfaces are in
+    contact, whose forces then have a column for their work."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
@@ -70,8 +72,9 @@ class ActiveConditions:
         """True if any condition applies impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Clear the external forces on the nodes, and let each condition set its forces or prescribed velocities for the step
-        that begins at `time` [s]; dt: see `ActiveCondition.begin`."""
+        """Clear the external forces on the nodes, and let each condition set its forces or prescribed velocities for the
+        step that begins at `time` [s]. dt: increment of the time of the loads in this step [s], 0 while bodies settle or
+        are relaxed."""
         for actions in self.actions:
             actions.field.clear_external()
         for condition in self._active:
@@ -88,8 +91,8 @@ class ActiveConditions:
             condition.end(dt)
 
     def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
-        """Let each condition insert points into bodies after step number `n_steps`, which ended at `time` [s] (inflow); yield
-        number, mass, momentum and energy of the new points."""
+        """Let each condition insert points into bodies (inflow) after step number `n_steps`, which ended at `time` [s];
+        yield a record for each insertion: number, mass, momentum and energy of the new points."""
         for condition in self._active:
             yield from condition.enter(n_steps, time)
 
@@ -108,8 +111,8 @@ class ActiveConditions:
         return [condition.warning() for condition in self._active]
 
     def at_stake(self) -> float:
-        """Return the energy that the conditions store at the start and could release [J]; the energy error of a run is
-        relative to a reference energy that includes it."""
+        """Return the energy that the conditions store at the start and could release [J]. It is part of the reference
+        energy that divides the error of the energy balance."""
         return sum(condition.at_stake() for condition in self._active)
 
     def columns(self) -> dict[str, float]:
@@ -122,7 +125,8 @@ class ActiveConditions:
         return [dict(condition.state_numbers()) for condition in self._active]
 
     def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
-        """Restore the states of the conditions from a checkpoint; numbers: as `state_numbers` returns them."""
+        """Restore the states of the conditions from a checkpoint; numbers: state of each condition as values by name, in
+        the order in which `state_numbers` returned them."""
         for condition, own in zip(self._active, numbers, strict=True):
             condition.restore(own)
 

@@ -31,7 +31,8 @@ REACH = 1e-6  # tolerance for nodes outside a box, in cells
 class Released(ActiveCondition):
     """Releases nodes of grids and bodies when their supports end.
 
-    supports: each on at most one face; actions: actions on the nodes of each grid; bodies: bodies with their own nodes.
+    supports: all supports, split so that each acts on at most one face; actions: actions on the nodes of each grid; bodies:
+    bodies with their own nodes.
     """
 
     def __init__(
@@ -41,8 +42,8 @@ class Released(ActiveCondition):
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
-        """Release the nodes of supports whose end time is before `time` [s]. At the end time itself they stay constrained
-        while dt, the increment of the load time, is 0, e.g. during settling."""
+        """Release the nodes of supports whose end time is before `time` [s]. At the end time itself, the nodes stay
+        constrained while dt, the increment of the load time, is 0, e.g. during settling."""
         untils = [(number, support.until) for number, support in enumerate(self._supports)]
         gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:
@@ -54,7 +55,7 @@ class Released(ActiveCondition):
 
     def _constrain_again(self, grid: Grid, held: np.ndarray) -> None:
         """Mark the constrained directions of the nodes of a grid by the supports that have not ended; nodes that an opening
-        wall has released stay free. held: for each node and axis the number of the wall that holds it, shape (nodes, 3),
+        wall has released stay free. held: number of the wall that holds each node along each axis, shape (nodes, 3),
         updated here."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
@@ -106,7 +107,7 @@ def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid
 
 def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
     """Return, for each velocity field that contains points, the condition of its opening walls (walls that hold a body only
-    against motion into them)."""
+    against motion into the wall). supports: all supports, split so that each acts on at most one face."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
     for actions in assembly.actions if faces else []:
@@ -169,8 +170,8 @@ def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> Yieldin
 
 
 def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
-    """Return a support as it acts on a body with its own nodes; number: index of the support in the case, for messages. A
-    face of the grid that is constrained along its normal acts as a wall.
+    """Return the constraint that a support imposes on the nodes of a body with its own nodes; number: index of the support
+    in the case, for messages. A face of the grid that is constrained along its normal acts as a wall.
 
     The support holds the nodes that are on the face at the start, unless it is an opening wall. Raises CaseError if the
     support names this body and a region without nodes of the body.
@@ -189,8 +190,8 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
 
 def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
-    """Convert a support, which acts on at most one face of the grid, to a `NodalSupport`; nodes: mask of the nodes that it
-    constrains, shape (n,)."""
+    """Convert a support, which acts on at most one face of the grid, to a `NodalSupport`; nodes: mask of the nodes that the
+    support constrains, shape (n,)."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
     until = inf if support.until is None else support.until
@@ -198,8 +199,7 @@ def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
 
 
 def nodes_of(support: "Support", grid: GridCase | None, of: Selectable) -> np.ndarray:
-    """Return a mask of the nodes that a support constrains, shape (n,); of: nodes of the grid or of a body, from which
-    the support selects."""
+    """Return a mask of the nodes that a support constrains, shape (n,); of: all nodes of the grid or of a body."""
     region, face, position = support.region(), support.face(), of.position
     thin = grid.thin() if grid else NO_AXES
     if region is not None:

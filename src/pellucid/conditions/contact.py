@@ -33,7 +33,7 @@ class Contact(Sliding):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about unknown bodies, bodies that share one velocity field, bodies without self-contact, and
-        repeated contacts or names (arguments as in `Part.problems`)."""
+        repeated contacts or names. path: location of the condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "between"), "contact needs a grid")
         for name in self.between:
             yield from parts.unknown(BodyModel, (*path, "between"), name)
@@ -52,7 +52,8 @@ class Contact(Sliding):
         yield from super().problems(path, parts)
 
     def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding if self-contact cannot be computed for the body (arguments as in `Part.problems`)."""
+        """Yield a finding if self-contact cannot be computed for the body. path: location of the condition in the case;
+        parts: all parts of the case."""
         body = parts.named(BodyModel, self.between[0])
         if body is None:
             return
@@ -68,6 +69,6 @@ class Contact(Sliding):
             yield Finding((*path, "name"), text, "remove `name`")
 
     def _fields(self, parts: Parts) -> set[str] | None:
-        """Return the names of the velocity fields of the one or two bodies, or None if a body is unknown."""
+        """Return the names of the velocity fields of the bodies (one or two) of the contact; None if a body is unknown."""
         bodies = [parts.named(BodyModel, name) for name in self.between]
         return None if None in bodies else {body.field for body in bodies if body is not None}

@@ -35,7 +35,8 @@ class Damping(Condition):
 
 
 class ActiveDamping(ActiveCondition):
-    """Applies the drag force of a `Damping`, proportional to mass and velocity, to its body in each step."""
+    """Applies the drag force of a `Damping` condition, proportional to mass and velocity, to the body of this condition in
+    each step."""
 
     def __init__(self, damping: Damping, assembly: Assembly) -> None:
         self._damping, self._layout = damping, assembly.layout

@@ -82,21 +82,22 @@ def _take_share(shares, number):
 
 
 class Constrain(NamedTuple):
-    """Argument `task` of `at_run`: add the mass and the prescribed momentum of groups of points to their nodes."""
+    """Value of the argument `task` of `at_run`: its type selects the pass that adds the mass and the prescribed momentum of
+    a group of points to the nodes."""
 
 
 class Prescribe(NamedTuple):
-    """Argument `task` of `at_run`: set the prescribed velocities of groups of points, and sum work and impulses."""
+    """Value of the argument `task` of `at_run`: its type selects the pass that sets the prescribed velocities of a group of
+    points, and sums the work and impulses of the motions."""
 
 
 class Run(NamedTuple):
-    """Group of points with the same nodes and the same motion: points `first` to `end` - 1 of a block, the index of the
-    motion, and the stencil."""
+    """Group of points of a block that have the same nodes and the same motion, and follow each other in the arrays."""
 
-    first: int
-    end: int
-    motion: Any
-    about: Any  # stencil: the nodes of the group and their weights
+    first: int  # index in the block of the first point of the group
+    end: int  # index in the block after the last point of the group
+    motion: Any  # index of the motion, as in the rows of `DrivenPoints.velocity`
+    about: Any  # stencil: the nodes to which the points contribute, and their weights
 
 
 @generic
@@ -196,7 +197,8 @@ def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> Non
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
     """Set the prescribed velocities of the driven points in n slabs. Add the work of the motions, the kinetic energy lost,
-    and the impulses on points and nodes to `drive.taken`. Arguments as in `constrain_nodes`."""
+    and the impulses on points and nodes to `drive.taken`. mapped, drive, nodes: bundles (arrays as the compiled code
+    receives them) of the body's `MappedPoints`, of its `DrivenPoints` and of the `DrivenNodes` of its grid."""
     joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
@@ -212,7 +214,8 @@ def _prescribed(rule, mapped, p, dt):
 
 
 class To(NamedTuple):
-    """Rule by which `pellucid.grid.passes.moving` displaces points in a step: each point is moved to its target position."""
+    """Rule by which the pass `pellucid.grid.passes.moving` displaces points in a step: each point is moved to a given
+    target position."""
 
     target: np.ndarray  # (n, 3) target positions [m]
 

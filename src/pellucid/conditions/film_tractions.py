@@ -14,7 +14,8 @@ TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
 
 
 def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> ActiveCondition:
-    """Return an active condition that applies the force per unit area `traction` to the body named `body`; channel: entry of
-    the energy balance for its work; label: name of the load for users."""
+    """Return an active condition that applies a force per unit area [Pa], given by the function `traction` of points and
+    time, to the body named `body`; channel: name of the entry of the energy balance for the work of this force; label: name
+    of the load for users."""
     film, column = assembly.bodies[body].offers(TakesTractions), assembly.load_column(body, channel)
     return AtEachStep(lambda time: film.add_traction(lambda points, after: traction(points, time + after), column, label))

@@ -36,7 +36,8 @@ class Rotations(Model):
 def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
     """Yield findings if a body is not rigid but its motion prescribes or prevents a rotation, or if a motion of a rigid
     body has a `part`, a rotation that a thin grid does not allow, or a component that another motion already prescribes.
-    body: model of the body of the motion; path, parts: as in `Part.problems`; others: the motions listed before it."""
+    body: model of the body of the motion; path: location of the motion in the case; parts: all parts of the case; others:
+    the motions before this motion in the case."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
         text = f"body {body.name} is not rigid: its points can only follow displacements"
@@ -66,8 +67,8 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
 
 
 def plane_way_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield findings about prescribed displacements along axes along which the grid is one cell thick; path, parts: as in
-    `Part.problems`."""
+    """Yield findings about prescribed displacements along axes along which the grid is one cell thick; path: location of
+    the condition in the case; parts: all parts of the case."""
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

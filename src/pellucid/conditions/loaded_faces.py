@@ -29,9 +29,9 @@ class LoadedFaces:
     def __init__(
         self, member: AssembledBody, where: Where, path: Path, by_centre: bool = False, each_step: bool = False
     ) -> None:
-        """member: the body; where: region that selects the faces; path: path of the region in the case; by_centre: see
-        `Region.faces`; each_step: select the faces in each step. Raises CaseError, with the path, if the region contains
-        no face at the start."""
+        """member: the body; where: region that selects the faces; path: path of the region in the case; by_centre: True to
+        select the faces whose centres lie in the region, False to select those with all corners in the region; each_step:
+        select the faces in each step. Raises CaseError, with the path, if the region contains no face at the start."""
         self.body, start = member.body, member.selectable_by_number()
         refuse(faults(where, start, path, self.body.name, member.active_axes, True, by_centre))
         self._now = (where, start, member.active_axes) if each_step else None
@@ -67,8 +67,8 @@ class LoadedFaces:
         return self._stored(shares, -pressure * vector_areas(places, faces), failed_points(self.body))
 
     def _stored(self, shares: FaceShares, on_faces: np.ndarray, without: Sequence[int] | np.ndarray = ()) -> np.ndarray:
-        """Return the nodal forces [N], shape (n, 3), in storage order, of forces on the faces (`on_faces` [N], shape (m, 3));
-        shares: weights that distribute them to nodes; without: numbers of points that get no force."""
+        """Return the nodal forces [N], shape (n, 3), in storage order, of forces on the faces (`on_faces` [N], shape (m,
+        3)); shares: weights that distribute the forces to nodes; without: numbers of points that get no force."""
         forces = shares.at_nodes(on_faces, self.body.n_points)
         if len(without):
             forces[without] = 0.0
@@ -77,7 +77,8 @@ class LoadedFaces:
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:
     """Yield findings if loads cannot act on the faces of a body (`name`) in a region (`where`), since the body has no
-    persistent faces, or none in the region. path: path of the region in the case; by_centre: see `Region.faces`."""
+    persistent faces, or none in the region. path: path of the region in the case; by_centre: True if faces belong to the
+    region by their centres, False if by all corners."""
     body = parts.named(BodyModel, name)
     if body is None:
         return

@@ -57,13 +57,13 @@ class WallSurface(NamedTuple):
     held: np.ndarray  # (n,) mask of the nodes that the support holds
     stopped: np.ndarray  # (n,) mask of the nodes that do not move normal to the surface
     released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
-    surface: Surface
+    surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
     share: np.ndarray  # (n,) volume of each node divided by the volume of an interior node
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
-    window: Window  # box of nodes around these nodes, for interpolation
+    window: Window  # box of nodes around `node`, for interpolation at `samples`
     samples: list[np.ndarray]  # two arrays (n, 3): positions at which the fluid's velocity is interpolated [m]
-    signs: list[np.ndarray]  # two arrays (n, 3): factors of these velocities, -1 along the normal of a mirror plane, else 1
+    signs: list[np.ndarray]  # two arrays (n, 3): factors of sampled velocities, -1 along the normal of a mirror plane, else 1
     neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
 
 
@@ -81,9 +81,9 @@ class NoSlipWall(ActiveCondition):
         faces: "Sequence[Support]",
         assembly: Assembly,
     ) -> None:
-        """actions: actions on the nodes of the velocity field; row: index of the support in `faces`, the list of supports in
-        which each acts on at most one face; region: region of the support; viscosity: of the fluid [Pa s]; rigid: rigid
-        bodies in the velocity field."""
+        """actions: actions on the nodes of the velocity field; row: index of the support in `faces`; region: region of the
+        support; viscosity: viscosity of the fluid [Pa s]; rigid: rigid bodies in the velocity field; faces: all supports,
+        split so that each acts on at most one face."""
         self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
         self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
         self._no_slip = NoSlip(grid)
@@ -106,8 +106,8 @@ class NoSlipWall(ActiveCondition):
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
 
     def _near_rigid(self) -> np.ndarray:
-        """Return a mask of the wall's nodes near which points of rigid bodies lie, so that these bodies may contribute to
-        them, shape (n,)."""
+        """Return a mask of the wall's nodes that lie near points of rigid bodies, so that rigid bodies may contribute to
+        these nodes, shape (n,)."""
         grid, reached = self._field.grid, np.zeros(len(self._wall.node), bool)
         cell, thin = grid.lattice.cell, np.array(grid.thin)
         periods = np.array(grid.periods)
@@ -156,8 +156,8 @@ class NoSlipWall(ActiveCondition):
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
         """Return the impulses on the nodes [N s], shape (n, 3), after nodes whose volume is only partly filled by points
-        have passed a part of theirs to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes [kg],
-        shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
+        have passed a part of their impulse to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes
+        [kg], shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -177,7 +177,7 @@ class NoSlipWall(ActiveCondition):
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
     """Return the active no-slip walls in all velocity fields with suitable fluids (viscous, of material points, with APIC);
-    supports: each acts on at most one face."""
+    supports: all supports, split so that each acts on at most one face."""
     walls = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
@@ -279,9 +279,9 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
 
 
 def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions mirrored into the domain at planes of symmetry [m], and the factors of the velocity components there:
-    -1 along the normals of these planes, else 1; both of shape (n, 3). lower, upper: corners of the domain [m]; mirrors:
-    mask of the faces that are planes of symmetry, shape (3, 2), by axis and end."""
+    """Return the positions `place` [m], shape (n, 3), mirrored into the domain at planes of symmetry, and the factors of
+    the velocity components at the mirrored positions: -1 along the normals of these planes, else 1, shape (n, 3). lower,
+    upper: corners of the domain [m]; mirrors: mask of the faces that are planes of symmetry, shape (3, 2), by axis and end."""
     place, signs = place.copy(), np.ones(place.shape)
     for axis, end in np.argwhere(mirrors):
         face = (lower, upper)[end][axis]
@@ -292,7 +292,8 @@ def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: 
 
 def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
     """Return a sparse matrix of shape (n, n): in each row the weights of the neighbours of a node, at most one cell away
-    along each active axis, without the node itself. node: sorted node numbers, shape (n,)."""
+    along each active axis, without the node itself. no_slip: finds nodes at an offset; node: sorted node numbers, shape
+    (n,)."""
     rows, columns, weights = [], [], []
     for steps in np.ndindex(*np.where(active, 3, 1)):
         by = np.where(active, np.array(steps) - 1, 0)
@@ -339,9 +340,9 @@ def _find_shares(
 
 
 def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signed distances of positions from the surface of a region along given unit normals [m], positive outside,
-    and a mask of the positions that have a surface within the distance `most` [m]. contains: function that returns which
-    positions lie in the region."""
+    """Return the signed distances of the positions `place` [m], shape (n, 3), from the surface of a region along given unit
+    normals, shape (n, 3): in metres, positive outside. Also return a mask of the positions that have a surface within the
+    distance `most` [m]. contains: function that returns which positions lie in the region."""
     inside = contains(place)
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 class NormalMotions(ActiveCondition):
-    """Prescribed displacements of nodes of one fluid film along its normal. The film counts their work and impulses."""
+    """Prescribed displacements of nodes of one fluid film along the normal of the film. The film itself records the work
+    and the impulses of these displacements."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
         self._functions = [motion.along_normal() for motion in motions]

@@ -48,8 +48,8 @@ Face = tuple[int, int]
 
 
 class OpenWalls(ActiveCondition):
-    """Active condition of the opening walls of one velocity field: measures their gaps to bodies. grid: of the field; walls:
-    data of the walls; faces: axis and end of each wall; bodies: bodies in the field."""
+    """Active condition of the opening walls of one velocity field, which measures the gaps between walls and bodies. grid:
+    grid of the field; walls: data of the walls; faces: axis and end of each wall; bodies: bodies in the field."""
 
     def __init__(self, grid: Grid, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
         lattice = grid.lattice

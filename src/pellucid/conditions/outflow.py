@@ -60,7 +60,7 @@ class Outflow(GivenFlow, Condition):
         return len(self.sizes()) > 0
 
     def _allows_turning(self) -> bool:
-        """Return True unless a flow is prescribed: a pressure may have either sign."""
+        """Return True unless a flow is prescribed: `amplitude` may then be negative, since a pressure may have either sign."""
         return not self.is_led
 
     def opens_face(self, face: str) -> bool:
@@ -114,8 +114,8 @@ class Outflow(GivenFlow, Condition):
         return []
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about faces that cannot be open, and bodies that cannot lose points (arguments as in
-        `Part.problems`)."""
+        """Yield findings about faces that cannot be open, and bodies that cannot lose points. path: location of the
+        condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)
@@ -133,8 +133,8 @@ class Outflow(GivenFlow, Condition):
         yield from self._body_problems((*path, "body"), parts)
 
     def _repeated(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding if another outflow with a pressure or a flow has the same face (its name); path, parts: as in
-        `Part.problems`."""
+        """Yield a finding if another outflow with a pressure or a flow has the same face (its name); path: location in the
+        case for the finding; parts: all parts of the case."""
         for place, other in parts.placed(Outflow):
             acts = [one.is_led or one.pressure is not None for one in (self, other)]
             if place < path[:2] and face in other.where and all(acts):

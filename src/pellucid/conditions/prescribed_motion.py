@@ -69,8 +69,8 @@ class Motion(Condition):
             )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or cannot follow a prescribed motion (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that does not exist or cannot follow a prescribed motion. path: location of the
+        condition in the case; parts: all parts of the case."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._signal_problems((*path, "displacement"))
         yield from plane_way_problems(self, path, parts)
@@ -97,8 +97,8 @@ class Motion(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Build one active condition for all motions of a body; motions of a fluid film act along its normal. Rigid bodies
-        follow their motions by a condition of their own."""
+        """Build one active condition for all motions of a body; motions of a fluid film act along its normal. Motions of
+        rigid bodies are left out, since the condition `Rigid` applies these motions."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints
 

@@ -126,8 +126,8 @@ class PrescribedPoints(ActiveCondition):
         driven_mass[self._released] = np.where(left > ROUNDING * self._released_mass, left, 0.0)
 
     def prescribe_velocities(self) -> None:
-        """Set the prescribed velocities of the points, and record the impulses that this requires on the points and the nodes
-        around them."""
+        """Set the prescribed velocities of the points, and record the impulses that change the velocities of the points and
+        of the nodes around them."""
         if self._points is not None:
             self._taken.fill(0.0)
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)

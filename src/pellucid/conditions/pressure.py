@@ -78,8 +78,8 @@ class Pressure(ChangesInTime, Condition):
             raise ValueError("`choose` belongs to `where`: add a region, or remove `choose`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or has no normal, and faces that do not exist (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that does not exist or has no normal, and faces that do not exist. path: location of
+        the condition in the case; parts: all parts of the case."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is None:
@@ -98,8 +98,8 @@ class Pressure(ChangesInTime, Condition):
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
         """Yield findings if a pressure cannot act on a region (`where`) of a membrane: the body takes pressure on all of it
-        only, the problem is plane, or the region contains no faces. path, parts: as in `Part.problems`; body: model of the
-        membrane."""
+        only, the problem is plane, or the region contains no faces. path: location in the case for the findings; parts: all
+        parts of the case; body: model of the membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
@@ -111,7 +111,8 @@ class Pressure(ChangesInTime, Condition):
 
     def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings if a membrane cannot have the prescribed volume `given`: it encloses no volume, starts with
-        another volume, or another condition determines its pressure. path, parts: as in `Part.problems`."""
+        another volume, or another condition determines its pressure. path: location of the condition in the case; parts:
+        all parts of the case."""
         wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
         yield from wrong
         body = parts.named(BodyModel, self.body)

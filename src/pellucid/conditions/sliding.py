@@ -39,7 +39,7 @@ class Sliding(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding about a name that another condition already has, since a probe reads the force of a contact or
-        wall by its name (arguments as in `Part.problems`)."""
+        wall by its name. path: location of the condition in the case; parts: all parts of the case."""
         for place, other in parts.placed(Condition):
             later = isinstance(other, Sliding) and place >= path
             if self.name is not None and other.reaction() == self.name and not later:

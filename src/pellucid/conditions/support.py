@@ -103,8 +103,8 @@ class Support(Condition):
         return [key for key, is_given in given.items() if is_given]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body without its own nodes, a face that does not exist, a region without nodes, and invalid
-        keys of friction or opening (arguments as in `Part.problems`)."""
+        """Yield findings about a body without its own nodes, a face that does not exist, a region without nodes, and
+        invalid keys of friction or opening. path: location of the condition in the case; parts: all parts of the case."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         yield from self._velocity_problems(path, parts)
@@ -131,7 +131,8 @@ class Support(Condition):
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
     def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about faces that do not exist or are named twice (arguments as in `Part.problems`)."""
+        """Yield findings about faces that do not exist or are named twice. path: location in the case for the findings;
+        parts: all parts of the case."""
         if self.faces():
             yield from parts.no_grid(path, "faces belong to a grid")
         for number, face in enumerate(self.faces()):
@@ -145,7 +146,7 @@ class Support(Condition):
 
     def _wetting_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about a contact angle where there is no wall or no surface tension, and different angles on one
-        face (arguments as in `Part.problems`)."""
+        face. path: location in the case for the findings; parts: all parts of the case."""
         if self.contact_angle is None:
             return
         held = [face for face in self.faces() if self.face_velocity(face) is not None]
@@ -167,8 +168,8 @@ class Support(Condition):
                 yield Finding(path, text, "set one contact angle per face")
 
     def _velocity_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings if another support prescribes a different velocity of the same face along the same axis (arguments
-        as in `Part.problems`)."""
+        """Yield findings if another support prescribes a different velocity of the same face along the same axis. path:
+        location of the condition in the case; parts: all parts of the case."""
         for place, other in parts.placed(Support):
             meets = self.body is None or other.body in (None, self.body)
             if place >= path or not meets or self.until is not None or other.until is not None:
@@ -188,7 +189,7 @@ class Support(Condition):
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about keys of friction or opening that contradict each other, on supports that are not walls, or
-        for bodies that they cannot act on (arguments as in `Part.problems`)."""
+        for bodies that they cannot act on. path: location of the condition in the case; parts: all parts of the case."""
         keys = self._wall_keys()
         if keys and self.fix != "normal":
             text = (
@@ -227,7 +228,8 @@ class Support(Condition):
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding if the region refers to the mesh of a body (named set, normal or boundary), but the support names
-        no body and the case has no single body with its own nodes (arguments as in `Part.problems`)."""
+        no body and the case has no single body with its own nodes. path: location of the condition in the case; parts: all
+        parts of the case."""
         text, bodies = 'named sets, normals and "boundary" belong to a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
@@ -250,7 +252,7 @@ class Support(Condition):
 
     def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding if the support, not restricted to one body, constrains no node; only for cases without a grid in
-        which all nodes are known (arguments as in `Part.problems`)."""
+        which all nodes are known. path: location in the case for the finding; parts: all parts of the case."""
         region = self.region()
         nodes = [selectable_of(body, parts) for body in parts.of(BodyModel)]
         known = [selectable for selectable in nodes if selectable is not None]
@@ -269,8 +271,8 @@ class Support(Condition):
                 yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels (entries of the energy balance) that a support needs: energy lost when points get its
-        velocity, and friction heat."""
+        """Return the channels (entries of the energy balance) that a support needs: kinetic energy lost when points take
+        the velocity of the support, and friction heat."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
@@ -319,7 +321,7 @@ class Support(Condition):
         return inf if self.stick else self.friction or 0.0
 
     def lets_go(self) -> bool:
-        """Return True for an opening wall, which does not hold bodies that move away."""
+        """Return True for an opening wall, i.e. a wall that does not hold bodies that move away from it."""
         return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
     def label(self, number: int) -> str:

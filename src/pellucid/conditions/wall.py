@@ -70,8 +70,8 @@ class Wall(Sliding):
         return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a wall whose plane does not fit the grid, and bodies that cannot have contact with walls
-        (arguments as in `Part.problems`)."""
+        """Yield findings about a wall whose plane does not fit the grid, and bodies that cannot have contact with walls.
+        path: location of the condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "point"), "contact with walls needs a grid")
         if parts.grid is not None:
             yield from self._grid_problems(path, parts.grid)

@@ -17,24 +17,26 @@ def column(run: Run, name: str) -> Array:
 
 
 def compared(value: float, exact: float, tolerance: float, unit: str, meaning: str) -> Metric:
-    """Return the metric of a number with a known exact value, not 0; the error is relative to it. tolerance: largest allowed
-    error; meaning: description."""
+    """Return the metric of a computed number whose exact value is known and not 0; the error of the metric is relative to
+    the exact value. tolerance: largest allowed error; unit: unit of the number; meaning: description."""
     return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
 
 
 def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> Metric:
-    """Return the metric of a number whose exact value is zero; its error is its magnitude. tolerance: largest allowed error;
-    meaning: description."""
+    """Return the metric of a computed number whose exact value is zero; the error of the metric is the magnitude of the
+    number. tolerance: largest allowed error; meaning: description."""
     return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
 
 
 def worst_balance(run: Run, tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
-    """Return the metric of the largest relative error of the energy balance during the run."""
+    """Return the metric of the largest relative error of the energy balance during the run. tolerance: largest allowed
+    error; meaning: description of the metric."""
     return vanishing(float(np.abs(run.history["energy_error"]).max()), tolerance, meaning)
 
 
 def energy_metric(run: Run, tolerance: float) -> Metric:
-    """Return the metric of the relative error of the energy balance at the end."""
+    """Return the metric of the relative error of the energy balance at the end of the run; tolerance: largest allowed
+    error."""
     error = abs(float(run.summary["conservation"]["energy"]))
     return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
@@ -62,8 +64,8 @@ def deviations(
 
 
 def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
-    """Draw a computed curve `found` in colour over the exact curve, which is wide and grey. Further computed curves on the same
-    axes are dashed so that none hides another."""
+    """Draw a computed curve `found` in colour, with the label `name`, over the exact curve, which is wide and grey. Further
+    computed curves on the same axes are dashed so that none hides another."""
     first = not axes.lines
     axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)
     axes.plot(time, found, color=colour, linewidth=1.2, linestyle="-" if first else (0, (4, 3)), label=name)

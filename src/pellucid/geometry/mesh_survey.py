@@ -38,9 +38,9 @@ class Survey:
     repair, and the faults that remain."""
 
     mesh: Mesh | SimplexMesh
-    rows: list[tuple[str, str]]
+    rows: list[tuple[str, str]]  # name and value of each row of the table, as text
     notes: list[str]
-    faults: list[Fault]
+    faults: list[Fault]  # text and remedy of each fault
 
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:

@@ -123,10 +123,11 @@ class Region(Shape):
         return chosen
 
     def faces(self, of: Selectable, active: ActiveAxes, by_centre: bool = False) -> np.ndarray:
-        """Return a mask of the faces of a body (`of`) that the region selects, shape (f,); active: as in `nodes`.
+        """Return a mask of the faces of a body (`of`) that the region selects, shape (f,). The extent of shapes along axes
+        that are not `active` is ignored.
 
-        by_centre: True if the shape selects the faces whose centres lie in it; otherwise all corners must lie in it, and
-        the selected area is systematically smaller than the shape.
+        by_centre: True if the shape selects the faces whose centres lie in the shape; otherwise all corners must lie in the
+        shape, and the selected area is systematically smaller than the shape.
         """
         if by_centre:
             chosen = np.ones(len(of.faces), bool) if self.set_ is None else self._named(of)[of.faces].all(axis=1)
@@ -170,7 +171,9 @@ def needs_mesh(where: Where) -> bool:
 
 
 def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, reach: float = 0.0) -> np.ndarray:
-    """Return a mask of the nodes of a body (`of`) in the region of a condition, shape (n,); arguments as in `Region.nodes`."""
+    """Return a mask of the nodes of a body (`of`) in the region of a condition, shape (n,). active: axes along which the
+    extent of shapes counts (the grid is more than one cell thick); reach: largest distance of a selected node from a box
+    [m]."""
     if isinstance(where, Region):
         return where.nodes(of, active, reach)
     chosen = np.zeros(len(of.position), bool)
@@ -179,7 +182,9 @@ def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, 
 
 
 def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, by_centre: bool = False) -> np.ndarray:
-    """Return a mask of the faces of a body (`of`) in the region of a condition, shape (f,); arguments as in `Region.faces`."""
+    """Return a mask of the faces of a body (`of`) in the region of a condition, shape (f,). active: axes along which the
+    extent of shapes counts (the grid is more than one cell thick); by_centre: True to select the faces whose centres lie in
+    the region, False to select those with all corners in the region."""
     if isinstance(where, Region):
         return where.faces(of, active, by_centre)
     return np.asarray(chosen_nodes(where, of)[of.faces].all(axis=1))
@@ -194,11 +199,11 @@ def faults(
     faces: bool = False,
     by_centre: bool = False,
 ) -> Iterator[Finding]:
-    """Yield findings about a region of the body `name`: an unknown set, or an empty selection.
+    """Yield findings about a region (`where`) of the body `name`: an unknown set, or an empty selection.
 
     of: nodes and faces of the body; path: path of the region in the case; active: axes along which the grid is more than
-    one cell thick; faces: the condition acts on faces, not on nodes; by_centre: it acts on faces whose centres lie in the
-    shape.
+    one cell thick; faces: True if the condition acts on faces, not on nodes; by_centre: True if the region selects faces by
+    their centres, not by all corners.
     """
     if isinstance(where, Region) and (turns := list(plane_problems(where.rotate, path, active))):
         yield from turns
@@ -221,7 +226,8 @@ def faults(
 
 
 def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) -> tuple[str, str]:
-    """Return the reason why a region selects nothing, and a remedy; arguments as in `faults`."""
+    """Return the reason why a region selects no node or face of a body (`of`), and a remedy. active: axes along which the
+    grid is more than one cell thick; faces: True if the condition acts on faces, not on nodes."""
     if not isinstance(where, Region):
         return ": a closed surface has no rim", "use a shape, a set or a normal"
     if where.normal is not None and not where._facing(of).any():
@@ -264,8 +270,9 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
 
 
 def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
-    """Return a mask of positions [m], shape (n, 3), that lie in a shape or have a periodic image in it, shape (n,). active:
-    axes along which the grid is more than one cell thick; periods: periods of the grid [m], 0 if not periodic."""
+    """Return a mask of the positions `places` [m], shape (n, 3), that lie in a shape (`region`) or have a periodic image in
+    it, shape (n,). active: axes along which the grid is more than one cell thick; periods: periods of the grid [m], 0 if
+    not periodic."""
     inside = np.zeros(len(places), bool)
     if len(places):
         for way in images(periods, (places.min(axis=0), places.max(axis=0)), region.bounds()):

@@ -29,8 +29,8 @@ class ArtificialViscosityCase(Model):
 
 @pointwise
 def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: float, length: float) -> float:
-    """Return the artificial pressure q [Pa] (see `ArtificialViscosity`) at the density [kg/m³], the sound speed a [m/s] and
-    the volume rate trD = tr D [1/s]; av: its coefficients; length: cell size [m]."""
+    """Return the artificial pressure q [Pa] in compression, 0 in expansion (see `ArtificialViscosity`). density [kg/m³]; a:
+    sound speed [m/s]; trD: volume rate tr D [1/s]; av: coefficients of the artificial viscosity; length: cell size [m]."""
     if trD >= 0.0:
         return 0.0
     return density * length * (av.quadratic * length * trD * trD - av.linear * a * trD)
@@ -39,7 +39,8 @@ def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: 
 @pointwise
 def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: float) -> float:
     """Return the contribution Q = c₁ a + c₀ l |tr D| of artificial viscosity to the signal speed [m/s]; the signal speed
-    becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual). Arguments as in `artificial_pressure`."""
+    becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual). av: coefficients c₀ and c₁; a: sound speed [m/s]; trD:
+    volume rate tr D [1/s]; length: cell size l [m]."""
     if trD >= 0.0:
         return 0.0
     return av.linear * a - av.quadratic * length * trD

@@ -19,7 +19,7 @@ from pellucid.model import Model, check, parameter
 
 
 class Undamaged(NamedTuple):
-    """Damage law of a membrane that cannot be damaged."""
+    """Damage law of a membrane without damage; its type selects functions that leave the stiffness unchanged."""
 
 
 class Elastodamage(NamedTuple):
@@ -27,10 +27,10 @@ class Elastodamage(NamedTuple):
     max(0, ε_max/S_L - 1) for the largest principal strain ε_max so far: elastic limit S_L, stiffness loss c₀, rate c₁, and the
     strain at which a point fails."""
 
-    elastic_limit: float
-    stiffness_loss: float
-    rate: float
-    failure_strain: float
+    elastic_limit: float  # S_L: principal strain at which damage starts
+    stiffness_loss: float  # c₀
+    rate: float  # c₁
+    failure_strain: float  # largest principal strain above which a point fails
 
 
 class DamageRecord(NamedTuple):

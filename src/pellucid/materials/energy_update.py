@@ -19,34 +19,35 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
 class ConservativeEnergy(NamedTuple):
-    """Option `conservative` of the energy update of a fluid: the energy already includes the work of the nodal forces, see
-    `pellucid.grid.velocities`."""
+    """Option `conservative` of the energy update of a fluid: no update in the law, since the internal energy already
+    includes the work of the nodal forces (`pellucid.grid.velocities`)."""
 
     unused: int = 0  # a NamedTuple without fields has no compiled type
 
 
 class ClosedEnergy(NamedTuple):
-    """Option `closed` of the energy update of a fluid: backward Euler, solved exactly."""
+    """Option `closed` of the energy update of a fluid: backward Euler for the internal energy, solved exactly."""
 
     unused: int = 0
 
 
 class ExplicitEnergy(NamedTuple):
-    """Option `explicit` of the energy update of a fluid: forward Euler with the stress at the start of the step."""
+    """Option `explicit` of the energy update of a fluid: forward Euler for the internal energy, with the stress at the
+    start of the step."""
 
     unused: int = 0
 
 
 class IteratedEnergy(NamedTuple):
-    """Option `iterated` of the energy update of a fluid: backward Euler, solved by Newton's method."""
+    """Option `iterated` of the energy update of a fluid: backward Euler for the internal energy, solved by Newton's method."""
 
-    tolerance: float = 1e-12  # relative to the energy scale of the step
-    limit: int = 50
+    tolerance: float = 1e-12  # largest change in the last iteration, relative to the sum of energies and works
+    limit: int = 50  # largest number of iterations
 
 
 class MidpointEnergy(NamedTuple):
-    """Option `midpoint` of the energy update of a fluid: mean of the stresses at the start and the end of the step, solved
-    exactly."""
+    """Option `midpoint` of the energy update of a fluid: the internal energy changes by the work of the mean of the
+    stresses at the start and the end of the step, solved exactly."""
 
     unused: int = 0
 
@@ -79,8 +80,8 @@ def new_energy(
 def energy_of_pressure(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Return the specific energy [J/kg] for which the pressure at the end of the step is computed, when the density is
-    known; energy: result of `new_energy`; other arguments as there."""
+    """Return the specific energy [J/kg] from which the pressure at the end of the step is computed, when the density is
+    known; energy: result of `new_energy`; other arguments: as in `new_energy`."""
 
 
 @default_function(energy_of_pressure)

@@ -60,7 +60,8 @@ class FluidMembraneMaterial(MembraneMaterial):
         return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Return the speed of dilatational (area-changing) waves [m/s], and 0: there are no shear waves."""
+        """Return the speed of dilatational (area-changing) waves [m/s], and 0 since there are no shear waves; neither
+        depends on the thickness."""
         return sqrt(self.stiffness / self.density), 0.0
 
 

@@ -14,8 +14,8 @@ from pellucid.materials.wrinkling import natural_width
 
 @generic
 def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
-    """Return the energy f per unit initial area and its derivatives f' and f'' with respect to the first invariant I, each
-    in N/m; excess: I - 3."""
+    """Return the energy f per unit initial area [J/m²] of an incompressible sheet, and the derivatives f' and f'' with
+    respect to the first invariant I = a² + b² + 1/(ab)² for the principal stretches a and b [N/m]; excess: I - 3."""
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:

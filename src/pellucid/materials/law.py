@@ -51,8 +51,8 @@ def volume_growth(law: Law, L: Tensor, dt: float) -> float:
 
 @generic
 def signal_speed(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
-    """Return the fastest signal speed relative to the material [m/s], with artificial viscosity; it limits the time step.
-    density [kg/m³]; L: velocity gradient [1/s]; length: cell size [m]."""
+    """Return the fastest signal speed relative to the material [m/s], with artificial viscosity, which limits the time
+    step. state: state of the point; density [kg/m³]; L: velocity gradient [1/s]; length: cell size [m]."""
 
 
 @generic
@@ -63,19 +63,20 @@ def diffusivity(law: Law, density: float) -> float:
 
 @generic
 def stored_energy(law: Law, state: PointState, density: float) -> float:
-    """Return the internal energy of a fluid or the strain energy of a solid per unit mass [J/kg]; density [kg/m³]."""
+    """Return the internal energy of a fluid or the strain energy of a solid per unit mass [J/kg]. state: state of the
+    point; density [kg/m³]."""
 
 
 @generic
 def dissipated_energy(law: Law, state: PointState, density: float) -> float:
-    """Return the work of the stress per unit mass dissipated so far [J/kg], for laws that separate it from the stored
-    energy; `stored_energy` excludes it. density [kg/m³]."""
+    """Return the work of the stress per unit mass dissipated so far [J/kg], for laws that separate the dissipated energy
+    from the stored energy; `stored_energy` excludes it. state: state of the point; density [kg/m³]."""
 
 
 @generic
 def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Return the power of the artificial viscosity per unit mass [W/kg]; it is part of the rate of internal energy and
-    recorded separately. Arguments as in `signal_speed`."""
+    recorded separately. state: state of the point; density [kg/m³]; L: velocity gradient [1/s]; length: cell size [m]."""
 
 
 @generic
@@ -104,8 +105,9 @@ def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
 
 @generic
 def energy_and_stress(law: Law, F: Tensor) -> tuple[float, Tensor]:
-    """Return `energy` and `first_piola_kirchhoff` at the deformation gradient F together; a law registers this function if
-    both need the same costly intermediate results."""
+    """Return the strain energy per unit reference volume [J/m³] and the first Piola-Kirchhoff stress [Pa] at the
+    deformation gradient F together; a law registers this function if both results need the same costly intermediate
+    results."""
 
 
 @generic

@@ -47,8 +47,8 @@ def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
 
 @generic
 def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
-    """Return the principal stretches of a shape after its wrinkles are flattened, from its stretches `major` and `minor`;
-    for laws without wrinkling, the same stretches."""
+    """Return the principal stretches that a membrane has after the wrinkles of an in-plane shape are flattened, from the
+    principal stretches `major` and `minor` of this shape; for laws without wrinkling, `major` and `minor`."""
 
 
 @generic
@@ -104,8 +104,9 @@ def _no_diffusivity(law, shape, density):
 
 @generic
 def damped_rate(law: Law, rate: float, spread: float) -> float:
-    """Return the inverse of the largest stable step [1/s]; rate: the same without viscosity, half the frequency of waves
-    [1/s]; spread: rate ν/h² of momentum diffusion with the kinematic viscosity ν over a length h [1/s]."""
+    """Return the inverse of the largest stable step of a membrane with viscosity [1/s]. rate: inverse of the largest stable
+    step without viscosity, i.e. half the angular frequency of the waves [1/s]; spread: rate ν/h² of momentum diffusion with
+    the kinematic viscosity ν over a length h [1/s]."""
 
 
 @default_function(damped_rate)

@@ -41,7 +41,7 @@ def load(arrays: PointState, p: int) -> PointState:
 
 @generic
 def store(arrays: PointState, p: int, state: PointState) -> None:
-    """Store the state of point p in the arrays."""
+    """Write the state of point p to the arrays of a body."""
 
 
 def initial_arrays(state: PointState, n: int) -> dict[str, np.ndarray]:

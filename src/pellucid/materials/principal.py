@@ -31,7 +31,7 @@ class Spectrum(NamedTuple):
     """Spectrum of a positive tensor a = m I + p B, with the mean eigenvalue m and p² = dev a:dev a / 6: the eigenvalues x₁
     and x₂ ≥ x₃. x₁ is the eigenvalue that is farthest from m, so that it is well separated from the others."""
 
-    values: Triple
+    values: Triple  # x₁, x₂, x₃
     distance: float  # x₂ - x₃
     first: float  # x₁ - m
     across: tuple[float, float]  # x₁ - x₂ and x₁ - x₃, never 0

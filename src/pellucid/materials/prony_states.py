@@ -36,11 +36,11 @@ def branch_energy(state: PointState) -> float:
 
 @pointwise
 def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, step: Step) -> tuple[Symmetric, float, float]:
-    """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work done
-    on the branch in it [J/kg].
+    """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work per
+    unit mass done on the branch in this step [J/kg].
 
-    q, stored: overstress and stored energy before the step; share, time: share and relaxation time [s] of the branch;
-    rho0: initial density [kg/m³]; step: data of the step, see `Step`.
+    q, stored: overstress and stored energy before the step; share, time: share and relaxation time [s] of the branch; rho0:
+    initial density [kg/m³]; step: data of the step, see `Step`.
     """
     carry, change, before, after, dt = step
     x = dt / time

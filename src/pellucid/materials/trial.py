@@ -84,10 +84,10 @@ DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, 
 
 
 class Call(NamedTuple):
-    """A function of a material law, and the arguments with which it is tried."""
+    """A function of a material law with arguments for which it is evaluated once, at rest, to check the law."""
 
-    operation: Operation
-    arguments: tuple[Any, ...]
+    operation: Operation  # function, such as `stored_energy`
+    arguments: tuple[Any, ...]  # arguments of the function; the first is the law
 
     def result(self) -> Any:
         """Return the result of the call. Raises ValueError if the function fails."""
@@ -152,8 +152,8 @@ def try_material(material: "PointMaterial") -> None:
 
 
 def try_membrane(material: "SolidMembraneMaterial") -> None:
-    """Evaluate the functions of a membrane law once, for a membrane with a shape at rest. Raises ValueError if a function is
-    missing, fails or returns an invalid value."""
+    """Evaluate the functions of the law of a membrane material once, for a membrane with a shape at rest. Raises ValueError
+    if a function is missing, fails or returns an invalid value."""
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
         operations, law = material.operations(), material.law(1.0)

@@ -40,8 +40,8 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Limit the first step by the oscillation of the membranes on the compressible contents, and add half the initial
-        power of the pressure to the energy totals."""
+        """Limit the first step by the oscillation of the membranes on the compressible contents, and add half of the
+        initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
@@ -119,7 +119,7 @@ class ActiveEnclosed(ActiveCondition):
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
         """Remove the contents that flow out in a time dt [s], with the flux at the middle of this time, at most until the
-        outside pressure is reached; works: as in `_flow`."""
+        outside pressure is reached. works: energies exchanged [J] by the name of their channel, increased here."""
         if self._gauge < 0.0 and self._now.hole > 0.0:
             self._flow_back(dt, works)
         if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
@@ -147,8 +147,8 @@ class ActiveEnclosed(ActiveCondition):
             self._hole_flow += share * flows[2]
 
     def _flow_back(self, dt: float, works: dict[str, float]) -> None:
-        """Add the outside fluid that flows in through holes in a time dt [s], at most until the outside pressure is reached;
-        works: as in `_flow`."""
+        """Add the outside fluid that flows in through holes in a time dt [s], at most until the outside pressure is
+        reached. works: energies exchanged [J] by the name of their channel, increased here."""
         volume, outside = self._now.volume, self._model.outside
         most = self.contents.lack(volume, outside)
         mass = min(dt * self._now.hole * self.contents.influx(volume, outside), most)
@@ -171,16 +171,16 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge, through_holes
 
     def _count_power(self, growth: float) -> None:
-        """Add half the power of the gauge pressure on the membranes [W] to the energy totals of the first body; the energy
-        balance sums these over all bodies.
+        """Add half of the power of the gauge pressure on the membranes [W] to the sum `half_power` of the first body; the
+        energy balance sums `half_power` over all bodies.
 
         growth: rate of change of the enclosed volume due to the motion of its membranes [m³/s].
         """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:
-        """Limit the time step by the oscillation of the membranes on the compressible contents, and record whether this limit
-        is tighter than the membranes' own."""
+        """Limit the time step by the oscillation of the membranes on the compressible contents, and record whether this
+        limit is tighter than the limit due to the membranes alone."""
         stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 

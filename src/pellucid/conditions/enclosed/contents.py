@@ -9,10 +9,11 @@ from math import inf, log, sqrt
 
 
 class Contents(ABC):
-    """Gas or liquid in a volume. Its state is its mass [kg] and its energy [J]."""
+    """Base of the gas and the liquid that a membrane encloses. The state consists of the mass [kg] and the energy [J]; the
+    volume is an argument of the methods."""
 
-    mass: float
-    energy: float
+    mass: float  # mass [kg]
+    energy: float  # internal energy of a gas, compression energy of a liquid [J]
 
     @abstractmethod
     def pressure(self, volume: float) -> float:
@@ -56,16 +57,16 @@ class Contents(ABC):
 
     @abstractmethod
     def influx(self, volume: float, outside: float) -> float:
-        """Return the mass flux per unit area of a hole, in kg/(s m²), from a higher pressure `outside` [Pa] into contents of
-        a volume [m³].
+        """Return the mass flux per unit area of a hole [kg/(s m²)] by which outside fluid at a higher pressure `outside`
+        [Pa] enters contents of a volume [m³].
 
-        The outside fluid is the same gas, at its initial temperature, or the same liquid.
+        The outside fluid is of the same kind as the contents: the gas at its initial temperature, or the liquid.
         """
 
     @abstractmethod
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Add mass of the outside fluid [kg] (see `influx`) to the contents of a volume [m³]. Returns the energy added and
-        the heat absorbed from outside [J]."""
+        """Add a mass of outside fluid [kg] to the contents of a volume [m³]; the outside fluid is the gas at its initial
+        temperature, or the liquid. Returns the energy added and the heat absorbed from outside [J]."""
 
 
 class Gas(Contents):
@@ -94,22 +95,25 @@ class Gas(Contents):
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
-        """Change the volume along an adiabat, or along an isotherm if the gas is isothermal (both are integrated exactly).
-        Arguments and result as in `Contents.expand`."""
+        """Change the volume from `old` to `new` [m³] along an adiabat, or along an isotherm if the gas is isothermal (both
+        are integrated exactly), and update the energy, which is constant along an isotherm. Returns the heat absorbed from
+        outside [J], 0 along an adiabat."""
         if self.isothermal:
             return (self.gamma - 1.0) * self.energy * log(new / old)
         self.energy *= (old / new) ** (self.gamma - 1.0)
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add an inflow of gas, which brings its enthalpy; arguments and result as in `Contents.take_in`."""
+        """Add an inflow of gas with its enthalpy: a mass [kg] with `warmth`, the integral ∫T dm of its temperature over its
+        mass [K kg]. The volume is not used. Returns the energy added and the heat absorbed from outside [J]."""
         brought = self.gamma * self._heat_capacity * warmth
         self.mass += mass
         return brought, self._renew(brought)
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove gas with its enthalpy; the rest expands along an adiabat, with the energy E ~ m^γ for the mass m. Arguments
-        and result as in `Contents.let_out`."""
+        """Remove a mass of gas [kg] with its enthalpy; the rest expands along an adiabat, on which the energy E of the gas
+        is proportional to m^γ for the mass m, or at constant temperature if the gas is isothermal. The volume is not used.
+        Returns the energy removed and the heat absorbed from outside [J]."""
         left = 1.0 - mass / self.mass
         taken = mass * self.gamma * self._heat_capacity * self.temperature if self.isothermal else self._lost(left)
         self.mass *= left
@@ -133,9 +137,9 @@ class Gas(Contents):
         return self.mass * (1.0 - (ratio if self.isothermal else ratio ** (1.0 / self.gamma)))
 
     def efflux(self, volume: float, outside: float) -> float:
-        """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)], with the flow function ψ (see `flow_function`),
-        pressure p, specific gas constant R and temperature T; the flow is choked below the critical pressure ratio.
-        Arguments as in `Contents.efflux`."""
+        """Return the mass flux ψ p/√(R T) through a nozzle [kg/(s m²)] from contents of a volume [m³] to a lower pressure
+        `outside` [Pa], with the flow function ψ (see `flow_function`), pressure p, specific gas constant R and temperature
+        T of the gas; the flow is choked below the critical pressure ratio."""
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
@@ -147,8 +151,8 @@ class Gas(Contents):
         return flow_function(self.pressure(volume) / outside, self.gamma) * outside / sqrt(self.constant * self._start)
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Add an inflow of gas at the initial temperature, which brings its enthalpy; arguments and result as in
-        `Contents.draw_in`."""
+        """Add a mass of gas [kg] at the initial temperature, with its enthalpy, to the contents of a volume [m³]. Returns
+        the energy added and the heat absorbed from outside [J]."""
         return self.take_in(mass, mass * self._start, volume)
 
 
@@ -194,13 +198,14 @@ class Liquid(Contents):
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Add an inflow of liquid, which brings its compression energy; arguments and result as in `Contents.take_in`."""
+        """Add a mass of liquid [kg] to the contents of a volume [m³]; `warmth` is not used. Returns the energy added, i.e.
+        the increase of the compression energy [J], and 0, since a liquid absorbs no heat."""
         self.mass += mass
         return self._renew(volume), 0.0
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove liquid; the energy removed is the decrease of the compression energy. Arguments and result as in
-        `Contents.let_out`."""
+        """Remove a mass of liquid [kg] from the contents of a volume [m³]. Returns the energy removed, i.e. the decrease of
+        the compression energy [J], and 0, since a liquid absorbs no heat."""
         self.mass -= mass
         return -self._renew(volume), 0.0
 
@@ -208,15 +213,16 @@ class Liquid(Contents):
         return self.density * volume * (self.pressure(volume) - outside) / self.bulk_modulus
 
     def efflux(self, volume: float, outside: float) -> float:
-        """Return the mass flux √(2ρ Δp) [kg/(s m²)], with the density ρ and the pressure difference Δp to the outside."""
+        """Return the mass flux √(2ρ Δp) [kg/(s m²)] from contents of a volume [m³] to a lower pressure `outside` [Pa], with
+        the density ρ of the contents and the pressure difference Δp."""
         return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))
 
     def lack(self, volume: float, outside: float) -> float:
         return -self.excess(volume, outside)
 
     def influx(self, volume: float, outside: float) -> float:
-        """Return the mass flux √(2ρ₀ Δp) [kg/(s m²)], with the density ρ₀ at zero pressure and the pressure difference
-        Δp to the outside."""
+        """Return the mass flux √(2ρ₀ Δp) [kg/(s m²)] from a higher pressure `outside` [Pa] into contents of a volume [m³],
+        with the density ρ₀ at zero pressure and the pressure difference Δp."""
         return sqrt(2.0 * self.density * (outside - self.pressure(volume)))
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:

@@ -12,16 +12,16 @@ from pellucid.parts.body_model import BodyModel
 
 
 class AtStart(NamedTuple):
-    """A membrane at the start: its enclosed volume [m³], and the mobility Σ A²/m [m⁴/kg], i.e. the second time derivative of
-    this volume per unit pressure, with vector area A and mass m of each node."""
+    """State of a membrane at the start, from which the stable step of an enclosed volume is estimated before the run."""
 
-    volume: float
-    mobility: float
+    volume: float  # enclosed volume [m³]
+    mobility: float  # second time derivative of the volume per unit of gauge pressure [m⁴/kg]: Σ A²/m over the nodes,
+    # with the vector area A and the mass m of a node
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """Return the enclosed volume [m³] of a membrane at the start, and the acceleration of this volume per pressure
-    difference, as in `AtStart`; None for other bodies or if no volume is enclosed."""
+    """Return the enclosed volume of a membrane at the start [m³], and the acceleration of this volume per unit of gauge
+    pressure [m⁴/kg]; None for other bodies, or if no volume is enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

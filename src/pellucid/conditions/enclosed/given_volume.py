@@ -62,10 +62,10 @@ class GivenVolume(Model):
         return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
     def spring(self, stiffness: float | None, start: float, rate: float, mobility: float) -> float:
-        """Return the spring constant κ [Pa/m³] (pressure per difference of volumes) that enforces the volume. It follows from
-        `stiffness`, i.e. κ times the largest volume [Pa]; if that is None, from `rate`, the inverse of the membrane's own
-        stable step [1/s]. start: initial volume [m³]; mobility: second time derivative of the volume per unit pressure
-        [m⁴/kg]."""
+        """Return the spring constant κ [Pa/m³] (pressure per difference of volumes) that enforces the volume. It follows
+        from `stiffness`, i.e. κ times the largest volume [Pa]; if `stiffness` is None, from `rate`, the inverse of the
+        membrane's own stable step [1/s]. start: initial volume [m³]; mobility: second time derivative of the volume per
+        unit pressure [m⁴/kg]."""
         if stiffness is not None:
             return stiffness / (max(self.rows[1]) * (1.0 if self.ratios is None else start))
         return (SHARE * 2.0 * rate) ** 2 / mobility
@@ -98,7 +98,7 @@ class ActiveVolume(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Choose the stiffness of the spring, if it is not given, and the damping coefficient; limit the first step."""
+        """Choose the spring constant if no stiffness is given, and the damping coefficient; limit the first step."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
@@ -167,8 +167,8 @@ def critical(spring: float, mobility: float) -> float:
 
 
 def start_fault(given: GivenVolume, start: float) -> str | None:
-    """Return a description of the fault if the prescribed volume at time 0 differs by more than a tenth from the initial
-    volume `start` of the membrane [m³], else None."""
+    """Return a text that describes the fault if the prescribed volume `given` at time 0 differs by more than a tenth from
+    the initial volume `start` of the membrane [m³], else None."""
     if given.ratios is not None:
         return None
     first, largest = given.at(0.0, start)[0], max(given.rows[1])

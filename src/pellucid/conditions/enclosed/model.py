@@ -190,8 +190,8 @@ class Enclosed(Condition):
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about membranes that do not exist, enclose no volume, are named twice or already have contents, and
-        about reserved names (arguments as in `Part.problems`)."""
+        """Yield findings about membranes that do not exist, enclose no volume, are named twice or already have contents,
+        and about reserved names. path: location of the condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from encloses_problems(self.body, self.lids, path, parts, allows_flat=False)
         for number, name in enumerate(self.inside):

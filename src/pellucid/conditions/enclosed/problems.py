@@ -63,5 +63,6 @@ def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if the surface with its lids encloses no volume, up to rounding; arguments as in `volume_at_start`."""
+    """Return True if the volume enclosed by triangles and the lids over their rims is zero up to rounding. position:
+    vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3

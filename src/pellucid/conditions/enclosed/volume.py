@@ -100,8 +100,8 @@ class EnclosedVolume:
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 
     def swing(self, rate: float) -> bool:
-        """Limit the steps of the membranes by the oscillation of the enclosed volume, in addition to their own rates;
-        return True if `rate` exceeds the rates of all membranes.
+        """Increase the step rates (1/stable step) of the membranes by the oscillation of the enclosed volume; return True
+        if `rate` exceeds the rates that all membranes had before.
 
         rate: half the angular frequency of the volume [1/s].
         """

@@ -59,7 +59,8 @@ class LoadModel(Condition):
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or has no inertia (arguments as in `Part.problems`)."""
+        """Yield findings about a body that does not exist or has no inertia. path: location of the condition in the case;
+        parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
@@ -101,7 +102,7 @@ class Load(ChangesInTime, LoadModel):
 
 
 class ActiveLoad(ActiveCondition):
-    """Applies the forces of a `Load` to its body in each step."""
+    """Applies the forces of a `Load` in each step to the body that the load names."""
 
     def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:
         member = assembly.bodies[load.body]

@@ -26,7 +26,8 @@ class Band(Model):
     width: float = parameter("m", "standard deviation of the pressure profile", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
-        """Return the fraction exp(-(x - centre)²/(2 width²)) of the largest pressure at positions [m], shape (..., 3)."""
+        """Return the fraction exp(-(x - centre)²/(2 width²)) of the largest pressure, with the coordinate x along the axis
+        of the band, at positions [m], shape (..., 3)."""
         offset = (position[..., "xyz".index(self.axis)] - self.centre) / self.width
         return np.asarray(np.exp(-0.5 * offset * offset))
 
@@ -47,8 +48,8 @@ class FilmPressure(ChangesInTime, LoadModel):
     band: Band | None = parameter("", "band across an axis to which the pressure is restricted", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that is not a fluid film, and a direction that is a zero vector (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that is not a fluid film, and a direction that is a zero vector. path: location of
+        the condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:

@@ -46,7 +46,7 @@ class MeanVelocity(ChangesInTime, LoadModel):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about bodies that do not exist or have no inertia, an axis along which walls constrain the fluid,
-        and two controllers of one body (arguments as in `Part.problems`)."""
+        and two controllers of one body. path: location of the condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from parts.no_grid((*path, "axis"), "it drives a flow along a periodic axis of a grid")
         if parts.grid is not None and self.axis not in parts.grid.periodic:

@@ -24,8 +24,8 @@ class PointLoad(ChangesInTime, LoadModel):
     force: Vector = parameter("N", "total force on these nodes or points")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or has no nodes in the region of the load (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that does not exist or has no nodes in the region of the load. path: location of the
+        condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from chosen_problems(self.where, self.body, path, parts)
 

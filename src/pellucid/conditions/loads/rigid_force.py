@@ -28,8 +28,8 @@ class RigidForce(ChangesInTime, RigidLoad):
             raise Refusal("this load has no effect", "give a `force`, a `torque`, or both")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that is not rigid, and components along axes without motion (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that is not rigid, and components along axes without motion. path: location of the
+        condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
 

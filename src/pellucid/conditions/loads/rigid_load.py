@@ -22,17 +22,18 @@ NONE = (0.0, 0.0, 0.0)
 
 
 class Push(NamedTuple):
-    """A force at the centre of mass [N] and a torque [N m] on a rigid body during a step, as `strength`, shape (6,), and the
-    columns for their work."""
+    """Force and torque of one load on a rigid body during a step, and the columns of the array of works that record their
+    work."""
 
-    strength: np.ndarray
+    strength: np.ndarray  # (6,) force at the centre of mass [N], then torque about it [N m]
     column: int  # column for the work in the array of works
-    carried: np.ndarray | None = None  # velocity and angular velocity of the anchor of a damper, shape (6,)
+    carried: np.ndarray | None = None  # (6,) velocity [m/s] and angular velocity [rad/s] of the anchor
     heat: int = 0  # column for the heat of a damper in the array of works
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
-        """Add the work of force and torque over a step dt [s] to an array of works by column [J], and return it; rates:
-        velocity [m/s] and angular velocity [rad/s] of the body, shape (6,)."""
+        """Add the work of force and torque on the body over a step dt [s] to the array `works` [J]; for a damper, add the
+        work of its moving anchor and the heat of the damper instead. Return the work on the body [J]. rates: velocity [m/s]
+        and angular velocity [rad/s] of the body, shape (6,)."""
         work = dt * float(self.strength @ rates)
         if self.carried is None:
             works[self.column] += work
@@ -47,7 +48,8 @@ class RigidLoad(LoadModel):
     """Base of loads (forces, torques, springs) that act on a rigid body as a whole."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or is not rigid (arguments as in `Part.problems`)."""
+        """Yield findings about a body that does not exist or is not rigid. path: location of the condition in the case;
+        parts: all parts of the case."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.is_rigid:
@@ -57,8 +59,8 @@ class RigidLoad(LoadModel):
 
 def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
     """Yield findings about nonzero force or torque components for which bodies cannot move in plane or one-dimensional
-    problems. along: components along x, y and z; about: components about them; keys: keys of these two vectors in the
-    case; path, parts: as in `Part.problems`."""
+    problems. along: components of the force along x, y and z; about: components of the torque about x, y and z; keys: keys
+    of `along` and `about` in the case; path: location of the condition in the case; parts: all parts of the case."""
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"

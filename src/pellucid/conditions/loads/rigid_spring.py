@@ -52,8 +52,8 @@ class RigidSpring(RigidLoad):
             raise Refusal("this spring has no effect", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that is not rigid, components along axes without motion, and motions of the anchor that
-        are invalid at the start (arguments as in `Part.problems`)."""
+        """Yield findings about a body that is not rigid, components along axes without motion, and motions of the anchor
+        that are invalid at the start. path: location of the condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
@@ -96,7 +96,7 @@ def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
 
 
 class ActiveRigidSpring(ActiveCondition):
-    """Applies force and torque of a `RigidSpring` to its rigid body in each step."""
+    """Applies force and torque of a `RigidSpring` in each step to the rigid body that the spring names."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
         self._body = assembly.bodies[load.body].body
@@ -107,8 +107,8 @@ class ActiveRigidSpring(ActiveCondition):
         self._viscous = assembly.layout.column(DAMPING_HEAT)
 
     def begin(self, time: float, dt: float) -> None:
-        """Compute force and torque for the position at the start of the step and apply them; arguments as in
-        `ActiveCondition.begin`."""
+        """Compute force and torque for the position of the body at the start of the step, and apply both over the step dt
+        [s] that begins at `time` [s]."""
         rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])

@@ -25,8 +25,8 @@ class Traction(ChangesInTime, LoadModel):
     traction: Vector = parameter("Pa", "force per unit initial area of the faces")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a body that does not exist or has no faces in the region of the load (arguments as in
-        `Part.problems`)."""
+        """Yield findings about a body that does not exist or has no faces in the region of the load. path: location of the
+        condition in the case; parts: all parts of the case."""
         yield from super().problems(path, parts)
         yield from face_problems(self.where, (*path, "where"), self.body, parts)
 

@@ -20,12 +20,11 @@ ROUNDING = 1e-6  # of a cell
 
 
 class OpenFace(NamedTuple):
-    """A face of the grid where points enter or leave: its name, its normal axis, which end of the grid it is, and its
-    position."""
+    """A face of the grid through which points enter or leave."""
 
-    name: str
-    axis: int
-    is_upper: bool
+    name: str  # such as "x-lower"
+    axis: int  # index of the normal axis, 0 to 2
+    is_upper: bool  # True if the face is at the upper end of the grid along the axis
     level: float  # position of the face along its axis [m]
 
     @classmethod
@@ -41,7 +40,7 @@ class OpenFace(NamedTuple):
 
     @property
     def when_flow_reverses(self) -> str:
-        """Advice for messages about a flow that reverses at an open face."""
+        """Text for messages that advises how to compute a flow that reverses its direction at an open face."""
         return (
             f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
             'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '

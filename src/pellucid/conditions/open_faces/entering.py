@@ -166,10 +166,10 @@ class Entering(ActiveCondition):
         return self._body.pressed(arrays, first + 0.5 * self._fall - self._given_pressure)
 
     def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
-        """Return the indices of the points in the first LAYERS_OF_MEAN layers of cells behind the strip, and of those in the
-        next as many layers, from positions of all points [m], shape (n, 3).
+        """Return the indices of the points in the first LAYERS_OF_MEAN layers of cells behind the strip, and of the points
+        in the next LAYERS_OF_MEAN layers; position: positions of all points [m], shape (n, 3).
 
-        The average over LAYERS_OF_MEAN removes pressures that oscillate from cell to cell.
+        The average over LAYERS_OF_MEAN layers removes pressures that oscillate from cell to cell.
         """
         case, place = self._grid.case, self.opening.place
         across = np.delete(np.arange(3), self._face.axis)

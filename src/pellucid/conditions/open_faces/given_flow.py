@@ -45,7 +45,7 @@ class GivenFlow(ChangesInTime):
             raise ValueError(f"{text}; use shares of 0 or more")
 
     def _allows_turning(self) -> bool:
-        """Return True if the flow may reverse its direction in the run."""
+        """Return True if the flow may reverse its direction in the run, so that `amplitude` may be negative."""
         return False
 
     def sizes(self) -> list[str]:
@@ -60,7 +60,8 @@ class GivenFlow(ChangesInTime):
         """Yield findings about an opening that does not reach the face (its name), is closed by supports, or has an unknown
         profile.
 
-        path, parts: as in `Part.problems`; body: model of the body that flows through the opening, or None.
+        path: location of the condition in the case; parts: all parts of the case; body: model of the body that flows
+        through the opening, or None.
         """
         grid = parts.grid
         if grid is None:

@@ -45,7 +45,8 @@ class Inflow(GivenFlow, Condition):
         return None if self.pressure is None else INFLOW_WORK.name
 
     def _allows_turning(self) -> bool:
-        """Return True for an inflow under a pressure, which may have either sign."""
+        """Return True for an inflow under a pressure: its `amplitude` may be negative, since a pressure may have either
+        sign."""
         return self.pressure is not None
 
     @classmethod
@@ -62,8 +63,8 @@ class Inflow(GivenFlow, Condition):
         return Reason("an [[inflow]] adds points, so there is no equilibrium", "remove [steady] or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about faces that cannot be open, bodies that points cannot enter, and flows that are too fast
-        (arguments as in `Part.problems`)."""
+        """Yield findings about faces that cannot be open, bodies that points cannot enter, and flows that are too fast.
+        path: location of the condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
         seeded = parts.named(BodyModel, self.body)
@@ -98,8 +99,8 @@ class Inflow(GivenFlow, Condition):
             yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
 
     def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield a finding about a fixed time step in which the inflow crosses more than one cell (arguments as in
-        `Part.problems`)."""
+        """Yield a finding about a fixed time step in which the inflow crosses more than one cell. path: location of the
+        condition in the case; parts: all parts of the case."""
         step = getattr(parts.sections["time"].items[0], "step", None)
         if parts.grid is None or step is None or self.velocity is None:
             return

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class LeadingOut(ActiveCondition):
-    """Active outflow with a prescribed flow: one body flows out through its opening in the face, the first in the list of
-    bodies that has points at the face."""
+    """Active outflow with a prescribed flow. Only one body flows out: the first in the list of bodies that has points at
+    the face, through the opening of the outflow in the face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._layout, self._name = assembly.layout, outflow.name

@@ -72,7 +72,7 @@ def _layers_at(depth: float, grid: Grid, function: GridFunction, face: OpenFace)
 
 def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> list[tuple[int, float]]:
     """Return the indices of the nodes along an axis to which a point at the coordinate `place` [m] contributes, with their
-    weights."""
+    weights; function: shape functions along the axis."""
     n, lattice = grid.lattice.counts[axis], grid.lattice
     found = _weights(function, (place - lattice.lower[axis]) * lattice.inverse_cell, n)
     return [(i % n if grid.periodic[axis] else i, w) for i, w in found]

@@ -33,10 +33,11 @@ if TYPE_CHECKING:
 
 
 class FluidPoints(NamedTuple):
-    """Positions [m] and volumes [m³] of the points, for the kernel that scatters the pressure."""
+    """Arrays of the points of a fluid that are read by the kernel which scatters the pressure on the end of the fluid to
+    the nodes."""
 
-    position: Any
-    volume: Any
+    position: Any  # (n, 3) [m]
+    volume: Any  # (n,) [m³]
 
 
 class EndPressure(NamedTuple):
@@ -64,7 +65,7 @@ def _pressure_of_point(rule, lattice, points, p):
 
 
 class EndNodes(NamedTuple):
-    """Nodal fields of a fluid on whose end, at a face of the grid, a pressure acts."""
+    """Nodal field of a fluid on whose end, at a face of the grid, a pressure acts."""
 
     end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "force of the pressure on the end of the fluid")]
 

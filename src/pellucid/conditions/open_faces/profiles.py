@@ -14,18 +14,18 @@ Wall = tuple[float, float]
 
 
 def across_tube(tube: Cylinder, axis: int, places: np.ndarray) -> np.ndarray:
-    """Return the velocity profile 1 - r²/R² of the flow in a tube with radius R along an axis, with the distance r from the
-    axis, at positions [m], shape (n, 3); 0 outside the tube. Dimensionless, shape (n,)."""
+    """Return the velocity profile 1 - r²/R² of the flow in a tube with radius R along an axis, at the positions `places`
+    [m], shape (n, 3), with the distances r from the axis: dimensionless, shape (n,); 0 outside the tube."""
     offset = np.delete(places - np.array(tube.centre_), axis, axis=1)
     return np.maximum(1.0 - np.sum(offset * offset, axis=1) / tube.radius**2, 0.0)
 
 
 def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray:
-    """Return the velocity profile of the flow between one or two pairs of walls at positions [m], shape (n, 3); 0 outside
-    the walls. Dimensionless with an arbitrary scale, shape (n,).
+    """Return the velocity profile of the flow between one or two pairs of walls at the positions `places` [m], shape (n,
+    3): dimensionless with an arbitrary scale, shape (n,); 0 outside the walls.
 
-    walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series,
-    see White 2006, Viscous Fluid Flow, section 3-3.3.
+    walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series, see
+    White 2006, Viscous Fluid Flow, section 3-3.3.
     """
     pairs = [(axis, pair) for axis, pair in enumerate(walls) if pair is not None]
     scaled = [(2.0 * places[:, axis] - low - high) / (high - low) for axis, (low, high) in pairs]
@@ -53,6 +53,6 @@ def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:
-    """Return True if a shape is a cylinder along the axis `axis`, the normal of a face, so that its opening in the face is
-    round."""
+    """Return True if `geometry` is a cylinder along the axis `axis`, the normal of a face, so that its opening in the face
+    is round."""
     return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis

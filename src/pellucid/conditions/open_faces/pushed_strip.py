@@ -21,7 +21,7 @@ from pellucid.ranks.domain import domain
 
 
 class StripNodes(NamedTuple):
-    """Nodal fields of a strip (layer of cells) driven by a pressure."""
+    """Nodal field of a strip (layer of cells) driven by a pressure, stored with the nodes of its velocity field."""
 
     impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse that makes the strip move as one")]
 

@@ -21,11 +21,11 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 class Passage(NamedTuple):
     """An opening in a face of the grid, and the body that flows through it."""
 
-    face: OpenFace
-    columns: Columns
+    face: OpenFace  # face of the grid that contains the opening
+    columns: Columns  # columns of points behind the opening
     shape: Geometry  # shape whose intersection with the face is the opening
-    case: GridCase
-    member: AssembledBody
+    case: GridCase  # data model of the grid
+    member: AssembledBody  # body that flows through the opening
     direction: float  # direction of the flow along the normal axis, 1 or -1
     path: str  # path of the inflow or outflow in the case, for messages
 
@@ -100,14 +100,14 @@ class Strip:
 
     def _is_symmetric(self, axis: int, level: float) -> bool:
         """Return True if the nodes of the opening at the coordinate `level` [m] along an axis lie on a plane of symmetry:
-        they are constrained along this axis and free along the flow."""
+        they are constrained along `axis` and free along the flow."""
         at_level = np.abs(self._across.place[:, axis] - level) < 1e-6 * self._case.cell
         held = self._actions.field.grid.nodes.constrained[self._nodes[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
     def bound(self, totals: Totals, speed: float) -> None:
         """Limit the step so that fluid in the strip moves at most one cell; speed: mean velocity through the opening [m/s];
-        totals: sums and rates of the body, whose rate 1/step is increased."""
+        totals: sums of the body, whose `rate` (1/stable step [1/s]) is increased."""
         fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
         governs = fastest > totals.rate * cell
         what = f"the flow through the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"

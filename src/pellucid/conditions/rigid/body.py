@@ -125,7 +125,7 @@ class RigidBody:
         return centre, arm, inertia_of(m, arm, self._own_inertia)
 
     def add_load(self, push: Push) -> None:
-        """Add a force and a torque (see `Push`) over the coming step."""
+        """Add a force and a torque on the body over the coming step; push: force, torque and the columns for their work."""
         self._loads.append(push)
 
     def moved(self) -> np.ndarray:
@@ -243,8 +243,9 @@ class RigidBody:
         return self._with_motions(done) if self.leads.led.any() else done
 
     def _with_motions(self, done: StepWork) -> StepWork:
-        """Return the record `done` of the step's work with the work and impulses of the prescribed motions added. Their
-        impulse on the nodes is subtracted from the external impulses, in which the velocity field has included it."""
+        """Return the record `done` of the step's work with the work and impulses of the prescribed motions added. The
+        impulse of the motions on the nodes is subtracted from the external impulses, in which the velocity field has
+        included it."""
         on_nodes = np.where(self.leads.led, self.nodes.led_impulse * self._motions.sizes, 0.0)
         done.impulse[:] -= on_nodes[:3]
         given = on_nodes + self._led
@@ -255,7 +256,8 @@ class RigidBody:
 
 
 class RigidBodies(ActiveCondition):
-    """Active condition of all rigid bodies of a case. They act on the nodes after all other conditions and before contact."""
+    """Active condition of all rigid bodies of a case. The bodies act on the nodes after all other conditions and before
+    contact."""
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns

@@ -25,7 +25,8 @@ def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarr
 
 def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Sequence[int]) -> np.ndarray:
     """Return the velocity of the centre of mass [m/s] and the angular velocity about the axes in `turns` [rad/s], shape
-    (6,); other arguments as in `spin_of`."""
+    (6,), of the rigid motion with the momentum and angular momentum of masses [kg], shape (n, 1), at positions `arm`
+    relative to the centre [m] with velocities [m/s], shape (n, 3) each."""
     mean = centre_of(mass, velocity)
     rates = np.concatenate([mean, np.zeros(3)])
     rates[3 + np.array(turns, int)] = spun(inertia_of(mass, arm), spin_of(mass, arm, velocity - mean), turns)
@@ -80,16 +81,16 @@ def rotation_by(angle: np.ndarray) -> np.ndarray:
 
 
 class Turned(NamedTuple):
-    """Rotation of a body over a step, about its centre of mass."""
+    """Rotation of a body about its centre of mass over a step."""
 
-    rotation: np.ndarray  # (3, 3)
-    angle: np.ndarray  # (3,) the angular velocity, integrated over the step [rad]
-    velocity: np.ndarray  # (3,) the angular velocity at its end [rad/s]
+    rotation: np.ndarray  # (3, 3) rotation matrix from the start to the end of the step
+    angle: np.ndarray  # (3,) integral of the angular velocity over the step [rad]
+    velocity: np.ndarray  # (3,) angular velocity at the end of the step [rad/s]
 
 
 def turn_freely(velocity_of: Callable[[np.ndarray], np.ndarray], dt: float) -> Turned:
-    """Rotate a body over a step dt [s]; velocity_of: function that returns the angular velocity [rad/s] of the body after a
-    rotation, shape (3, 3).
+    """Return the rotation over a step dt [s] of a body that rotates freely; velocity_of: function that returns the angular
+    velocity [rad/s], shape (3,), that the body has after it was rotated by a matrix, shape (3, 3).
 
     A free body conserves its angular momentum; its angular velocity follows from its rotated inertia. The rotation is
     integrated by the Runge-Kutta method of order four on the rotation group (Munthe-Kaas 1998, BIT 38, 92), in substeps in
@@ -139,7 +140,7 @@ def _inverse_about(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
 
 
 class RigidState(NamedTuple):
-    """State of a rigid body at the start of a step."""
+    """State of a rigid body at the start of a step, from which contact computes velocities and mobilities of its surface."""
 
     centre: np.ndarray
     """Centre of mass [m], (3,)."""

@@ -22,7 +22,8 @@ class RigidMotions:
     """
 
     def __init__(self, thin: Sequence[bool], turns: Sequence[int], leads: Leads, arm: np.ndarray) -> None:
-        """thin, turns, leads: see the class; arm: positions of the points relative to the centre, shape (n, 3) [m]."""
+        """thin: mask of the axes along which the body cannot move; turns: axes about which the body can rotate; leads:
+        prescribed motions of the body; arm: positions of the points relative to the centre [m], shape (n, 3)."""
         self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
         self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
@@ -42,13 +43,14 @@ class RigidMotions:
         return np.asarray(np.where(np.outer(self._may_move, self._may_move), matrix, 0.0))
 
     def natural(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Return the motion that belongs to a momentum if no component were prescribed; inertia: matrix, shape (6, 6);
-        momentum: shape (6,); components as in the class."""
+        """Return the motion that a body with the given momentum would have if no component were prescribed, shape (6,), in
+        the components of the class; inertia: inertia matrix in these components, shape (6, 6); momentum: shape (6,)."""
         return _solved(inertia, momentum, np.flatnonzero(self._may_move))
 
     def prescribed(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
         """Return the motion whose prescribed components have their given values and whose free components follow from the
-        momentum; arguments as in `natural`."""
+        momentum, shape (6,), in the components of the class; inertia: inertia matrix in these components, shape (6, 6);
+        momentum: shape (6,)."""
         return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:
@@ -103,26 +105,26 @@ class Wall(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Result of `RigidWalls.keep_inside`: the motion with which no point passes a wall, shape (6,); the components of
-    the total impulse of the walls, shape (6,); and the impulse of each wall along its axis [N s]."""
+    """Result of `RigidWalls.keep_inside`: a motion of a rigid body with which no point passes a wall, and the impulses of
+    the walls."""
 
-    motion: np.ndarray
-    given: np.ndarray
-    impulses: list[tuple[Wall, float]]
+    motion: np.ndarray  # (6,) the motion, in the components of `RigidMotions` [m/s]
+    given: np.ndarray  # (6,) total impulse of the walls on the body, in the same components [N s]
+    impulses: list[tuple[Wall, float]]  # each wall that pushes the body, and its impulse along its axis [N s]
 
 
 class RigidWalls:
-    """Constrained faces of a grid that act as walls on one rigid body: no point of the body passes them in a step, and they
-    can only push."""
+    """Constrained faces of a grid that act as walls on one rigid body: no point of the body passes a wall in a step, and
+    walls only push."""
 
     def __init__(self, actions: NodalActions) -> None:
         self._actions, self._faces = actions, _faces(actions)
         self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
 
     def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
-        """Compute the limits that walls impose on the motion over a step dt [s]; position: positions of the points [m],
-        shape (n, 3); width: half their extent [m]; motions: velocities of the points for unit components of a rigid
-        motion, shape (n, 3, 6)."""
+        """Compute the limits that walls impose on the motion over a step dt [s], and store them for `keep_inside`.
+        position: positions of the points [m], shape (n, 3); width: half the extent of the points [m]; motions: velocities
+        of the points for unit components of a rigid motion, shape (n, 3, 6)."""
         rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
         cell = self._actions.field.grid.lattice.cell
         for wall in self._walls():
@@ -137,9 +139,9 @@ class RigidWalls:
         """Return the motion nearest to `motion`, shape (6,), with which no point passes a wall, except by its prescribed
         components, and the impulses of the walls.
 
-        roots: of the inertia matrix that defines the distance, see `RigidMotions.roots`. Least distance programming by
-        non-negative least squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23); constraints are
-        added one by one until none is violated.
+        roots: matrix R with R Rᵀ = K⁻¹ that `RigidMotions.roots` returns; the inertia matrix K defines the distance of
+        motions. Least distance programming by non-negative least squares (Lawson & Hanson 1974, Solving Least Squares
+        Problems, chapter 23); constraints are added one by one until none is violated.
         """
         rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
         chosen: list[int] = []
@@ -173,8 +175,8 @@ class RigidWalls:
 
 
 def _faces(actions: NodalActions) -> list[tuple[int, int, float, float]]:
-    """Return for each face of the grid the number of the node in its middle, its normal axis, the direction into the grid (1
-    or -1) and its position [m]."""
+    """Return for each face of the grid of a velocity field the number of the node in its middle, its normal axis, the
+    direction into the grid (1 or -1) and its position [m]; actions: actions on the nodes of the field."""
     grid, found = actions.field.grid, []
     index, position = grid.where()
     for axis in (axis for axis in range(3) if not grid.thin[axis]):

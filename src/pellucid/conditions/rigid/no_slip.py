@@ -37,7 +37,7 @@ LEAST_SLOPE = 1e-6  # smallest gradient of the filled fraction at a face of the 
 
 
 class Surface(NamedTuple):
-    """Surface of a body, described by data at the nodes near it."""
+    """Surface of a region or rigid body at which a fluid does not slip, described by data at the nodes near it."""
 
     distance: np.ndarray  # (n,) signed distance of each node from the surface, positive outside [m]
     normal: np.ndarray  # (n, 3) unit normal at each node, out of the body
@@ -51,12 +51,12 @@ class Window(NamedTuple):
     node: np.ndarray  # (m,) node numbers, ascending, each once
     place: np.ndarray  # (nx, ny, nz) index in `node` of each node of the box
     first: np.ndarray  # (3,) first nodes of the box, in cells from the lower corner of the grid
-    last: np.ndarray  # (3,) last nodes of the box, likewise
+    last: np.ndarray  # (3,) last nodes of the box, in cells from the lower corner of the grid
     share: np.ndarray  # (m,) volume of each node divided by the volume of an interior node
 
 
 class NoSlip:
-    """Computes, for the nodes of a grid, the surface of a body near them and the velocity profile of the fluid outside the
+    """Computes the surface of a rigid body at nodes of a grid near it, and the velocity profile of the fluid outside the
     body."""
 
     def __init__(self, grid: Grid) -> None:
@@ -141,14 +141,15 @@ class NoSlip:
         return Surface(self._cell * distance, normal, certainty, curvature / self._cell)
 
     def functions(self, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shape function of a node along one axis and its derivative [1/cell] at distances from the node in
-        cells, shape (n,) each."""
+        """Return the shape function of a node along one axis and its derivative [1/cell] at distances `offset` from the
+        node in cells, shape (n,) each."""
         offset = np.clip(offset, -self._half, self._half)
         return np.nan_to_num(self._function(offset)), np.nan_to_num(self._function.derivative()(offset))
 
     def certainty(self, share: np.ndarray, steepness: np.ndarray) -> np.ndarray:
-        """Return the reliability, between 0 and 1, of the computed distance and normal of the surface at nodes, from the
-        fraction of their volume that the body fills (`share`) and the magnitude of its gradient [1/cell], shape (n,) each."""
+        """Return the reliability, between 0 and 1, of the computed distance and normal of the surface at nodes, shape (n,).
+        share: fraction of the volume of each node that the body fills, shape (n,); steepness: magnitude of the gradient of
+        `share` [1/cell], shape (n,)."""
         seen = self._distance_to(share)
         # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
         single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
@@ -285,8 +286,9 @@ class NoSlip:
         return surface.certainty[:, None] * (profile - along)
 
     def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the normal derivative of the velocity δ of `continue_profile` on the surface [1/s], shape (n, 3), from the
-        same arguments; on concave surfaces without the correction for curvature, as for Poiseuille flow."""
+        """Return the normal derivative on the surface of the velocity δ that `continue_profile` returns [1/s], shape (n,
+        3); on concave surfaces without the correction for curvature, as for Poiseuille flow. Arguments as in
+        `continue_profile`."""
         a, b = self.heights
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far

@@ -58,7 +58,7 @@ FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspl
 
 
 class BodySums(NamedTuple):
-    """Nodal fields of a rigid body in its velocity field."""
+    """Nodal sums over the points of a rigid body, stored with the nodes of its velocity field."""
 
     body_moment: Annotated[
         np.ndarray,
@@ -167,7 +167,7 @@ class RigidNodes:
         return Received(momentum, after, max(mixing, 0.0), spread + light + min(mixing, 0.0))
 
     def await_contact(self) -> None:
-        """Store the nodal velocities before contact, after all other impulses of the step were applied."""
+        """Store the nodal velocities before contact. Called when all other impulses of the step have been applied."""
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
@@ -177,15 +177,15 @@ class RigidNodes:
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
     def finish(self) -> None:
-        """Complete contact: set the final velocities of the nodes as if each moved independently, then apply the impulses by
-        which they follow the rigid motion; the velocity field counts their work."""
+        """Complete contact: set the final velocities of the nodes as if each moved independently, then apply the impulses
+        that give the nodes the rigid motion; the velocity field records the work of these impulses."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
         self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
-        """Add the impulses of supports on the nodes, and their work, to the record `done` of the step; subtract them from
-        the external impulses, which already contain them."""
+        """Add the impulses of supports on the nodes, and their work, to the record `done` of the step; subtract these
+        impulses from the external impulses in `done`, which already contain them."""
         done.impulse[:] += self._beside[:3]
         for row, axis, impulse in self._reactions:
             done.reactions[row, axis] += impulse
@@ -261,7 +261,9 @@ class RigidNodes:
 
     def _find_slip(self, centre: np.ndarray, motions: RigidMotions, chosen: np.ndarray, follows: np.ndarray) -> None:
         """Compute the fluid velocities relative to the body that give no slip on the surface itself, at the nodes of the
-        mask `chosen`, shape (n,); other arguments as in `_part_from_others`."""
+        mask `chosen`, shape (n,), and set `follows`, shape (n, 1): the degree, between 0 and 1, to which outer nodes have
+        this velocity along the surface. centre: centre of mass of the body [m]; motions: defines the components of rigid
+        motions."""
         no_slip, near = self._no_slip, np.flatnonzero(chosen)
         if no_slip is None or not len(near):
             return
@@ -319,8 +321,9 @@ class RigidNodes:
         self._roots = motions.roots(of_nodes + self._lacking, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the impulses that give nodes with these velocities [m/s], shape (n, 3), the rigid motion that results from
-        their momentum, shape (n, 3) [N s]; also store this motion and the impulses of walls and supports."""
+        """Return the impulses [N s], shape (n, 3), that change the velocities of the nodes from `velocity` [m/s], shape (n,
+        3), to the rigid motion that results from the momentum of the nodes and the loads on the body; also store this
+        motion and the impulses of walls and supports."""
         goals, given = self._actions.supports.velocity, self._given
         lacks = self._kept * self._along(velocity - self._goal - self._motions @ given)
         momentum = self._push + np.einsum("kd,kdi->i", lacks, self._motions)
@@ -345,9 +348,9 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _along(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the momentum [N s], shape (n, 3), of nodes with these velocities [m/s], shape (n, 3), each multiplied by
-        the degree to which the node follows the body, between 0 and 1. For outer nodes (more than half a cell outside the
-        surface of the body) only the component along the surface."""
+        """Return the momentum [N s], shape (n, 3), of the nodes at given velocities [m/s], shape (n, 3), multiplied for
+        each node by the degree to which the node follows the body, between 0 and 1. Outer nodes (more than half a cell
+        outside the surface of the body) contribute only the component along the surface."""
         free = self._weight > 0.0
         across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
         return np.asarray(self._weight * (velocity - across))
@@ -363,8 +366,8 @@ class RigidNodes:
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the impulses [N s], shape (n, 3), that give nodes with these velocities [m/s] the rigid motion, without the
-        impulses that were already applied before contact."""
+        """Return the impulses [N s], shape (n, 3), that change the velocities of the nodes from `velocity` [m/s], shape (n,
+        3), to the rigid motion, without the impulses that were already applied before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:

@@ -27,8 +27,9 @@ def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displac
 
 
 def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
-    """Return a description of the fault of a signal at the start, or an empty text. A signal is invalid if it raises an
-    error, or if its displacement or top speed is not finite. where: name of the signal in the text."""
+    """Return a text that describes what is wrong with a signal (displacement or angle as a function of time) at t = 0, or
+    an empty text. A signal is invalid if it raises an error, or if its value or top speed is not finite. where: name of the
+    signal in the text."""
     try:
         checked_displacement(signal, where)(0.0)
         with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):

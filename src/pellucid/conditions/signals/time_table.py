@@ -48,7 +48,7 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
 
 
 def check_order(times: Sequence[float]) -> None:
-    """Raise ValueError if times [s] do not increase."""
+    """Raise ValueError unless each time [s] is greater than the previous one."""
     for before, after in pairwise(times):
         if not before < after:
             raise ValueError(f"time {after:g} s does not come after {before:g} s; sort the times, each once")

@@ -73,7 +73,8 @@ class TenseSurface(ActiveCondition):
         self._found = surface.find()
 
     def begin(self, time: float, dt: float) -> None:
-        """Apply the nodal forces of the surface energy at the present volumes; arguments as in `ActiveCondition.begin`."""
+        """Apply the nodal forces of the surface energy, computed for the present volumes of the points, over the step dt
+        [s] that begins at `time` [s]."""
         body, surface = self._body, self._surface
         self._find()
         energy = self._found

@@ -66,7 +66,7 @@ class Faces(NamedTuple):
     that no support constrains."""
 
     lower: float  # cosine of the contact angle at the lower face
-    upper: float  # the same at the upper face
+    upper: float  # cosine of the contact angle at the upper face
 
 
 FREE = -1.0
@@ -133,8 +133,8 @@ class SurfaceEnergy:
         return view[:nx, :ny, :nz]
 
     def find(self) -> float:
-        """Compute the potential [J/m³], i.e. the derivative of the surface energy with respect to the nodal volumes, and
-        store it; return the energy [J]."""
+        """Compute the surface energy of the fluid and return it [J]; store its derivative with respect to the nodal
+        volumes, the potential [J/m³]."""
         volume, potential = self._nodes(self.volume), self._nodes(self.potential)
         box, walls = self._box(volume)
         x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
@@ -261,9 +261,9 @@ class SurfaceEnergy:
         """Return the additional energy [J] of fluid on walls in films thinner than a cell, which keeps the films from
         spreading without end, and add its derivative with respect to the filled fraction [J] to `slope`.
 
-        filled: fraction of the volume around each node that the fluid fills; colour, wetted: as in `_of_walls`; grows:
-        derivative of the colour with respect to the filled fraction.
-
+        filled: fraction of the volume around each node that the fluid fills; colour: nodal colour, 1 within the fluid, 0
+        outside; grows: derivative of the colour with respect to the filled fraction; wetted: nodes, cosine of the contact
+        angle and nodal areas of each wall.
         """
         energy = 0.0
         for nodes, cosine, area in wetted:
@@ -320,7 +320,8 @@ def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarr
 
 
 def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Return nodal values after the adjoint (transposed) operation of `_smooth`, with the same arguments."""
+    """Return nodal values after the adjoint (transposed) operation of `_smooth`. axis: axis of the smoothing; walls: True
+    for the lower and the upper end if it is a wall."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]

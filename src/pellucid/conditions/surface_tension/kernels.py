@@ -11,7 +11,8 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_volumes(s, mapped, target):
-    """Add the volumes of the points of slab s, times the shape functions N, to the nodes: `target`, shape (nodes,) [m³]."""
+    """Add the volumes of the points of slab s, times the shape functions N, to the nodes: `target`, shape (nodes,) [m³].
+    mapped: bundle (arrays as the compiled code receives them) of the fluid's `MappedPoints`."""
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -26,7 +27,7 @@ def scatter_volumes(s, mapped, target):
 @parallel_loop()
 def gather_potential(s, mapped, potential, values, sums):
     """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of slab s, and store both
-    in `values`, shape (points, 4).
+    in `values`, shape (points, 4). mapped: bundle of the fluid's `MappedPoints`.
 
     sums: for each slab the sum of volume times gradient over its points [N], shape (slabs, 3), set here.
     """
@@ -61,7 +62,8 @@ def scatter_forces(s, mapped, values, acceleration, target):
     """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of slab s to the nodal forces `target`, shape (nodes, 3);
     V: volume and m: mass of a point, N: shape function of a node.
 
-    values: potential φ and gradient ∇φ at the points, shape (points, 4); acceleration: a [m/s²], shape (3,).
+    mapped: bundle of the fluid's `MappedPoints`; values: potential φ [J/m³] and gradient ∇φ [N/m³] at the points, shape
+    (points, 4); acceleration: a [m/s²], shape (3,).
     """
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):

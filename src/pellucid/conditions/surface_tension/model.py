@@ -104,7 +104,7 @@ class SurfaceTension(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about bodies without surface tension, duplicates, unsuitable grids or schemes, and contact angles
-        without a wall (arguments as in `Part.problems`)."""
+        without a wall. path: location of the condition in the case; parts: all parts of the case."""
         yield from parts.no_grid((*path, "body"), "the surface is found on the nodes of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._body_problems((*path, "body"), parts)
@@ -128,8 +128,8 @@ class SurfaceTension(Condition):
         yield from self._angle_problems((*path, "contact_angle"), parts)
 
     def _angle_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Yield findings about a contact angle without a wall, and faces that may be walls or planes of symmetry (arguments
-        as in `Part.problems`)."""
+        """Yield findings about a contact angle without a wall, and faces that may be walls or planes of symmetry. path:
+        location in the case for the findings; parts: all parts of the case."""
         if self.contact_angle == NEUTRAL or not parts.are_sound(Condition):
             return
         x, y, z = parts.active_axes

@@ -24,10 +24,10 @@ NEAR = 1e-6  # distance below which a plane coincides with a face of the grid or
 
 
 class WettedPlane(NamedTuple):
-    """A plane wall at rest, and the cosine of the contact angle of the fluid at it."""
+    """A plane wall at rest that a fluid wets."""
 
-    wall: WallPlane
-    cosine: float
+    wall: WallPlane  # unit normal towards the fluid and position of the plane
+    cosine: float  # cosine of the contact angle of the fluid at the wall
 
 
 class OpenSpace(NamedTuple):
@@ -82,9 +82,9 @@ def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarr
 
 def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
     """Return the fraction of each part of a plane or face that lies in front of the plane `plane`. place: coordinates x, y,
-    z of the centres of the parts [m]; across: change of the height above this plane over a part [m].
+    z of the centres of the parts [m]; across: difference of the height above `plane` over a part [m].
 
-    on: fraction where the two coincide; near: distance below which they coincide [m].
+    on: fraction for a part that lies in `plane`; near: height up to which a part counts as lying in `plane` [m].
     """
     height = _height(plane, place)
     if across > near:
@@ -114,8 +114,8 @@ def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"]
 
 def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis: int, upper: bool, near: float) -> np.ndarray:
     """Return the fraction of the area around the nodes of a face of the grid that lies in front of the planes; 0 where a
-    plane coincides with the face. axis: normal axis of the face; upper: True for the upper end of the grid; axes, near: as
-    in `_area`."""
+    plane coincides with the face. axes: sampling points along each axis; axis: normal axis of the face; upper: True for the
+    upper end of the grid; near: distance below which planes coincide [m]."""
     one, two = (other for other in range(3) if other != axis)
     place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
     place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]

@@ -37,8 +37,9 @@ def find_face_roles(
     """Return the contact angle [°] of each face of the grid that supports constrain along its normal, and the faces whose
     role is unknown.
 
-    default: contact angle of the fluid [°]; thin: mask of the axes along which the grid is one cell thick; has_walls:
-    True if there are plane walls.
+    default: contact angle of the fluid [°]; bodies: models of the bodies; a face at which one of them is cut (`cut_at`) is
+    a plane of symmetry; thin: mask of the axes along which the grid is one cell thick; has_walls: True if there are plane
+    walls.
     """
     cut = {face for body in bodies for face in getattr(body, "cut_at", ())}
     angles: dict[str, float] = {}

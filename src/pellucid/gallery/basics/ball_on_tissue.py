@@ -28,9 +28,10 @@ METRICS = ("force", "gap", "energy", "momentum")
 
 
 class Pressed(NamedTuple):
-    """Reference of the ball on the tissue: the elastic layer, the radius of the ball, and the initial height of its centre."""
+    """Reference for the ball pressed into the tissue, from which the contact force is computed: the elastic layer, and size
+    and height of the ball."""
 
-    layer: Layer
+    layer: Layer  # the tissue, an elastic layer bonded to a rigid base
     radius: float  # outer radius of the ball, including half the thickness of its membrane [m]
     centre: float  # initial height of the centre of the ball [m]
 
@@ -49,12 +50,12 @@ class Pressed(NamedTuple):
         return cls(layer, sphere.radius + 0.5 * ball.thickness, sphere.centre[2])
 
     def middle(self, run: Run, time: float) -> float:
-        """Return the prescribed height of the centre of the ball at a time [m]."""
+        """Return the prescribed height [m] of the centre of the ball at a time [s]."""
         return float(self.centre + run.case.motion[0].functions()[2](time))
 
     def depth(self, run: Run, time: float) -> float:
-        """Return the depth of the lowest point of the ball below the undeformed surface of the layer at a time [m]; 0 before
-        contact."""
+        """Return the depth [m] of the lowest point of the ball below the undeformed surface of the layer at a time [s]; 0
+        before contact."""
         return max(0.0, self.layer.thickness + self.radius - self.middle(run, time))
 
 

@@ -67,8 +67,8 @@ def rings(run: Run) -> Array:
 
 
 def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
-    """Return radius [m], mass [kg], volume [m³] and pressure [Pa] of all points in the stored frame at a time [s], shape (n,)
-    each."""
+    """Return radius [m], mass [kg], volume [m³] and pressure [Pa] of all points in the stored frame at a time [s], shape
+    (n,) each; blast: exact solution, which defines the number of dimensions."""
     frames = [run.fields(body.name, time) for body in run.case.body]
     names = ("position", "mass", "density", "pressure")
     position, mass, density, pressure = (np.concatenate([np.asarray(frame[name]) for frame in frames]) for name in names)
@@ -77,7 +77,7 @@ def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array
 
 def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
     """Return the density in the stored frame at a time [s] in rings with the given edges [m]: mass of the points in a ring
-    divided by its volume [kg/m³], shape (rings,)."""
+    divided by its volume [kg/m³], shape (rings,). blast: exact solution, which defines the number of dimensions."""
     radius, mass, _, _ = gas(run, blast, time)
     n = blast.dimensions
     across = run.case.grid.slice_thickness() ** (3 - n)
@@ -86,8 +86,8 @@ def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
 
 
 def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.0) -> Array:
-    """Return the mean density of the exact solution at a time [s] in rings with the given edges [m], shape (rings,) [kg/m³].
-    displaced: distance by which the exact profile is moved outwards [m]."""
+    """Return the mean density of the exact solution `blast` at a time [s] in rings with the given edges [m], shape (rings,)
+    [kg/m³]. displaced: distance by which the exact profile is moved outwards [m]."""
     width = edges[1] - edges[0]
     radius = (edges[:-1, None] + width * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
     weight = (radius ** (blast.dimensions - 1)).reshape(-1, SAMPLES)

@@ -22,8 +22,8 @@ of inertia of m R²/2."""
 
 
 def exact(run: Run, name: str) -> Array:
-    """Return the exact angle of a cylinder's axis about the axis of the trough, from the lowest point, at each row of the
-    history [rad]: that of an equivalent pendulum."""
+    """Return the exact angle of the axis of the cylinder `name` about the axis of the trough, from the lowest point, at
+    each row of the history [rad]: the angle of an equivalent pendulum."""
     time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
     found = solve_ivp(
         lambda _, s: [s[1], -pull * np.sin(s[0])], (0.0, time[-1]), [START, 0.0], t_eval=time, rtol=1e-9, atol=1e-9
@@ -38,8 +38,9 @@ def angle(run: Run, name: str) -> Array:
 
 
 def energy_change(run: Run, name: str) -> Array:
-    """Return the change of kinetic plus potential energy of a cylinder since the start, divided by the potential energy
-    released on the way down, at each row of the history. The kinetic energy of a rolling cylinder includes its spin."""
+    """Return the change of kinetic plus potential energy of the cylinder `name` since the start, divided by the potential
+    energy released on the way down, at each row of the history. The kinetic energy of a rolling cylinder includes its
+    rotation."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
     return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))

@@ -84,8 +84,9 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
 
 
 def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """Return for each stored frame the dimensionless time tau = t sqrt(g/a), and the height of the uppermost point in the cells
-    at the wall, divided by its initial height."""
+    """Return for each stored frame the dimensionless time τ = t sqrt(g/a), with the initial width a of the column, and the
+    height of the uppermost point in the cells at the wall, divided by its initial height. column: initial dimensions of the
+    water, which define τ."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
     heights = []

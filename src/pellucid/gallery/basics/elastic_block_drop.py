@@ -45,12 +45,12 @@ class Impact(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """Duration of the impact [s]."""
+        """Duration of the impact, 2 L/c [s]."""
         return 2.0 * self.length / self.wave_speed
 
     @property
     def force(self) -> float:
-        """Force on the floor [N]."""
+        """Force of the bar on the floor during the impact, ρ c v A [N]."""
         return self.density * self.wave_speed * self.speed * self.area
 
     @property

@@ -17,18 +17,19 @@ INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid ma
 
 
 def films_of(run: Run) -> list[FluidFilmCase]:
-    """Return the films of the case."""
+    """Return the data models of all fluid films in the case of a run."""
     return [body for body in run.case.body if isinstance(body, FluidFilmCase)]
 
 
 def film_of(run: Run) -> FluidFilmCase:
-    """Return the film of a case with one film."""
+    """Return the data model of the fluid film in the case of a run. Raises ValueError unless there is exactly one film."""
     (film,) = films_of(run)
     return film
 
 
 def lipid_of(film: FluidFilmCase) -> LipidFilm:
-    """Return the material of a film. Raises TypeError for another kind, which has no exact solution here."""
+    """Return the lipid material of a fluid film. Raises TypeError for any other kind of material, since there is no exact
+    solution for it."""
     if not isinstance(film.material, LipidFilm):
         raise TypeError(
             'the exact solution applies only to a material of kind "lipid-film", '
@@ -46,17 +47,19 @@ def radius_of(film: FluidFilmCase) -> float:
 
 
 def pressures_of(run: Run) -> list[FilmPressure]:
-    """Return the pressure loads of a case that act on films."""
+    """Return the data models of the pressure loads on fluid films in the case of a run."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
 
 
 def shapes_of(run: Run, name: str) -> list[Ellipsoid]:
-    """Return for each stored frame the ellipse (axes and direction) fitted to the closed film `name` in the plane."""
+    """Return for each stored frame the ellipse (semi-axes and directions) that has the same second moments per area as the
+    region inside the closed film `name` in the plane."""
     return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
 
 
 def enclosed_area(run: Run, name: str, time: float) -> float:
-    """Return the area enclosed by a film in the plane [m²], i.e. of the polygon through its nodes."""
+    """Return the area [m²] enclosed by the film `name` in the plane, i.e. by the polygon through its nodes, in the stored
+    frame nearest to a time [s]."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 

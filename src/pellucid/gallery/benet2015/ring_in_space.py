@@ -34,8 +34,9 @@ def _profiles(run: Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the heights of the nodes of the film in space, without those near the poles [m], and the differences of their
-    radii from the film of revolution at these heights [m]. Arguments: results of `_profiles`."""
+    """Return the heights of the nodes of the film in space [m], without the nodes near the poles, and at these heights the
+    radius of this film minus the radius of the film of revolution [m]. revolved, in_space: distance from the axis and
+    height of the nodes of both films [m], shape (n, 2) each."""
     side = in_space[np.abs(in_space[:, 1]) <= SIDE]
     return side[:, 1], side[:, 0] - CubicSpline(revolved[:, 1], revolved[:, 0])(side[:, 1])
 

@@ -48,14 +48,13 @@ PALETTE = "PuOr_r"
 
 
 class Stage(NamedTuple):
-    """Common settings of the pictures at all times: camera, cut plane (None: the oocyte is drawn whole), and limits [Pa] of the
-    colour scale of the pressure in the cut."""
+    """Settings that the pictures of the oocyte have in common at all times."""
 
-    camera: Camera
+    camera: Camera  # view, extent and size of the picture
     triangles: np.ndarray  # (m, 3) surface triangles of the zona
     plate: np.ndarray  # (3,) distances between the layers of points of the plate along x, y, z [m]
-    cut: Plane | None = None
-    limits: tuple[float, float] = (-1.0, 1.0)
+    cut: Plane | None = None  # plane at which the picture cuts the oocyte; None: the oocyte is drawn whole
+    limits: tuple[float, float] = (-1.0, 1.0)  # pressures at the ends of the colour scale in the cut [Pa]
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":

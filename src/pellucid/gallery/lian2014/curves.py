@@ -22,8 +22,8 @@ def tolerance_of(run: Run) -> float:
 
 
 def beside_elements(run: Run, table: str, columns: Mapping[str, tuple[str, str]], known: str = "") -> dict[str, Metric]:
-    """Return the metrics of `deviations` (same arguments), and of the largest hourglass energy (energy stored in zero-energy
-    modes of the elements)."""
+    """Return the metrics of `deviations`, with the arguments of that function, and of the largest hourglass energy (energy
+    stored in zero-energy modes of the elements) relative to the initial kinetic energy."""
     share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
     text = "largest hourglass energy, relative to the initial kinetic energy"
     return {

@@ -50,7 +50,8 @@ CROSSINGS = "largest number, in any frame, of edges that cross triangles to whic
 def circle(circumference: float, stretch: float, gas: float) -> float:
     """Return the radius [m] of a circle whose circumference [m] is stretched by the hoop tension of the enclosed gas.
 
-    stretch: (1 - ν²)/(E t) [m/N]; gas: m R T per unit length [N]. The strains are small, and the length along the axis is
+    stretch: strain per tension (1 - ν²)/(E t) [m/N] of a sheet with Young's modulus E, Poisson's ratio ν and thickness t;
+    gas: product of pressure and volume per unit length, m R T [N]. The strains are small, and the length along the axis is
     fixed by planes of symmetry.
     """
     start = radius = circumference / (2.0 * pi)

@@ -35,8 +35,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def circle(run: Run) -> float:
-    """Return the exact radius of the membrane at rest [m]: that of the nodes of a regular polygon of the elements, which are
-    stretched by the tension p r."""
+    """Return the exact radius of the membrane at rest [m]: distance of the nodes from the centre, for elements that form a
+    regular polygon and are stretched by the tension p r (gas pressure p, radius r)."""
     membrane: Any = run.case.body[1]
     (x, y, _), (m, n, _) = membrane.surface.box.upper, membrane.surface.box.points
     radius = 0.5 * (x + y) / (m + n - 2) / sin(pi / (4 * (m + n - 2)))

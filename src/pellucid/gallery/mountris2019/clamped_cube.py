@@ -53,7 +53,8 @@ def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
 
 
 def known_at(run: Run, distance: float) -> AtRest:
-    """Return the finite-element solution of the cube for a change `distance` of the distance of the plates [m]."""
+    """Return the finite-element solution of the cube for a displacement `distance` of the upper plate relative to the lower
+    plate [m]."""
     return BONDED_CUBE[form_of(run), distance]
 
 

@@ -39,8 +39,8 @@ def _lines(run: Run) -> dict[str, tuple[Array, Array]]:
 
 
 def _known_line(run: Run, line: str, height: Array) -> Array:
-    """Return the transverse displacement [m] by finite elements on a line ("face" or "edge", see `_lines`) at initial heights
-    [m]; the upper half mirrors the lower one."""
+    """Return the transverse displacement [m] by finite elements at initial heights [m] on a line: the middle line of a free
+    face (line = "face") or a free edge ("edge"); the upper half mirrors the lower one."""
     table, edge = finite_elements.read("cube_bulge"), 0.1
     return np.asarray(np.interp(np.minimum(height, edge - height), table["z"], table[f"{form_of(run)}_{line}_x"]))
 

@@ -9,8 +9,8 @@ ROUNDING = 1e-9  # of an edge
 
 
 def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
-    """Return a position [m], shape (3,), where an edge of one surface intersects a triangle of the other; None if there is
-    none.
+    """Return a position [m], shape (3,), where an edge of one of two surfaces intersects a triangle of the other surface;
+    None if the surfaces do not intersect.
 
     An edge or vertex that lies on a triangle counts as an intersection.
     """

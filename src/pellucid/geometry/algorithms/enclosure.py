@@ -52,15 +52,15 @@ def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the volume [m³] inside a closed surface, positive if its normals point outward; arguments as in
-    `enclosed_volume`."""
+    """Return the volume [m³] inside a closed surface, positive if its normals point outward. vertices [m], shape (n, 3);
+    triangles: vertex numbers, shape (m, 3)."""
     a, b, c = (vertices - vertices.mean(axis=0))[triangles.T]
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if the normals of a closed surface point inward; False if its volume is zero up to rounding (a flat bag).
-    Arguments as in `enclosed_volume`."""
+    """Return True if the normals of a closed surface point inward; False if the volume inside is zero up to rounding (a
+    flat bag). vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     return signed_volume(vertices, triangles) < -NO_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3
 
 
@@ -75,7 +75,7 @@ def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the ray number and the x coordinate [m] of every crossing of a ray along x with a triangle. rays: y and z of
-    each ray [m], shape (r, 2); vertices, triangles: as in `enclosed_volume`."""
+    each ray [m], shape (r, 2); vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     n_bins = max(1, int(np.sqrt(len(rays))))
     low, high = rays.min(axis=0), rays.max(axis=0)
     scale = n_bins / np.maximum(high - low, 1e-300)
@@ -116,8 +116,8 @@ def spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return, for those pairs of ray and triangle that intersect, the ray number and the x coordinate of the crossing [m].
-    ray: ray of each pair, shape (p,); rays: y and z of each ray [m]; triangle: vertex numbers of the triangle of each
-    pair, shape (p, 3)."""
+    ray: ray number of each pair, shape (p,); rays: y and z of each ray [m], shape (r, 2); vertices [m], shape (n, 3);
+    triangle: vertex numbers of the triangle of each pair, shape (p, 3)."""
     p = rays[ray]
     sides = np.stack([_side(triangle[:, i], triangle[:, (i + 1) % 3], vertices, p) for i in range(3)])
     hit = np.all(sides > 0.0, axis=0) | np.all(sides < 0.0, axis=0)
@@ -127,8 +127,9 @@ def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.
 
 
 def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return twice the signed area of the triangle of the edge from vertex a to b and the position p [m], shape (k, 2), in
-    the plane (y, z) [m²]; exactly opposite for the edge from b to a."""
+    """Return twice the signed area, in the plane (y, z) [m²], of triangles between the edge from vertex a to vertex b and
+    the position p [m], shape (k,); exactly opposite for the edge from b to a. a, b: vertex numbers, shape (k,); vertices
+    [m], shape (n, 3); p: y and z, shape (k, 2)."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     edge = vertices[high, 1:] - vertices[low, 1:]
     away = p - vertices[low, 1:]
@@ -137,7 +138,8 @@ def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> 
 
 def heights(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return for each point [m], shape (n, 3), its signed distance [m] from the plane of the triangle with the nearest
-    centre, positive on the side of the normal, shape (n,)."""
+    centre, positive on the side of the normal, shape (n,). vertices [m], shape (v, 3); triangles: vertex numbers, shape (m,
+    3)."""
     from scipy.spatial import cKDTree
 
     corners = vertices[triangles]

@@ -1,8 +1,9 @@
 """Area, enclosed volume and equivalent ellipsoid of a triangulated surface; an open surface is closed by lids over its rims.
 
 Integrals over the enclosed space are sums over the tetrahedra between the triangles and a point, exact for a polyhedron. The
-ellipsoid with the same volume and second moments M = ∫ x⊗x dV about the centroid has semi-axes sqrt(5 m/V) along the
-eigenvectors of M with eigenvalues m (Ramanujan & Pozrikidis 1998, J. Fluid Mech. 361, 117, use it for capsules).
+ellipsoid with the same ratio M/V of the second moments M = ∫ x⊗x dV about the centroid to the volume V has semi-axes
+sqrt(5 m/V) along the eigenvectors of M with eigenvalues m (Ramanujan & Pozrikidis 1998, J. Fluid Mech. 361,
+117, use it for capsules).
 """
 
 from typing import NamedTuple
@@ -23,7 +24,8 @@ class Ellipsoid(NamedTuple):
 
 
 def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the area of the triangles [m²], without lids."""
+    """Return the total area of triangles [m²], without lids over rims. position: vertices [m], shape (n, 3); triangles:
+    vertex numbers, shape (m, 3)."""
     a, b, c = position[triangles.T]
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
@@ -35,8 +37,9 @@ def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Return the ellipsoid with the volume and second moments of the enclosed space; its semi-axes and directions are NaN if
-    the volume is zero. Arguments as in `volume_with_lids`."""
+    """Return the ellipsoid that has the same second moments about its centroid per volume as the space enclosed by
+    triangles and the lids over their rims; its semi-axes and directions are NaN if the volume is zero. position: vertices
+    [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     corners, volumes = _tetrahedra(position, triangles)
     volume = float(volumes.sum())
     if abs(volume) <= NOTHING * float(np.ptp(position, axis=0).max()) ** 3:
@@ -51,8 +54,9 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return three corners of each tetrahedron of the enclosed space relative to the fourth (the mean vertex) [m], shape (t,
-    3, 3), and signed volumes [m³], shape (t,). Arguments as in `volume_with_lids`."""
+    """Return a division of the space enclosed by triangles and the lids over their rims into tetrahedra: three corners of
+    each relative to the fourth (the mean vertex) [m], shape (t, 3, 3), and signed volumes [m³], shape (t,). position:
+    vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     vertices, closed = capped(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

@@ -1,4 +1,4 @@
-"""Equivalent ellipse or ellipsoid: the same second moments as the space enclosed by a closed curve or surface."""
+"""Equivalent ellipse or ellipsoid: the same second moments per area or volume as the space in a closed curve or surface."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,8 @@ class Ellipsoid(NamedTuple):
 
 
 def of_curve(places: np.ndarray) -> Ellipsoid:
-    """Return the equivalent ellipse of a polygon with the corners `places` in order [m], shape (n, 2)."""
+    """Return the ellipse that has the same second moments about its centroid per area as a polygon with the corners
+    `places` in order [m], shape (n, 2)."""
     x, y = (places - places.mean(axis=0)).T
     following = np.roll(np.stack([x, y]), -1, axis=1)
     corners = np.stack([np.stack([x, y]), following, np.zeros((2, len(x)))])  # of triangles with the mean position
@@ -34,16 +35,16 @@ def of_curve(places: np.ndarray) -> Ellipsoid:
 
 
 def of_surface(vertices: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Return the equivalent ellipsoid of the space inside a closed surface with vertices [m], shape (n, 3), and triangles,
-    shape (m, 3)."""
+    """Return the ellipsoid that has the same second moments about its centroid per volume as the space inside a closed
+    surface with vertices [m], shape (n, 3), and triangles, shape (m, 3)."""
     corners = (vertices - vertices.mean(axis=0))[triangles]
     volumes = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     return _of_simplices(np.concatenate([corners, np.zeros((len(corners), 1, 3))], axis=1), volumes)
 
 
 def _of_simplices(corners: np.ndarray, measures: np.ndarray) -> Ellipsoid:
-    """Return the equivalent ellipsoid of triangles or tetrahedra with corners, shape (m, d + 1, d), and signed measures, shape
-    (m,).
+    """Return the ellipse or ellipsoid that has the same second moments about its centroid per area or volume as triangles
+    or tetrahedra with corners, shape (m, d + 1, d), and signed measures (areas or volumes), shape (m,).
 
     The integral of x ⊗ x over a simplex is its measure times (Σ c ⊗ c + (Σ c) ⊗ (Σ c)) / ((d + 1)(d + 2)).
     """

@@ -13,8 +13,8 @@ BENT = 0.1  # of the extent of a rim: deviation above which a lid to the mean of
 
 
 class Rims(NamedTuple):
-    """The boundary edges of a surface (edges of only one triangle), each in the direction in which its triangle passes
-    through it."""
+    """The boundary edges of a surface (edges of only one triangle), each in the direction in which its triangle traverses
+    the edge."""
 
     edges: np.ndarray  # (k, 2) vertex numbers of the ends of each edge
     beside: np.ndarray  # (k,) vertex number of the third corner of the triangle at each edge
@@ -105,8 +105,8 @@ def capped(places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions followed by the mean point of each rim [m], and for each edge of a rim its triangle with the mean
-    point, as indices of these positions, shape (k, 3)."""
+    """Return the positions `places` followed by the mean point of each rim [m], and for each edge of a rim its triangle
+    with the mean point, as indices of these positions, shape (k, 3)."""
     first = places[rims.edges[:, 0]]
     sums = np.stack([np.bincount(rims.number, first[:, axis]) for axis in range(3)], axis=1)
     means = sums / np.bincount(rims.number)[:, None]

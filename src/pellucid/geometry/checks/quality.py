@@ -6,7 +6,8 @@ _EDGES = ((0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), 
 
 
 def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Return the angles between the faces of tetrahedra at their six edges [degrees], shape (c, 6); 70.53 if regular."""
+    """Return the angles between the faces of tetrahedra at their six edges [degrees], shape (c, 6); 70.53 if regular.
+    nodes: positions, shape (n, 3); cells: node numbers, shape (c, 4)."""
     x = nodes[cells]
     angles = []
     for a, b, c, d in _EDGES:
@@ -36,7 +37,7 @@ def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Return for each tetrahedron its volume to the power 2/3 divided by its mean squared edge length, scaled to 1 for
-    regular and 0 for flat tetrahedra, shape (c,)."""
+    regular and 0 for flat tetrahedra, shape (c,). nodes: positions, shape (n, 3); cells: node numbers, shape (c, 4)."""
     x = nodes[cells]
     volume = np.abs(np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), x[:, 3] - x[:, 0])) / 6.0
     edges = tuple((a, b) for a, b, _, _ in _EDGES)
@@ -44,7 +45,7 @@ def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def _mean_square(places: np.ndarray, sides: tuple[tuple[int, int], ...]) -> np.ndarray:
-    """Return the mean squared side length of elements with corner positions, shape (m, corners, 3): shape (m,), at least the
-    smallest positive number, so that it can be a divisor. sides: pairs of corner indices."""
+    """Return the mean squared side length of each element, shape (m,), at least the smallest positive number, so that it
+    can be a divisor. places: corner positions, shape (m, corners, 3); sides: pairs of corner indices."""
     squares = [np.square(places[:, a] - places[:, b]).sum(axis=1) for a, b in sides]
     return np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny)

@@ -18,8 +18,8 @@ MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral; the element
 
 
 def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
-    """Yield the faults of a triangulated surface, each as a text that describes it and a remedy. closed: the surface must
-    have no holes."""
+    """Yield the faults of a triangulated surface, each as a text that describes it and a remedy. vertices: positions, shape
+    (n, 3); triangles: vertex numbers, shape (m, 3); closed: the surface must have no holes."""
     return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
 
 
@@ -66,7 +66,8 @@ def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
 
 
 class _Elements:
-    """The elements of a surface, and their directed edges, sorted so that edges between the same two vertices are adjacent."""
+    """Elements of a surface that is checked for faults, and their directed edges, sorted so that edges between the same two
+    vertices are adjacent."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.vertices, self.quads, self.triangles = mesh
@@ -185,10 +186,9 @@ def _crooked(elements: _Elements) -> Iterator[Fault]:
 
 
 def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mask of the quadrilaterals that are not convex, shape (q,), and their fold angles [degrees], shape (2, q).
-
-    A fold angle is the angle between the two halves, divided from the first corner and from the second corner.
-    """
+    """Return a mask of the quadrilaterals that are not convex, shape (q,), and their fold angles [degrees], shape (2, q). A
+    fold angle is the angle between the two triangles into which a diagonal divides the quadrilateral: the diagonal from the
+    first corner, then the diagonal from the second corner."""
     places = vertices[quads]
     area = _vector_area(places)
     size = np.linalg.norm(area, axis=1)

@@ -53,7 +53,7 @@ def read_abaqus(path: str) -> Contents:
 
 
 class _Model:
-    """The definitions of all keywords of a file, and the mesh built from them."""
+    """Collects the definitions of all keywords of an Abaqus file, and builds the mesh from them."""
 
     def __init__(self, found: list[Keyword]) -> None:
         self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
@@ -254,7 +254,8 @@ class _Model:
         return [numbers[low:high] - start for low, high, start in spans]
 
     def _nodes_of(self, numbers: np.ndarray, face: str = "") -> np.ndarray:
-        """Return the nodes of elements (numbers), or of one of their faces, such as "S1"."""
+        """Return the indices of the nodes of the elements with the indices `numbers`, or only of the face `face` of each
+        element, such as "S1"."""
         found = [_NONE]
         for block, part in zip(self._blocks, self._by_block(numbers), strict=True):
             if not face or (face in _SIDES and block.base in ("triangle", "quad")):
@@ -264,8 +265,8 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _add_surfaces(self, node_sets: dict[str, np.ndarray]) -> None:
-        """Add the nodes of each surface of the file to the sets under its name; add a note for each surface with an
-        unreadable line."""
+        """Add to `node_sets` the nodes of each surface of the file under the name of the surface; add a note for each
+        surface with an unreadable line."""
         for scope in self._scopes.values():
             for name, is_of_nodes, rows in scope.surfaces:
                 parts: list[np.ndarray] = []

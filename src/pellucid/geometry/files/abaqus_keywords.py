@@ -21,8 +21,8 @@ class Keyword:
     where: file and line of the keyword, for messages; places: file and line of each data line.
     """
 
-    name: str
-    parameters: dict[str, str]
+    name: str  # such as "NODE"
+    parameters: dict[str, str]  # value of each parameter by its name, such as {"TYPE": "C3D4"}
     where: str
     lines: list[str] = field(default_factory=list)
     places: list[tuple[int, str]] = field(default_factory=list)

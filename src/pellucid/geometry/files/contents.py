@@ -52,10 +52,10 @@ class Contents:
     skipped_types: names of the element types that were not read.
     """
 
-    format: str
+    format: str  # name of the file format, for messages
     points: np.ndarray
-    blocks: tuple[Block, ...]
-    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    blocks: tuple[Block, ...]  # the elements of each kind
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)  # point numbers, counted from 0, of each set by its name
     cell_sets: Mapping[str, list[np.ndarray]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     is_single: bool = False

@@ -109,8 +109,8 @@ class _Reader:
             self._names[int(found[1]), abs(int(found[2]))] = found[3]
 
     def _entities(self, source: "_Words | _Bytes", partitioned: bool = False) -> None:
-        """Read points, curves, surfaces and volumes of the geometry, with the numbers of their physical groups; partitioned:
-        the section is $PartitionedEntities."""
+        """Read points, curves, surfaces and volumes of the geometry, with the numbers of their physical groups, from the
+        numbers of a section (`source`); partitioned: the section is $PartitionedEntities."""
         if partitioned:
             source.take("size", 1)
             source.take("int", 2 * source.count())
@@ -215,7 +215,8 @@ class _Reader:
 
 
 class _Words:
-    """Sequential reader of the numbers in a section of a text file."""
+    """Sequential reader of the numbers in a section of a text file; reading starts at the first number and each method
+    continues after the numbers read before."""
 
     def __init__(self, section: bytes, name: str) -> None:
         self._words, self._name, self.at = text_of(section).split(), name, 0
@@ -276,14 +277,14 @@ class _Words:
 
 
 class _Bytes:
-    """Sequential reader of the numbers in a section of a binary file; see `_Words`."""
+    """Sequential reader of the numbers in a section of a binary file."""
 
     def __init__(self, data: bytes, start: int, order: str, size: int, name: str) -> None:
         self._data, self.at, self._name = data, start, name
         self._types = {"int": f"{order}i4", "size": f"{order}u{size}", "float": f"{order}f8"}
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """Return the next `count` numbers; see `_Words.take`."""
+        """Return the next `count` numbers of the section; kind: "int", "size" (unsigned) or "float"."""
         return self.rows(1, ((kind, count),))[0][0]
 
     def count(self) -> int:

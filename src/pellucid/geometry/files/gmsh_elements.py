@@ -24,12 +24,11 @@ DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}  # others have 3
 
 
 class Elements(NamedTuple):
-    """Elements of one kind in a Gmsh file: labels or numbers of their nodes, shape (m, nodes), and for each element its
-    geometric entity and, in format 2, its physical group, shape (m,) each."""
+    """Elements of one kind in a Gmsh file, with the geometric entities and groups to which the elements belong."""
 
-    corners: np.ndarray
-    entity: np.ndarray
-    group: np.ndarray
+    corners: np.ndarray  # (m, nodes) labels or numbers of the nodes
+    entity: np.ndarray  # (m,) number of the geometric entity (such as a surface) to which each element belongs
+    group: np.ndarray  # (m,) number of the physical group of each element, in format 2
 
 
 def corners_of(kind: int) -> int:

@@ -17,10 +17,10 @@ SMALL = {1: "vertex", 2: "line"}
 
 
 class _Line(NamedTuple):
-    """Words of a line without its comment, and its number in the file from 1."""
+    """A line of an OFF file that is neither blank nor a comment."""
 
-    number: int
-    words: list[str]
+    number: int  # line number in the file, counted from 1
+    words: list[str]  # words of the line, without a comment
 
 
 def read_off(data: bytes) -> Contents:
@@ -44,7 +44,7 @@ def read_off(data: bytes) -> Contents:
 
 
 def _lines(text: str) -> list[_Line]:
-    """Return the words of each line that is neither blank nor a comment."""
+    """Return the lines that are neither blank nor a comment, each as a list of words without its comment."""
     split = ((number, line.split("#", 1)[0].split()) for number, line in enumerate(text.splitlines(), 1))
     return [_Line(number, words) for number, words in split if words]
 
@@ -96,7 +96,8 @@ def _divided(points: np.ndarray) -> np.ndarray:
 
 
 def _corners(line: _Line) -> list[int]:
-    """Return the vertex numbers of a face, from 0. In the file a colour may follow them."""
+    """Return the vertex numbers of a face, counted from 0, from the words of its line; the colour that may follow in the
+    file is ignored."""
     count = whole(line.words[0], line.number)
     corners = [whole(word, line.number) for word in line.words[1 : count + 1]] if count > 0 else []
     if count < 1 or len(corners) < count:

@@ -14,7 +14,7 @@ class TooLong(Exception):
 
 
 class _Halt(BaseException):
-    """Exception that stops a thread wherever it is, unless the thread catches everything."""
+    """Exception that is raised in a running thread to stop it; it has no effect if the thread catches all exceptions."""
 
 
 def within(seconds: float, work: Callable[[], Result]) -> Result:

@@ -23,6 +23,8 @@ lengths."""
 
 
 class _Property(NamedTuple):
+    """A property of the rows of an element in a PLY file, as the header declares it: a number, or a list of numbers."""
+
     name: str
     type: str
     """NumPy type of the value, or of the items of a list."""
@@ -31,9 +33,12 @@ class _Property(NamedTuple):
 
 
 class _Element(NamedTuple):
-    name: str
-    rows: int
-    properties: list[_Property]
+    """An element (table) in a PLY file, such as `vertex` or `face`, as the header declares it: name, number of rows,
+    properties of each row."""
+
+    name: str  # such as "vertex"
+    rows: int  # number of rows of the table
+    properties: list[_Property]  # the columns of the table
 
 
 def read_ply(data: bytes) -> Contents:
@@ -143,7 +148,7 @@ class _Words:
 
 
 class _Bytes:
-    """Sequential reader of the values of a binary file; see `_Words`."""
+    """Sequential reader of the values of a binary file."""
 
     def __init__(self, data: bytes, start: int, order: str) -> None:
         self._data, self.at, self._order = data, start, order

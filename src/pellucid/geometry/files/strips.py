@@ -7,7 +7,7 @@ RESTART = -1
 
 
 def triangles_of_strip(strip: list[int]) -> list[list[int]]:
-    """Return the triangles of a strip, in which every three consecutive vertices form a triangle. Every second one is
+    """Return the triangles of a strip, in which every three consecutive vertices form a triangle. Every second triangle is
     reversed, so that all have the same orientation.
 
     Triangles without area, which programs insert to join strips, are omitted.
@@ -21,7 +21,8 @@ def triangles_of_strip(strip: list[int]) -> list[list[int]]:
 
 
 def triangles_of_fan(fan: list[int]) -> list[list[int]]:
-    """Return the triangles of a fan, which share its first vertex."""
+    """Return the triangles of a fan: each has the first vertex of the fan and two consecutive vertices. Triangles with a
+    repeated vertex are omitted."""
     triangles = [[part[0], a, b] for part in _parts(fan) for a, b in pairwise(part[1:])]
     return [triangle for triangle in triangles if len(set(triangle)) == 3]
 

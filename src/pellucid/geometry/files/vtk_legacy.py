@@ -88,8 +88,8 @@ class _Reader:
             pass
 
     def _read_arrays(self, words: list[str]) -> tuple[str, ...]:
-        """Read arrays of points and cells until one cannot be read; return a tuple with a note about that one, empty if all
-        were read. words: words of the first line."""
+        """Read arrays of points and cells until an array cannot be read; return a tuple with a note about this array, empty
+        if all arrays were read. words: words of the first line."""
         arrays, n = self._arrays[DATA[0]], 0
         try:
             while True:
@@ -170,7 +170,7 @@ def _count(word: str) -> int:
 
 
 class _Source:
-    """Sequential reader of the lines and values of a file."""
+    """Sequential reader of the lines and values of a legacy VTK file."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0

@@ -77,7 +77,8 @@ def read_vtu(data: bytes) -> Contents:
 
 
 class _Reader:
-    """The XML tree of a file, and its appended data."""
+    """Reader of a VTK XML file, which consists of an XML tree and appended data; kind: type of data set, such as
+    "PolyData"."""
 
     def __init__(self, data: bytes, kind: str) -> None:
         self._appended = b""
@@ -103,7 +104,7 @@ class _Reader:
         self._raw = encoding is not None and encoding.get("encoding") == "raw"
 
     def grid(self) -> Contents:
-        """Return the points, cells and arrays of all pieces of an unstructured grid."""
+        """Return the mesh of an unstructured grid: the points, cells and arrays of all pieces of the file, joined."""
         points, corners, ends, types = [np.zeros((0, 3))], [_NONE], [_NONE], [_NONE]
         arrays: tuple[dict[str, list[np.ndarray]], dict[str, list[np.ndarray]]] = ({}, {})
         pieces = self._root.findall("UnstructuredGrid/Piece")
@@ -151,7 +152,7 @@ class _Reader:
         return values.reshape(-1, 3), table.get("type") == "Float32" and table.get("format", "ascii") != "ascii"
 
     def polygons(self) -> Contents:
-        """Return the points and polygons of all pieces."""
+        """Return the mesh of a data set of polygons: the points and polygons of all pieces of the file, joined."""
         points, faces, n, is_single = [np.zeros((0, 3))], list[list[int]](), 0, False
         for piece in self._root.findall("PolyData/Piece"):
             here, single = self._points(piece)

@@ -39,7 +39,7 @@ def text_of(data: bytes) -> str:
 
 def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[float]:
     """Return the numbers of a line, which may have Fortran exponents (1.0D0). line: line number for messages. Raises
-    Damaged, also for fewer than `count` numbers."""
+    Damaged if a word is not a number, or if there are fewer than `count` words."""
     if count is not None and len(words) < count:
         raise Damaged(f"line {line} has {len(words)} numbers instead of {count}")
     try:
@@ -54,7 +54,8 @@ def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[f
 
 
 def floats(words: Sequence[str], what: str) -> np.ndarray:
-    """Return many words as an array of numbers. Raises Damaged; what: plural noun for the words in the message."""
+    """Return many words as an array of numbers. Raises Damaged if a word is not a number; what: plural noun for the words
+    in the message."""
     try:
         return np.array(words, dtype=float)
     except ValueError:
@@ -87,7 +88,8 @@ def _is_number(word: str) -> bool:
 
 
 def integers(words: Sequence[str], what: str) -> np.ndarray:
-    """Return many words as an array of whole numbers. Raises Damaged; what: plural noun for the words in the message."""
+    """Return many words as an array of whole numbers. Raises Damaged if a word is not a whole number; what: plural noun for
+    the words in the message."""
     try:
         return np.array(words, dtype=np.int64)
     except (ValueError, OverflowError):
@@ -95,7 +97,7 @@ def integers(words: Sequence[str], what: str) -> np.ndarray:
 
 
 def whole(word: str, line: int) -> int:
-    """Return a word as a whole number. Raises Damaged; line: line number for the message."""
+    """Return a word as a whole number. Raises Damaged if the word is not a whole number; line: line number for the message."""
     try:
         found = int(word)
     except ValueError:

@@ -18,11 +18,11 @@ class Cells(NamedTuple):
     from which its first three are counterclockwise.
     """
 
-    points: np.ndarray = _none(1)
-    lines: np.ndarray = _none(2)
-    triangles: np.ndarray = _none(3)
-    quadrilaterals: np.ndarray = _none(4)
-    tetrahedra: np.ndarray = _none(4)
+    points: np.ndarray = _none(1)  # (p, 1)
+    lines: np.ndarray = _none(2)  # (l, 2)
+    triangles: np.ndarray = _none(3)  # (t, 3)
+    quadrilaterals: np.ndarray = _none(4)  # (q, 4)
+    tetrahedra: np.ndarray = _none(4)  # (c, 4)
 
     @classmethod
     def of_points(cls, n: int) -> "Cells":

@@ -42,10 +42,9 @@ COINCIDENT = 1e-6  # of the mean distance between neighbours: far above rounding
 
 
 def coincident(places: np.ndarray, sides: np.ndarray) -> tuple[int, int] | None:
-    """Return the first two coincident nodes, neighbours or not, of n positions [m], shape (n, d); None if there are none.
-
-    sides: corners of the elements between the nodes, shape (m, corners); their mean length sets the tolerance.
-    """
+    """Return the first two coincident nodes, neighbours or not, among the positions `places` [m], shape (n, d); None if no
+    nodes coincide. sides: corners of the elements between the nodes, shape (m, corners); the mean length of these elements
+    sets the tolerance."""
     from scipy.spatial import cKDTree
 
     corners = places[sides]

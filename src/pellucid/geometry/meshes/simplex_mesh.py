@@ -31,7 +31,7 @@ class SimplexMesh:
 
     @property
     def dimension(self) -> int:
-        """2 for triangles, 3 for tetrahedra."""
+        """Dimension of the cells: 2 for triangles, 3 for tetrahedra."""
         return self.cells.shape[1] - 1
 
     @cached_property

@@ -22,11 +22,11 @@ Contains = Callable[[np.ndarray], np.ndarray]
 def boundary_points(
     contains: Contains, lower: np.ndarray, upper: np.ndarray, spacing: float, active: ActiveAxes, thickness: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions [m] and outward vector areas [m²] of points on the boundary, shape (n, 3) each.
+    """Return positions [m] and outward vector areas [m²] of points on the boundary of a region, shape (n, 3) each.
 
     contains: returns a mask of the positions, shape (m, 3), that lie in the region; lower, upper: corners of a box around
     the region [m]; spacing: approximate distance between points [m]; active: axes along which the grid is more than one
-    cell thick; thickness: of the region along each other axis [m].
+    cell thick; thickness: of the region along each axis that is not active [m].
     """
     axes = [d for d in range(3) if active[d]]
     counts = {d: max(1, round(float(upper[d] - lower[d]) / spacing)) for d in axes}

@@ -71,6 +71,6 @@ class Cushion(CushionDimensions, Geometry):
 
 
 def dome(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-    """Return the height of a sheet divided by the height in the middle, (1 - ξ²)(1 - η²), at the distances ξ and η from the
-    middle divided by half the sides."""
+    """Return the height of a domed sheet divided by the height in the middle, (1 - ξ²)(1 - η²); xi, eta: distances ξ and η
+    from the middle divided by half the sides."""
     return np.asarray((1.0 - xi**2) * (1.0 - eta**2))

@@ -43,23 +43,22 @@ Rotations = Rotation | Annotated[tuple[Rotation, ...], Field(min_length=1)] | No
 
 
 class Turn(NamedTuple):
-    """A composed rotation that maps the point `before` to `after` [m], shape (3,) each, and rotates about it by `matrix`,
-    shape (3, 3)."""
+    """A composed rotation of points: the point `before` moves to `after`, and all other points rotate about it."""
 
-    matrix: np.ndarray
-    before: np.ndarray
-    after: np.ndarray
+    matrix: np.ndarray  # (3, 3) rotation matrix
+    before: np.ndarray  # (3,) position of a point before the rotation [m]
+    after: np.ndarray  # (3,) position of this point after the rotation [m]
 
     def forth(self, points: np.ndarray) -> np.ndarray:
-        """Return the positions of points [m], shape (n, 3), after the rotation."""
+        """Return the positions to which the rotation moves points at given positions [m], shape (n, 3) each."""
         return self.after + _product(points - self.before, self.matrix)
 
     def along(self, vectors: np.ndarray) -> np.ndarray:
-        """Return vectors, shape (n, 3), after the rotation."""
+        """Return vectors, such as normals, after the rotation, without the translation, shape (n, 3)."""
         return _product(vectors, self.matrix)
 
     def back(self, points: np.ndarray) -> np.ndarray:
-        """Return the positions of points [m], shape (n, 3), before the rotation."""
+        """Return the positions from which the rotation moves points to given positions [m], shape (n, 3) each."""
         return self.before + _product(points - self.after, self.matrix.T)
 
 

@@ -62,8 +62,8 @@ def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
 
 @lru_cache(maxsize=8)
 def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
-    """Return the faults of a mesh, as `solid_faults` yields them; they are cached, because reading a case uses them several
-    times."""
+    """Return the faults of a mesh, as `solid_faults` yields them, cached because reading a case uses them several times;
+    is_pattern: True for a generated regular mesh (a box)."""
     return tuple(solid_faults(mesh, is_pattern))
 
 

@@ -22,13 +22,12 @@ _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 class _Cuts(NamedTuple):
-    """Sorted edges of the lattice that cross the boundary: inner and outer node, shape (k,) each, crossing [m], shape (k,
-    3), and its distance from the inner node as a fraction of the edge, shape (k,)."""
+    """Sorted edges of the lattice that cross the boundary of the region, from a node inside to a node outside."""
 
-    inner: np.ndarray
-    outer: np.ndarray
-    place: np.ndarray
-    share: np.ndarray
+    inner: np.ndarray  # (k,) number of the node inside the region
+    outer: np.ndarray  # (k,) number of the node outside the region
+    place: np.ndarray  # (k, 3) position at which the edge crosses the boundary [m]
+    share: np.ndarray  # (k,) distance of the crossing from the inner node, as a fraction of the edge
 
 
 def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) -> SimplexMesh:
@@ -143,7 +142,7 @@ def _pieces(nodes: np.ndarray, cells: np.ndarray, sign: np.ndarray, cuts: _Cuts)
 
 def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corners, Corners]) -> list[Corners]:
     """Return for each cell the division (`one` or `other`, each into two tetrahedra) whose dihedral angles are farther from
-    0 and 180 degrees."""
+    0 and 180 degrees; nodes: positions [m], shape (n, 3)."""
     margins = []
     for pair in (one, other):
         angles = np.concatenate([dihedral_angles(nodes, np.stack(corners, axis=1)) for corners in pair], axis=1)

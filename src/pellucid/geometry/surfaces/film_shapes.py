@@ -103,8 +103,8 @@ class Meridian(Model):
 
 
 def _check(places: np.ndarray, closed: bool) -> None:
-    """Raise ValueError if nodes coincide, lines between them cross, the curve is open, or its interior lies to the right.
-    places: nodes [m], shape (n, 2); closed: the last node is connected to the first."""
+    """Raise ValueError if nodes coincide, lines between them cross, the curve is open, or the interior of the curve lies to
+    the right of its direction. places: nodes in order [m], shape (n, 2); closed: the last node is connected to the first."""
     after = np.roll(places, -1, axis=0) if closed else places[1:]
     before = places if closed else places[:-1]
     gaps = np.linalg.norm(after - before, axis=1)
@@ -126,7 +126,8 @@ def _check(places: np.ndarray, closed: bool) -> None:
 
 
 def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None:
-    """Raise ValueError for the coincident nodes `one` and `other`; places, closed: as in `_check`."""
+    """Raise ValueError for the coincident nodes `one` and `other` (indices in `places` [m], shape (n, 2)); closed: the last
+    node is connected to the first."""
     place = ", ".join(f"{value:g}" for value in places[one])
     text = f"points {one} and {other} coincide at ({place}) m"
     if other == one + 1:

@@ -43,8 +43,9 @@ def states_at_rest(eos: Law, density: float, energy: float, gravity: float, dept
 
 
 def _one_way(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> np.ndarray:
-    """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths that are all positive or all negative; ρ₀ is
-    the density at depth 0. Arguments as in `states_at_rest`."""
+    """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths [m], shape (n,), that are all positive or all
+    negative. eos: equation of state; density, energy: ρ₀ [kg/m³] and specific energy [J/kg] at depth 0; gravity: magnitude
+    [m/s²]."""
     from scipy.integrate import solve_ivp  # models of cases stay light without it
 
     speed = sound_speed(eos, density, energy)

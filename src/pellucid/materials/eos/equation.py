@@ -18,8 +18,8 @@ def pressure_line(eos: Any, density: float) -> tuple[float, float]:
 
 @generic
 def lowest_pressure(eos: Any) -> float:
-    """Return the smallest possible pressure [Pa] of an equation of state: the fluid separates below it; -inf if the fluid
-    carries any tension."""
+    """Return the smallest possible pressure [Pa] of the equation of state `eos`, below which the fluid separates; -inf if
+    the fluid carries any tension."""
 
 
 def any_tension(eos):
