@@ -145,7 +145,7 @@ class ContactPair:
 
     def stop_straining(self) -> None:
         """Stop the approach of the strain velocities (nodal velocities that strain the points) at the contact nodes; add
-        the impulses to `second`."""
+        the impulses [N s] to the attribute `second`, the impulses of the second velocity increments of the step."""
         if self.touches:
             impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
 

@@ -338,8 +338,8 @@ def measure_depths(about, candidates, results, counts, weights, velocity, of_oth
     width
         Distance of the surfaces at which they touch [m].
     from_feet
-        True to measure depths from the feet, on which the forces act: with another distance a surface that bends and
-        vibrates would gain energy.
+        True to measure depths from the feet (see `find_feet`), on which the forces act, as required for deforming surfaces:
+        with another distance they would gain energy when they vibrate. False to measure from the surface itself.
     by_own_normals
         True to measure depths along the normals of the points instead of the normals of the other surface.
     """

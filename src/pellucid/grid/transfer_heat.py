@@ -77,13 +77,14 @@ def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def _filtered(transfer, about, lattice, nodes, v, mapped, change):
-    """Return the kinetic energy per unit mass that the PIC share of a blend removes from a point [J/kg].
+    """Return the kinetic energy per unit mass that the PIC share of a blend removes from a point [J/kg]. A part of it has the
+    right sum over all points, but not the value at each point (see below).
 
     about: stencil of the point; v: velocity of the point before the step; mapped, change: nodal velocity after the step and
     its increment, interpolated to the point [m/s].
     With the velocity u by FLIP, the nodal velocities v_I, d = u - Σ N v_I and the share a of PIC, u - a d has ½ a (2 - a)
-    |d|² + a d·Σ N v_I less energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ
-    N v_I · Σ N v_I°), with the nodal velocities v_I° before the step.
+    |d|² + a d·Σ N v_I less energy than u. The last term is replaced by a term with the same sum over all points, m a
+    (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), with the nodal velocities v_I° before the step.
     """
     share = 1.0 - transfer.flip
     dx, dy, dz = v[0] + change[0] - mapped[0], v[1] + change[1] - mapped[1], v[2] + change[2] - mapped[2]

@@ -24,7 +24,8 @@ class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     @property
     def codegen(self) -> Any:
-        """Replacement of the code generator, which registers no environments for Python values."""
+        """Substitute for the code generator of numba. Numba would register objects of the Python interpreter (environments)
+        with it, which code without machine code does not need."""
         return _NoEnvironments
 
 

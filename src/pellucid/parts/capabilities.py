@@ -112,7 +112,7 @@ class ReleasesSupports(Protocol):
 
 @runtime_checkable
 class HeldInRegions(Protocol):
-    """A body whose points on the grid are also held by supports at rest within their regions, in addition to the grid nodes."""
+    """A body whose points supports at rest hold, within the region of each support, in addition to holding the grid nodes."""
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
         """Set for each point the support that holds it in all directions: its number in the list of supports, counted from

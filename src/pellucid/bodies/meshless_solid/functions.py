@@ -89,7 +89,7 @@ class SolidFunctions:
         warnings.warn(text, stacklevel=2)
 
     def follow(self, prescribed: PrescribedField) -> None:
-        """Use a new set of prescribed nodes, for example after supports were released. The functions do not change."""
+        """Use a new set of prescribed nodes, for example after supports were released. The shape functions do not change."""
         self._prescribed, self.residuals = prescribed, prescribed.residuals(self.at_nodes, self.evaluator)
 
     @property

@@ -286,9 +286,9 @@ class NoSlip:
         return surface.certainty[:, None] * (profile - along)
 
     def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the normal derivative on the surface of the velocity δ that `continue_profile` returns [1/s], shape (n,
-        3); on concave surfaces without the correction for curvature, as for Poiseuille flow. Arguments as in
-        `continue_profile`."""
+        """Return the normal derivative, on the surface, of the tangential velocity of the fluid relative to the body [1/s],
+        shape (n, 3). Arguments and profile as in `continue_profile`, but the profile is corrected for the curvature of
+        convex surfaces only: in a tube it is that of Poiseuille flow."""
         a, b = self.heights
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far

@@ -135,8 +135,8 @@ def rows_of_line(rule: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
 
 @generic
 def row_of_node(rule: Any, line: Any, dz: float) -> Any:
-    """Return the row of four numbers of the node at the distance dz [m] along z on a line; line: result of `rows_of_line`;
-    rule: see `given`."""
+    """Return the four numbers that a point contributes to the node at the distance dz [m] along z on a line; line: result of
+    `rows_of_line`; rule: see `given`, which defines the four numbers."""
 
 
 @generic
