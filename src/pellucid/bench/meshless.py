@@ -75,7 +75,8 @@ def built(mesh: SimplexMesh, averaged: bool) -> Tables:
 
 
 def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]:
-    """Return the smallest wall-clock time and the smallest processor time of `steps` evaluations of the internal forces [s]."""
+    """Evaluate the internal forces `steps` times; return the wall-clock time and the processor time of the fastest
+    evaluation [s]."""
     solid.displacement[:] = STRAIN * EDGE * np.sin(mesh.nodes / EDGE)
     bundle, force, taken = in_kernels(solid), np.zeros_like(mesh.nodes), []
     for _ in range(steps + 1):

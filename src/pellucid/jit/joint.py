@@ -58,8 +58,11 @@ class JointRegion:
             self.give_at_once(begin, given)
 
     def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Run joint loops at once, without deferring them; do: function that starts the loops; given: function that returns
-        the arrays to which the loops add, called only if several processes share the rows of slabs."""
+        """Run joint loops (see the class) at once instead of at the end of the block.
+
+        do: function that starts the loops; given: function that returns the arrays to which the loops add. It is called only
+        if several processes share the rows of slabs, which then exchange the contributions to these arrays.
+        """
         if self.by_parity is None:
             do()
         else:

@@ -416,8 +416,8 @@ class Simulation:
         return Named("this simulation has no reaction of", reactions)
 
     def angular_reactions(self) -> dict[str, np.ndarray]:
-        """Return the total angular impulses so far of the motions of rigid bodies about their centres of mass [N m s],
-        shape (3,), by name."""
+        """Return, by the name of each prescribed motion of a rigid body, the angular impulse that it has exerted on the body
+        so far, about the centre of mass of the body [N m s], shape (3,)."""
         turning = {name: np.array(impulse) for name, impulse in self.budget.turning_impulses.items()}
         return Named("this simulation has no torque of", turning)
 

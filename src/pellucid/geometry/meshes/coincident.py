@@ -27,7 +27,8 @@ def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
 def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
     """Return for each of n points [any unit], shape (n, 3), the smallest number of a coincident point, shape (n,).
 
-    elements: point numbers of the corners, shape (m, corners), for each kind of element.
+    elements: point numbers of the corners, shape (m, corners), for each kind of element; they define the distance up to which
+    points coincide (`width_of_place`).
     """
     from scipy.spatial import cKDTree
 
