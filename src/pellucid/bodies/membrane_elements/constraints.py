@@ -108,8 +108,8 @@ class Constraints(NamedTuple):
         return self.area.energy(area) + self.volume.energy(volume), swings
 
     def swings(self, growth: np.ndarray, outwards: np.ndarray, mass: np.ndarray) -> Swings:
-        """Return half the angular eigenfrequencies of the nodes on the penalty spring of the area and on that of the volume [1/s],
-        from which the step limit follows.
+        """Return half the angular eigenfrequencies of the nodes on the penalty springs of area and volume [1/s], which limit
+        the step.
 
         growth, outwards: derivatives of area [m] and enclosed volume [m²] with respect to the nodal positions, shape (n, 3);
         mass: nodal masses [kg], shape (n,).
