@@ -89,6 +89,7 @@ def test_peers_start_from_the_same_state(block: ModuleType, body: str, law: str)
     np.testing.assert_allclose(frame["mass"], theirs.mass, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_every_body_is_measured(result: dict[str, Any]) -> None:
     assert [row["body"] for row in result["bodies"]] == list(MATERIALS)
     for row in result["bodies"]:
@@ -97,12 +98,14 @@ def test_every_body_is_measured(result: dict[str, Any]) -> None:
         assert row["bytes_per_point"] >= 0.0
 
 
+@pytest.mark.slow
 def test_other_functions_transfers_and_membranes_are_measured(result: dict[str, Any]) -> None:
     found = [(row["body"], row["functions"], row["transfer"]) for row in result["variants"]]
     assert found == [("ideal-gas", "trilinear", "apic"), ("membrane-elements", "trilinear", "flip")]
     assert all(row["points"] == pytest.approx(1000, rel=0.05) for row in result["variants"])
 
 
+@pytest.mark.slow
 def test_passes_are_measured_alone(result: dict[str, Any]) -> None:
     names = [set(row["passes"]) for row in result["passes"]]
     common = {"particle to grid", "velocities", "velocities and momentum"}
@@ -114,6 +117,7 @@ def test_passes_are_measured_alone(result: dict[str, Any]) -> None:
     assert result["passes"][0]["passes"]["straining"]["bytes_per_point"] == 8 * (3 + 3 + 1 + 1 + 7 + 3 + 1 + 7)
 
 
+@pytest.mark.slow
 def test_the_gas_is_measured_with_numbers_of_threads(result: dict[str, Any]) -> None:
     assert [(row["body"], row["points"], row["threads"]) for row in result["threads"]] == [("ideal-gas", 1000, 1)]
     rows = [
@@ -132,6 +136,7 @@ def test_variants_have_every_function() -> None:
     assert {variant.get("functions", "trilinear") for variant in whole.VARIANTS} == set(GRID_FUNCTIONS)
 
 
+@pytest.mark.slow
 def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
     for row in [*result["bodies"], *result["variants"]]:
         assert {"sort", "scatter", "grid"} <= set(row["parts"])
@@ -139,6 +144,7 @@ def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
         assert sum(row["parts"].values()) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_contact_is_measured_beside_the_two_alone(result: dict[str, Any]) -> None:
     row = result["contact"]
     assert row["points"] == 1000
@@ -147,6 +153,7 @@ def test_contact_is_measured_beside_the_two_alone(result: dict[str, Any]) -> Non
     assert row["ratio"] == pytest.approx(seconds["together"] / (seconds["sheet"] + seconds["block"]))
 
 
+@pytest.mark.slow
 def test_forces_of_a_meshless_solid_are_measured(result: dict[str, Any]) -> None:
     row = result["solid"]
     assert row["points"] == pytest.approx(1000, rel=0.5)  # a cube of whole cubes
@@ -159,6 +166,7 @@ def test_forces_of_a_meshless_solid_are_measured(result: dict[str, Any]) -> None
         assert 0.0 < form["moved_bytes_per_second"] < 1e13
 
 
+@pytest.mark.slow
 def test_steps_of_films_are_measured(result: dict[str, Any]) -> None:
     (row,) = result["films"]
     assert row["points"] == 642
@@ -182,6 +190,7 @@ def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
     assert sim.budget.sums["contact_work"] < 0.0
 
 
+@pytest.mark.slow
 def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
     json.dumps(result, allow_nan=False)
     text = shown(result)

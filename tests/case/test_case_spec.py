@@ -15,7 +15,9 @@ def test_a_case_survives_the_way_through_toml(text: str) -> None:
     assert dumps(loads(dumps(case))) == dumps(case)
 
 
-@pytest.mark.parametrize("name", catalogue.ids())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if k % 4 == 0 else pytest.mark.slow) for k, name in enumerate(catalogue.ids())]
+)
 def test_gallery_cases_are_valid_and_survive_the_way_through_toml(name: str) -> None:
     for case in (load(name), load(name).quick_variant()):
         assert case.id == name
