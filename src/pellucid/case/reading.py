@@ -113,7 +113,7 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
     try:
         return file_bytes(path).decode("utf-8-sig").replace("\r\n", "\n"), str(case)
     except (FileNotFoundError, NotADirectoryError):
-        remedy = "" if path.suffix == ".toml" else catalogue.suggestion(str(case))
+        remedy = "Check the path of the file" if path.suffix == ".toml" else catalogue.suggestion(str(case))
         raise CaseError(Problem(f"no gallery case and no file is named {case}", remedy=remedy)) from None
     except IsADirectoryError:
         raise CaseError(f"{case} is a folder, not a case file") from None

@@ -1,7 +1,8 @@
 """An array as an argument of a kernel, by the address of its first number alone.
 
 Numba passes an array as seven numbers. A kernel that is called for each block of points would spend more time on these than
-on some of its work. Elements are read and written as those of an array; the length is not known.
+on some of its work. Elements are read and written as those of an array; the length is not known, so
+indices must not be negative.
 """
 
 import operator
@@ -29,7 +30,7 @@ class _AddressModel(models.PrimitiveModel):  # type: ignore[misc]
 def by_address(kind: Any) -> Any:
     """Return the compiled type in which an argument of the type `kind` is passed: arrays with one axis by the address of their
     first number, all others unchanged."""
-    is_row = isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C"
+    is_row = isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C" and isinstance(kind.dtype, types.Number)
     return AddressType(kind.dtype) if is_row else kind
 
 

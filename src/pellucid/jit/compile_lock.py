@@ -6,6 +6,7 @@ released. Where files cannot be locked, each process compiles for itself.
 
 import fcntl
 import os
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -53,8 +54,8 @@ def release(file: Path, key: str) -> None:
         fcntl.lockf(_descriptor(file), fcntl.LOCK_UN, 1, int(key[:15], 16))
 
 
-class Held:
-    """Locks of kernels that this process holds while it compiles them, so that no other process compiles the same kernels."""
+class Held(threading.local):
+    """Locks of kernels that this thread holds while it compiles them, so that no other process compiles the same kernels."""
 
     def __init__(self) -> None:
         self._held: list[tuple[Path, str]] = []

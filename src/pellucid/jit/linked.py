@@ -47,7 +47,6 @@ def compiled_for(dispatcher: Any, arguments: tuple[Any, ...]) -> LinkedKernel:
 @intrinsic
 def _call_kernel(typing: Any, kernel: Any, *arguments: Any) -> Any:
     given = tuple(map(by_address, arguments))
-    kernel.get_call_type(typing, given, {})
     linked = compiled_for(kernel.dispatcher, given)
     result = linked.compiled.signature.return_type
     signature = result(kernel, types.StarArgTuple(arguments))  # type: ignore[attr-defined]

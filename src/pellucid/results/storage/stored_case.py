@@ -88,7 +88,8 @@ def read(path: Path) -> StoredCase:
     """Read the case file of a run. Raises KeyError or ValueError for another file."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     bodies = [_body(table) for table in data["body"]]
-    others = {key: len(tables) for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
+    lists = {key: tables for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
+    others = {key: len(tables) for key, tables in lists.items() if isinstance(tables[0], dict)}
     quantities = {probe["name"]: str(probe.get("quantity", "")) for probe in data.get("probe", ())}
     own = {"bodies": bodies, "probes": list(quantities), "others": others}
     own["walls"] = [_wall(table, number) for number, table in enumerate(data.get("wall", ()))]
