@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 
-from pellucid.system.extras import install_command
+from pellucid.system.extras import install_command, pip
 
 FOR_USERS = "mesh", "sweep", "notebook", "mpi"
 """Extras for users, without the extras for development."""
@@ -63,7 +63,7 @@ def examine() -> list[Row]:
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
         ("pellucid", _version("pellucid") or "missing", ""),
         *(
-            (name, _version(name) or "missing", "" if _version(name) else "run `pip install .` in the clone of pellucid")
+            (name, _version(name) or "missing", "" if _version(name) else f"run `{pip()} install .` in the clone of pellucid")
             for name, _ in _packages("")
         ),
         *(_optional(name, extra) for extra in FOR_USERS for name, _ in _packages(extra)),

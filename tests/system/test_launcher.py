@@ -23,7 +23,7 @@ def test_what_is_missing_is_named_with_its_extra(monkeypatch, tmp_path, missing)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     monkeypatch.setattr(launcher.shutil, "which", lambda name: None if missing == "mpiexec" else f"/bin/{name}")
     monkeypatch.setattr(launcher, "find_spec", lambda name: None if missing == "mpi4py" else name)
-    with pytest.raises(UsageError, match=rf"--ranks 3 requires {missing}.*\n?.*pip install '\.\[mpi\]' in the clone"):
+    with pytest.raises(UsageError, match=rf"--ranks 3 requires {missing}.*\n?.*pip.* install '\.\[mpi\]' in the clone"):
         launcher.start_together(3, ["run"])
 
 

@@ -1,6 +1,8 @@
 """Packages of extras (optional dependencies), imported when they are needed."""
 
+import sys
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from pellucid.errors import UsageError
@@ -8,7 +10,12 @@ from pellucid.errors import UsageError
 
 def install_command(extra: str) -> str:
     """Return the text of the command that installs an extra (a group of optional dependencies), for messages and help."""
-    return f"pip install '.[{extra}]' in the clone of pellucid"
+    return f"{pip()} install '.[{extra}]' in the clone of pellucid"
+
+
+def pip() -> str:
+    """Return the command of pip for this environment, which may have been made without pip, as the README does."""
+    return "pip" if find_spec("pip") else f"python3 -m pip --python {sys.prefix}"
 
 
 def needed(module: str, extra: str, what: str) -> Any:

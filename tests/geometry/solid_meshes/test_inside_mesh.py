@@ -174,5 +174,5 @@ def test_where_a_surface_crosses_itself():
 
 def test_without_tetgen_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "tetgen", None)
-    with pytest.raises(ValidationError, match=r"tetgen, which .* is not installed; pip install '\.\[mesh\]' in the clone"):
+    with pytest.raises(ValidationError, match=r"tetgen, which .* is not installed; .*pip.* install '\.\[mesh\]' in the clone"):
         SolidMesh(inside={"surface": BOX, "size": 0.123})
