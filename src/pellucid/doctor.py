@@ -66,7 +66,7 @@ def examine() -> list[Row]:
             (name, _version(name) or "missing", "" if _version(name) else f"run `{pip()} install .` in the clone of pellucid")
             for name, _ in _packages("")
         ),
-        *(_optional(name, extra) for extra in FOR_USERS for name, _ in _packages(extra)),
+        *(_optional(name, extra) for name, extra in _optional_packages().items()),
         _threading(),
         _kernel_cache(),
         _drawing(),
@@ -83,6 +83,11 @@ def _packages(extra: str) -> list[tuple[str, str]]:
     found = [re.split(r"(?<=[\w\]])(?=[^\w.\-\[\]])", line, maxsplit=1) for line in requires("pellucid") or []]
     named = [(name.partition("[")[0], rest[0] if rest else "") for name, *rest in found]
     return [(name, rest) for name, rest in named if (f"extra == '{extra}'" in rest if extra else "extra ==" not in rest)]
+
+
+def _optional_packages() -> dict[str, str]:
+    """Return the packages of the extras for users, each with the first extra that contains it."""
+    return {name: extra for extra in reversed(FOR_USERS) for name, _ in _packages(extra)}
 
 
 def _optional(name: str, extra: str) -> Row:
