@@ -152,7 +152,7 @@ def test_a_sudden_overlap_adds_what_its_spring_gives_to_the_body(ratio):
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 100.0])
 @pytest.mark.parametrize("height", [0.5, 1.3])
 def test_a_point_that_moves_into_the_wall_adds_nothing(ratio, height):
-    """Its height at the start is a part of the way of a step, or more: it enters with a force ahead of the wall, or without."""
+    """The point starts less or more than its displacement in a step above the wall: it enters with a force or without."""
     velocity = 1e-3
     dt = np.sqrt(ratio / fall_on_a_wall(ratio, 1.0, 0.0, 0.0, 1)[2])
     energy, after, _ = fall_on_a_wall(ratio, height * velocity * dt, -velocity, 0.0)

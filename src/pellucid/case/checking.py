@@ -60,8 +60,8 @@ def setting(key: str, value: Any) -> str:
 
 
 def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Where a setting changed the `kind` of a table in the data, remove the keys of the table that the new kind does not
-    have, so that the new kind starts from its defaults. Keys that settings changed are kept.
+    """Remove, from each table whose `kind` a setting changed, the keys that the new kind does not have, so that the new kind
+    starts from its defaults. Keys that settings changed are kept.
 
     model: class of the case. data: nested tables of the case. paths: paths of the values that settings changed.
     """

@@ -132,7 +132,7 @@ class ShortRuns:
 def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
     """Build slabs (blocks of grid cells) without points and without reported faults.
 
-    Of the s nodes of a point along an axis, half lie on either side of the point: its first node is i if its coordinate is
+    The s nodes of a point along an axis lie half on either side of the point: its first node is i if its coordinate is
     between i + shift and i + 1 + shift, with shift = s/2 - 1 [cells]. With GIMP the half edge of a point, at most ½,
     replaces ½.
 

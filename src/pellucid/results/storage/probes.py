@@ -222,8 +222,8 @@ def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str
 def _nearest(field: Fetch, at: Any, periods: Vector) -> int:
     """Return the index of the point nearest to a position `at` [m], or to its periodic images.
 
-    Of equally near points, the one with the lowest number is returned, independent of the storage order. Points whose position
-    is not finite, e.g. after an error stop, are ignored.
+    If several points are equally near, the point with the lowest number is returned, independent of the storage order.
+    Points whose position is not finite, e.g. after an error stop, are ignored.
     """
     way = field("position") - np.asarray(at)
     for axis, period in enumerate(periods):
