@@ -53,6 +53,16 @@ class Kept(NamedTuple):
     state: Any  # state of the material law
 
 
+class AtPosition(NamedTuple):
+    """Input of `GatherMotion` at a point: the first member of the input of every pass."""
+
+    position: Any  # [m]
+
+
+MOTION_LIKE = IDENTITY, ZERO_VECTOR
+"""Example of what `GatherMotion` gathers: velocity gradient and velocity."""
+
+
 class GatherMotion(NamedTuple):
     """Rule by which the velocity gradient and the velocity at a point are gathered from the nodes."""
 
@@ -152,10 +162,10 @@ def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | Non
     points = mapped.points
     full: Any = NoCells() if cells is None else cells
     declared = Declaration(
-        gathers=(IDENTITY, ZERO_VECTOR),
+        gathers=MOTION_LIKE,
         looks_up=() if cells is None else 0.0,
         rule=GatherMotion(full),
-        rule_reads=Read(ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0, ()),
+        rule_reads=AtPosition(ZERO_VECTOR),
         sums=(STORED, DISSIPATED, POWER, HEATING),
         largest=RATE,
         places=True,

@@ -75,7 +75,6 @@ def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: boo
     """
     make_known()
     given = (types.intp, *arguments)
-    kernel.get_call_type(typing, given, {})
     linked = compiled_for(kernel.dispatcher, given)
     signature = types.none(kernel, *[types.intp] * len(sizes), types.StarArgTuple(arguments))  # type: ignore[attr-defined]
 

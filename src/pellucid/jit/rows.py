@@ -20,6 +20,7 @@ from pellucid.jit.kernels import LINE
 from pellucid.jit.vector import LANES
 
 DOUBLE = ir.DoubleType()
+BYTE = ir.IntType(8).as_pointer()
 SIZE = 8  # bytes of one
 EVEN, ODD = [0, 4, 2, 6], [1, 5, 3, 7]
 """Shuffles of pairs: they sort numbers of two rows by component, or columns by point."""
@@ -156,22 +157,24 @@ def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
     return types.none(arrays, types.uintp, values), emit
 
 
+def _prefetch_line(builder: Any, place: Any) -> None:
+    """Prefetch the cache line at an address, in compiled code."""
+    flag = ir.IntType(32)
+    kind = ir.FunctionType(ir.VoidType(), [BYTE, flag, flag, flag])
+    prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+    to_read, to_stay, of_data = flag(0), flag(3), flag(1)
+    builder.call(prefetch, [place, to_read, to_stay, of_data])
+
+
 @intrinsic
 def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
-    byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
-    kind = ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag])
-
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
-        to_read, to_stay, of_data = flag(0), flag(3), flag(1)
-
         def visit(part: Any, kind: Any, array: Any) -> None:
             length = leaves(part)
-            data = builder.bitcast(context.make_array(kind)(context, builder, array).data, byte)
+            data = builder.bitcast(context.make_array(kind)(context, builder, array).data, BYTE)
             first = builder.mul(given[2], given[2].type(length * SIZE))
             for line in range(0, LANES * length * SIZE, LINE):  # the last may lie beyond the array: that is no fault
-                place = builder.gep(data, [builder.add(first, first.type(line))])
-                builder.call(prefetch, [place, to_read, to_stay, of_data])
+                _prefetch_line(builder, builder.gep(data, [builder.add(first, first.type(line))]))
 
         list(_walk(builder, like, arrays, given[1], visit))
         return context.get_dummy_value()
@@ -181,13 +184,8 @@ def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
 
 @intrinsic
 def _prefetch(typing: Any, address: Any) -> Any:
-    byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
-    kind = ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag])
-
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
-        to_read, to_stay, of_data = flag(0), flag(3), flag(1)
-        builder.call(prefetch, [builder.inttoptr(given[0], byte), to_read, to_stay, of_data])
+        _prefetch_line(builder, builder.inttoptr(given[0], BYTE))
         return context.get_dummy_value()
 
     return types.none(types.intp), emit

@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
-from pellucid.grid.points import MappedPoints
-from pellucid.grid.stencil import gather, gather_gradient
+from pellucid.grid.passes.points_pass import Declaration, Found, at_point, pass_points
+from pellucid.grid.points import MappedPoints, NoCells
+from pellucid.grid.straining import MOTION_LIKE, AtPosition, GatherMotion
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
-from pellucid.tensors import IDENTITY, ZERO_VECTOR
+from pellucid.tensors import ZERO_VECTOR
 
 
 class Read(NamedTuple):
@@ -29,14 +29,9 @@ class Kept(NamedTuple):
 
 
 class GatherGradient(NamedTuple):
-    """Rule of a loop over points: gather velocity gradients, and compute new positions if points move."""
+    """Task of the loop: keep the velocity gradients that `GatherMotion` gathers, and compute new positions if points move."""
 
     moving: float  # 1 if the points move, else 0
-
-
-@point_function(gathered, GatherGradient)
-def _motion(rule, about, lattice, nodes, p, known):
-    return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
 
 
 @point_function(at_point, GatherGradient)
@@ -48,6 +43,6 @@ def _move(task, lattice, dt, p, known, g):
 def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
     """Build the loop over the points of a membrane that writes their velocity gradients to `gradient`, shape (points, 9) [1/s],
     and moves them if `moving`."""
-    declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), places=True)
+    declared = Declaration(gathers=MOTION_LIKE, rule=GatherMotion(NoCells()), rule_reads=AtPosition(ZERO_VECTOR), places=True)
     position = mapped.points.position
     return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

@@ -223,7 +223,7 @@ def _each_point(n, points, dt):
 
 @kernel()
 def _each_point_by_colour(n, points, dt, which):
-    joint_by_colour(_slab, n, points.mapped.slabs.across, points, dt, which)
+    joint_by_colour(_slab, n, points.accounting.slabs.across, points, dt, which)
 
 
 def each_point(points: Bundle, dt: float, which: int = 0) -> None:
@@ -232,7 +232,7 @@ def each_point(points: Bundle, dt: float, which: int = 0) -> None:
     which: contributions to the nodes that are added: `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the declared
     columns of `Slabs.sums`, VECTORS and the faults, and, for a pass that moves points, `left_slab` and `of_lost`.
     """
-    n = len(points.mapped.slabs.layers)
+    n = len(points.accounting.slabs.layers)
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body
         joint_region.give(
             lambda: _each_point_by_colour(n, points, dt, which),

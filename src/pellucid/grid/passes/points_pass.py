@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.grid.passes.blocks import cache_lines
-from pellucid.grid.passes.gifts import GivingPoints, Nothing, example_of
+from pellucid.grid.passes.gifts import Nothing, example_of, giving
 from pellucid.grid.points import InOrder, MappedPoints
 from pellucid.jit import default_function, generic
 from pellucid.jit.bundle import Bundle
@@ -131,7 +131,6 @@ class PassPoints(NamedTuple):
     """A pass (a loop over points) and the points of a body, as arguments of `each_point`. Each part is a bundle, for a
     kernel that other passes share."""
 
-    mapped: Bundle  # of `MappedPoints`
     read: Bundle  # of `PointRows`: arrays of the input
     gathering: Bundle  # of `Gathering`
     evaluation: Bundle  # of `Evaluation`
@@ -174,16 +173,14 @@ def pass_points(
     rule_reads = read_like if declared.rule_reads is None else declared.rule_reads
     gathering = Gathering(rule, functions, lattice, mapped.nodes, rule_reads, declared.looks_up, declared.gathers, lines)
     evaluation = Evaluation(task, lattice, read_like, declared.looks_up, declared.gathers, found_like)
-    shared = Bundle(mapped)
     return Bundle(
         PassPoints(
-            shared,
             Bundle(PointRows(index, read_like, read)),
             Bundle(gathering),
             Bundle(evaluation),
             Bundle(Accounting(lattice, index, Bundle(mapped.slabs))),
             Bundle(PointRows(index, kept_like, kept)),
-            Bundle(GivingPoints(shared, Nothing() if gives is None else gives)),
+            giving(mapped, Nothing() if gives is None else gives),
             NotToCells() if to_cells is None else to_cells,
             np.array(declared.sums, np.int64),
             declared.largest,
