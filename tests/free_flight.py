@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 CASE = """
 schema = 1

@@ -16,13 +16,13 @@ from pellucid.case import load as load_case
 from pellucid.energy import Channel, StepWork
 from pellucid.findings import Finding
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.results.storage.history import read
 from pellucid.running.launch import resume_case, run_case
+from pellucid.step.part import StepPart
 
 BRAKE_HEAT, SPIN_HEAT = Channel("brake_heat", -1.0), Channel("spin_heat", -1.0)
 
@@ -40,11 +40,11 @@ class Thrust(Condition):
         return "thrust_work"
 
     @classmethod
-    def activate(cls, conditions: Sequence["Thrust"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Thrust"], assembly: Assembly) -> Sequence[StepPart]:
         return [ActiveThrust(thrust, assembly) for thrust in conditions]
 
 
-class ActiveThrust(ActiveCondition):
+class ActiveThrust(StepPart):
     def __init__(self, thrust: Thrust, assembly: Assembly) -> None:
         self._body, self._force = assembly.bodies[thrust.body].body, np.array(thrust.force)
         self._column = assembly.load_column(thrust.body, thrust.load_channel())
@@ -65,11 +65,11 @@ class Brake(Condition):
         return (BRAKE_HEAT,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Brake"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Brake"], assembly: Assembly) -> Sequence[StepPart]:
         return [ActiveBrake(brake, assembly) for brake in conditions]
 
 
-class ActiveBrake(ActiveCondition):
+class ActiveBrake(StepPart):
     def __init__(self, brake: Brake, assembly: Assembly) -> None:
         (self._field,) = (actions.field for actions in assembly.actions if actions.field.name == brake.field)
         self._rate, self._column = brake.rate, assembly.layout.column(BRAKE_HEAT)
@@ -93,11 +93,11 @@ class SpinDamping(Condition):
         return (SPIN_HEAT,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["SpinDamping"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["SpinDamping"], assembly: Assembly) -> Sequence[StepPart]:
         return [ActiveSpinDamping(assembly.bodies[damping.body], damping.rate, assembly) for damping in conditions]
 
 
-class ActiveSpinDamping(ActiveCondition):
+class ActiveSpinDamping(StepPart):
     strains, top_speed = True, 0.0
 
     def __init__(self, member: AssembledBody, rate: float, assembly: Assembly) -> None:

@@ -51,10 +51,10 @@ from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import TransferLoss
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.ranks.domain import domain
 from pellucid.reductions import exact_parts, ordered_sum
 from pellucid.state import of_owner, with_owner
+from pellucid.step.limit import StepLimit, motion_in_cells, swings, told
 
 NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 

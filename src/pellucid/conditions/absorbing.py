@@ -16,11 +16,11 @@ from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.model import one_or_several, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 SAMPLES = 4000  # number of samples for the integral of a shape function at a boundary
 
@@ -41,7 +41,7 @@ class Absorbing(Condition):
     _one_or_several = field_validator("where", mode="before")(one_or_several)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[StepPart]:
         """Add the damping rates of the conditions to the nodes of the bodies' velocity fields. The nodal momentum update
         reads these rates, so the returned sequence of conditions that act in each step is empty."""
         for absorbing in conditions:

@@ -10,12 +10,12 @@ from pellucid.conditions.support import Support, on_each_face
 from pellucid.energy import Channel, Passed, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
-from pellucid.parts.step_limit import StepLimit, tightest
+from pellucid.step.limit import StepLimit, tightest
+from pellucid.step.part import StepPart
 
 
 class BodiesAndConditions(Protocol):
@@ -61,14 +61,14 @@ class ActiveConditions:
             body, field = bodies[model.name]
             members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
         assembly = Assembly(members, self.actions, layout)
-        self._active: list[ActiveCondition] = []
+        self._active: list[StepPart] = []
         for kind, conditions in case.conditions().items():
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
             member.body.complete()
         for condition in self._active:
             condition.try_out()
-        self.give_impulses = any(type(condition).act_on_nodes is not ActiveCondition.act_on_nodes for condition in self._active)
+        self.give_impulses = any(type(condition).act_on_nodes is not StepPart.act_on_nodes for condition in self._active)
         """True if any condition applies impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:

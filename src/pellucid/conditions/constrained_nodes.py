@@ -16,11 +16,11 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import HeldInRegions, NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 from pellucid.parts.support_precedence import find_owners
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
-class Released(ActiveCondition):
+class Released(StepPart):
     """Releases nodes of grids and bodies when their supports end.
 
     supports: all supports, split so that each acts on at most one face; actions: actions on the nodes of each grid; bodies:
@@ -63,7 +63,7 @@ class Released(ActiveCondition):
         constrained[: len(held)][let_go & (held > 0)] = 0
 
 
-def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
+def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[StepPart]:
     """Constrain the nodes of all grids and of bodies with their own nodes; a support that lists several faces counts as one
     support for each face. Returns the conditions that act in a run: release of supports that end, no-slip walls and
     opening walls. Raises CaseError for a support without nodes."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from pellucid.energy import DAMPING, DAMPING_HEAT, Channel, StepWork
 from pellucid.model import parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.capabilities import TakesDrag
 from pellucid.parts.condition import Condition
+from pellucid.step.part import StepPart
 
 
 class Damping(Condition):
@@ -23,7 +23,7 @@ class Damping(Condition):
     until: float | None = parameter("s", "time at which the drag ends; default: never", None)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[StepPart]:
         return [ActiveDamping(damping, assembly) for damping in conditions]
 
     def mean_rate(self, time: float, dt: float) -> float:
@@ -34,7 +34,7 @@ class Damping(Condition):
         return self.rate if self.until is None else self.rate * min(max((self.until - time) / dt, 0.0), 1.0)
 
 
-class ActiveDamping(ActiveCondition):
+class ActiveDamping(StepPart):
     """Applies the drag force of a `Damping` condition, proportional to mass and velocity, to the body of this condition in
     each step."""
 

@@ -4,16 +4,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.capabilities import TakesTractions
 from pellucid.parts.surface_load import SurfacePoints
+from pellucid.step.part import AtEachStep, StepPart
 
 TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
 """Function of surface points and time [s] that returns the force per unit current area [Pa], shape (..., 3)."""
 
 
-def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> ActiveCondition:
+def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> StepPart:
     """Return an active condition that applies a force per unit area [Pa], given by the function `traction` of points and
     time, to the body named `body`; channel: name of the entry of the energy balance for the work of this force; label: name
     of the load for users."""

@@ -33,9 +33,9 @@ from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
@@ -67,7 +67,7 @@ class WallSurface(NamedTuple):
     neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
 
 
-class NoSlipWall(ActiveCondition):
+class NoSlipWall(StepPart):
     """Active condition of the no-slip wall that one support makes in one velocity field: fluid does not slip on the surface
     of the support's region, wherever the surface lies between the nodes."""
 

@@ -7,15 +7,15 @@ import numpy as np
 
 from pellucid.conditions.prescribed_points import marked
 from pellucid.findings import Finding, refuse
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.capabilities import TakesNormalMotions
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.prescribed_motion import Motion
 
 
-class NormalMotions(ActiveCondition):
+class NormalMotions(StepPart):
     """Prescribed displacements of nodes of one fluid film along the normal of the film. The film itself records the work
     and the impulses of these displacements."""
 

@@ -12,7 +12,7 @@ from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import YieldingWalls
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop_by_colour
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.step.part import StepPart
 
 FAR = 2.0  # cells from which on no point reaches the nodes of a wall
 NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
@@ -47,7 +47,7 @@ Face = tuple[int, int]
 """Axis and end (0 lower, 1 upper) of a face of the grid."""
 
 
-class OpenWalls(ActiveCondition):
+class OpenWalls(StepPart):
     """Active condition of the opening walls of one velocity field, which measures the gaps between walls and bodies. grid:
     grid of the field; walls: data of the walls; faces: axis and end of each wall; bodies: bodies in the field."""
 

@@ -11,12 +11,12 @@ from pellucid.conditions.support import Face
 from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.model import check, name_parameter, one_or_several, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import LosesPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 
 class Outflow(GivenFlow, Condition):
@@ -84,11 +84,11 @@ class Outflow(GivenFlow, Condition):
         return self.name
 
     @classmethod
-    def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[StepPart]:
         """Open the faces for the points of the bodies, which then remove points that cross them; return the active
         conditions of pressures and prescribed flows."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
-        active: list[ActiveCondition] = []
+        active: list[StepPart] = []
         for number, outflow in enumerate(conditions):
             bodies = []
             for name, member in assembly.bodies.items():
@@ -100,7 +100,7 @@ class Outflow(GivenFlow, Condition):
             active += outflow._acting(bodies, assembly, f"outflow.{outflow.name or number}")
         return active
 
-    def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:
+    def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[StepPart]:
         """Return the active conditions that apply the pressure or the prescribed flow at the faces to bodies (names); path:
         path of the outflow in the case, for messages."""
         if self.pressure is not None:

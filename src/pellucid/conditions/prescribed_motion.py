@@ -12,11 +12,11 @@ from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, name_parameter, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, selectable_of
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 WAYS = ("x", "y", "z", "normal")
 
@@ -96,13 +96,13 @@ class Motion(Condition):
                 yield Finding((*path[:-1], "rotation", axis), why)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[StepPart]:
         """Build one active condition for all motions of a body; motions of a fluid film act along its normal. Motions of
         rigid bodies are left out, since the condition `Rigid` applies these motions."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints
 
-        result: list[ActiveCondition] = []
+        result: list[StepPart] = []
         for name, member in assembly.bodies.items():
             if member.model.is_rigid:
                 continue  # handled by the condition for rigid bodies

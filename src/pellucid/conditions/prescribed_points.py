@@ -15,12 +15,12 @@ from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.grid.vectors import scatter_listed
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import TakesMotions
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.prescribed_motion import Motion
@@ -46,7 +46,7 @@ def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
     return driven
 
 
-class PrescribedPoints(ActiveCondition):
+class PrescribedPoints(StepPart):
     """Prescribed motions of one body.
 
     Arrays of the body: `driven`, the index of a point's motion plus one, or 0; `start`, the initial position of a point

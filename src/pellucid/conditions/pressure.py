@@ -16,13 +16,13 @@ from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plan
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, parameter
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
+from pellucid.step.part import AtEachStep, StepPart
 
 
 class Pressure(ChangesInTime, Condition):
@@ -153,10 +153,10 @@ class Pressure(ChangesInTime, Condition):
         return "load_work"
 
     @classmethod
-    def activate(cls, conditions: Sequence["Pressure"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Pressure"], assembly: Assembly) -> Sequence[StepPart]:
         return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
 
-    def active(self, assembly: Assembly, number: int) -> ActiveCondition:
+    def active(self, assembly: Assembly, number: int) -> StepPart:
         """Build the condition that applies the pressure in a run; number: index of this pressure in the case."""
         if self.volume is not None:
             return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
@@ -204,7 +204,7 @@ def _holes(body: Body) -> str | None:
     )
 
 
-class PressedFaces(ActiveCondition):
+class PressedFaces(StepPart):
     """Applies a pressure to the faces of a body in a region in each step."""
 
     def __init__(

@@ -15,11 +15,11 @@ from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, check, name_parameter, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone, selectable_of
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 from pellucid.units import in_degrees
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
@@ -277,7 +277,7 @@ class Support(Condition):
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
-    def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[StepPart]:
         """Constrain nodes of all grids, also along axes where the grid is one cell thick, and nodes of bodies with their own
         nodes; return the conditions that act in a run (see `constrain_all`)."""
         from pellucid.conditions.constrained_nodes import constrain_all

@@ -18,7 +18,7 @@ from pellucid.parts.capabilities import Membrane, NodalSupport
 from pellucid.parts.constraint import ConstrainedPoints
 from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 __all__ = ["Body", "NodalSupport", "Placement", "in_metres"]
 

@@ -16,8 +16,8 @@ from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Part, Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 from pellucid.state import Field, declare_field
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 FIELD_MEANING = "velocity field: bodies in the same field move together, bodies in different fields interact by contact"
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 from pellucid.energy import Channel
 from pellucid.findings import Reason
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Part, Parts
-from pellucid.parts.step_limit import Cause
+from pellucid.step.limit import Cause
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -62,7 +62,7 @@ class Condition(Part):
         return self
 
     @classmethod
-    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[StepPart]:
         """Return the objects that act in a run for all conditions of this class; none if these conditions only mark nodes or
         pairs of bodies at the start.
 

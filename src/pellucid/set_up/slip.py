@@ -7,7 +7,7 @@ from pellucid.case import Case
 from pellucid.findings import listed
 from pellucid.materials.contract import PointMaterial
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.step_limit import spread_in_cells
+from pellucid.step.limit import spread_in_cells
 
 
 def slipped_past(case: Case) -> Iterator[str]:

@@ -9,8 +9,8 @@ import numpy as np
 from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body
-from pellucid.parts.step_limit import StepLimit, fall_through_cells
 from pellucid.simulation.fastest import fastest_point
+from pellucid.step.limit import StepLimit, fall_through_cells
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase

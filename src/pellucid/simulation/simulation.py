@@ -35,7 +35,6 @@ from pellucid.named import Named
 from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.relaxable import Relaxable
-from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.behind_walls import with_room_behind_walls
@@ -57,6 +56,7 @@ from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
+from pellucid.step.limit import StepLimit, time_to_fall
 from pellucid.system.interrupts import signals_caught
 from pellucid.system.processes import free_cores
 

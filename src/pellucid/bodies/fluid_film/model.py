@@ -26,8 +26,8 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 from pellucid.state import Field
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance

@@ -31,9 +31,9 @@ from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, Membrane, TakesTractions
-from pellucid.parts.step_limit import StepLimit, springs_of_contact, tightest
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
+from pellucid.step.limit import StepLimit, springs_of_contact, tightest
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase

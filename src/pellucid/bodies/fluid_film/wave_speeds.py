@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
 from pellucid.materials.lipid_film import LipidFilm
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
+from pellucid.step.limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
 
 
 class Signals:

@@ -38,9 +38,9 @@ from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
 from pellucid.parts.capabilities import BoundByContact, GainsPoints, HasContactSurface, HasPointsAtWalls, KeepsHeat, LosesPoints
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
+from pellucid.step.limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
 
 NOBODY = np.zeros(0, dtype=bool)
 

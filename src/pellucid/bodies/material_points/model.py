@@ -23,7 +23,7 @@ from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_in_cells
+from pellucid.step.limit import StepLimit, motion_in_cells, signals_in_cells
 
 
 class MaterialPointsCase(SeededBody):

@@ -13,7 +13,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
 from pellucid.geometry.algorithms.enclosure import signed_volume
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.surface import ElementSurface

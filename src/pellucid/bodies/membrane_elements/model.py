@@ -28,7 +28,7 @@ from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import (
+from pellucid.step.limit import (
     StepLimit,
     bending_in_cells,
     bending_in_mesh,

@@ -22,7 +22,7 @@ from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, TakesPressure
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, springs_of_contact, tightest
+from pellucid.step.limit import StepLimit, bending_in_cells, springs_of_contact, tightest
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase

@@ -17,7 +17,7 @@ from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
 from pellucid.parts.placement import Placement
-from pellucid.parts.step_limit import StepLimit, bending_in_mesh, springs_of_contact, told
+from pellucid.step.limit import StepLimit, bending_in_mesh, springs_of_contact, told
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase

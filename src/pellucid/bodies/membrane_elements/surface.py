@@ -32,8 +32,8 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
 from pellucid.reductions import ordered_sum
+from pellucid.step.limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase

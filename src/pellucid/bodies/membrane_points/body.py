@@ -30,7 +30,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import plane_diffusivity
 from pellucid.parts.capabilities import Membrane, TakesPressure
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, signals_seen
+from pellucid.step.limit import StepLimit, bending_in_cells, signals_seen
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_points.model import MembranePointsCase

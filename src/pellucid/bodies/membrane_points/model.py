@@ -21,7 +21,7 @@ from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, signals_in_cells, tightest
+from pellucid.step.limit import StepLimit, bending_in_cells, signals_in_cells, tightest
 
 FEWEST_PER_CELL = 2.0  # least number of membrane points for each cell that the surface crosses
 ALIKE = 1e-6  # distance below which two points count as one, in cells

@@ -29,8 +29,8 @@ from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HasContactSurface, HasMesh
 from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 from pellucid.state import with_owner
+from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.model import MeshlessSolidCase

@@ -10,15 +10,15 @@ from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
 from pellucid.energy import INTERNAL, StepWork
 from pellucid.energy.at_stake import ROUNDING_SHARE
 from pellucid.errors import RunStopped
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.enclosed.model import Enclosed
 
 
-class ActiveEnclosed(ActiveCondition):
+class ActiveEnclosed(StepPart):
     """A gas or liquid in a membrane, in a run.
 
     The pressure acts on the membrane with the geometry at the start of a step: its nodal forces are p ∂V/∂x, with the

@@ -8,9 +8,9 @@ from typing import Any
 from pellucid.conditions.enclosed.volume import EnclosedVolume
 from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.model import InputFile, Model, check, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.step.part import StepPart
 
 SHARE = 0.25
 """Oscillation frequency of the enclosed volume on the spring that enforces the prescribed volume, as a fraction of the
@@ -78,7 +78,7 @@ class GivenVolume(Model):
         return curve, curve.derivative()
 
 
-class ActiveVolume(ActiveCondition):
+class ActiveVolume(StepPart):
     """Pressure p = κ (V* - V) + c (V*' - V') that enforces the prescribed volume V* of a membrane in a run: a stiff spring
     κ, and a damper c for the oscillation of the volume V with the mass of the membrane; ' is the rate in time.
 

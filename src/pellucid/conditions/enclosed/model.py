@@ -13,11 +13,11 @@ from pellucid.conditions.enclosed.problems import encloses_problems
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 CHANNELS = {
     "enclosed_energy": -1.0,
@@ -184,7 +184,7 @@ class Enclosed(Condition):
         return Reason("[steady] cannot find the equilibrium of a membrane with a gas or liquid", remedy)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[StepPart]:
         from pellucid.conditions.enclosed.active import ActiveEnclosed
 
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]

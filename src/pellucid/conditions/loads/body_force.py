@@ -8,8 +8,8 @@ from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Path
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
+from pellucid.step.part import AtEachStep, StepPart
 
 
 class BodyForce(ChangesInTime, LoadModel):
@@ -18,7 +18,7 @@ class BodyForce(ChangesInTime, LoadModel):
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force per unit mass")
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         body, add = assembly.bodies[self.body].body, assembly.forces_on(self.body, self.channel)
         acceleration = np.array(self.acceleration)
         return AtEachStep(lambda time: add(body.arrays["mass"][:, None] * (self.share(time) * acceleration)))

@@ -16,12 +16,12 @@ from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed, refuse
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import SpreadsPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
 
 OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
@@ -48,14 +48,14 @@ class LoadModel(Condition):
             )
 
     @abstractmethod
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         """Build the condition that applies the load in a run; path: path of the load in the case, for a CaseError."""
 
     def load_channel(self) -> str:
         return self.channel
 
     @classmethod
-    def activate(cls, conditions: Sequence["LoadModel"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["LoadModel"], assembly: Assembly) -> Sequence[StepPart]:
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -97,11 +97,11 @@ class Load(ChangesInTime, LoadModel):
         if self.region is not None:
             yield from chosen_problems(self.region, self.body, path, parts)
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         return ActiveLoad(self, assembly, path)
 
 
-class ActiveLoad(ActiveCondition):
+class ActiveLoad(StepPart):
     """Applies the forces of a `Load` in each step to the body that the load names."""
 
     def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:

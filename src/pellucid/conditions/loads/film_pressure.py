@@ -11,11 +11,11 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
+from pellucid.step.part import StepPart
 
 
 class Band(Model):
@@ -58,7 +58,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         if self.along is not None and not any(self.along):
             yield Finding((*path, "along"), "the direction has zero length", "give a direction such as [0, 1, 0], or remove it")
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"
         return surface_load(self.traction, self.body, self.channel, assembly, label)
 

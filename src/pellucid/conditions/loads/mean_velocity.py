@@ -9,10 +9,10 @@ from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.model import name_parameter, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 
 class MeanVelocity(ChangesInTime, LoadModel):
@@ -41,7 +41,7 @@ class MeanVelocity(ChangesInTime, LoadModel):
     def reaction(self) -> str | None:
         return self.name
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         return Controller(self, assembly)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -73,7 +73,7 @@ class MeanVelocity(ChangesInTime, LoadModel):
                     yield Finding(here, text, "remove it from one of the two")
 
 
-class Controller(ActiveCondition):
+class Controller(StepPart):
     """Applies the body force of a `MeanVelocity` in a run. Its state between steps is the integral of the control law, ∫ (U*
     - U)/τ² dt [m/s²], with the mean velocity U, its target U* and the response time τ."""
 

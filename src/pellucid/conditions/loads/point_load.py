@@ -11,9 +11,9 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
+from pellucid.step.part import AtEachStep, StepPart
 
 
 class PointLoad(ChangesInTime, LoadModel):
@@ -29,7 +29,7 @@ class PointLoad(ChangesInTime, LoadModel):
         yield from super().problems(path, parts)
         yield from chosen_problems(self.where, self.body, path, parts)
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         member, force = assembly.bodies[self.body], np.array(self.force)
         chosen, add = chosen_points(self.where, member, path), assembly.forces_on(self.body, self.channel)
         share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # in the order of `id`, which sorting keeps

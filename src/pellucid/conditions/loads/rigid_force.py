@@ -10,9 +10,9 @@ from pellucid.conditions.loads.rigid_load import NONE, Push, RigidLoad, rigid_of
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import Vector, check, parameter
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
+from pellucid.step.part import AtEachStep, StepPart
 
 
 class RigidForce(ChangesInTime, RigidLoad):
@@ -33,7 +33,7 @@ class RigidForce(ChangesInTime, RigidLoad):
         yield from super().problems(path, parts)
         yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         body, column = assembly.bodies[self.body].body, assembly.layout.column(Channel(self.channel))
         push = np.array([*self.force, *self.torque])
         return AtEachStep(lambda time: rigid_of(body).add_load(Push(self.share(time) * push, column)))

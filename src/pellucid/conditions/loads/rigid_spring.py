@@ -15,9 +15,9 @@ from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector, check, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 
 class AnchorPath(AlongAxes):
@@ -87,7 +87,7 @@ class RigidSpring(RigidLoad):
         along = _fastest(self.stiffness, self.damping, mass)
         return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         return ActiveRigidSpring(self, assembly)
 
 
@@ -95,7 +95,7 @@ def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
     return sqrt(max(stiffness) / mass) + max(damping) / mass
 
 
-class ActiveRigidSpring(ActiveCondition):
+class ActiveRigidSpring(StepPart):
     """Applies force and torque of a `RigidSpring` in each step to the rigid body that the spring names."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:

@@ -12,9 +12,9 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
+from pellucid.step.part import AtEachStep, StepPart
 
 
 class Traction(ChangesInTime, LoadModel):
@@ -30,7 +30,7 @@ class Traction(ChangesInTime, LoadModel):
         yield from super().problems(path, parts)
         yield from face_problems(self.where, (*path, "where"), self.body, parts)
 
-    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
         faces = LoadedFaces(assembly.bodies[self.body], self.where, (*path, "where"))
         add, forces = assembly.forces_on(self.body, self.channel), cache(lambda: faces.traction(np.array(self.traction)))
         return AtEachStep(lambda time: add(self.share(time) * forces()))

@@ -13,10 +13,10 @@ from pellucid.conditions.open_faces.strip import Passage, work_of_strip
 from pellucid.energy import INFLOW_WORK, Passed, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.model import GridCase
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import GainsPoints
-from pellucid.parts.step_limit import StepLimit
+from pellucid.step.limit import StepLimit
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.open_faces.inflow import Inflow
@@ -51,7 +51,7 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
     member.offers(GainsPoints).make_room(rows, inflows[0].middle)
 
 
-class Entering(ActiveCondition):
+class Entering(StepPart):
     """Inflow in a run. Its state between steps: the distance by which the inflow has moved with its mean velocity so far
     [m], the largest value of this distance, its value when the pressure of new points was last computed [m], and the mean
     pressure drop behind the strip of cells at the opening [Pa]."""

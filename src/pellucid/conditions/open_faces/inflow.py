@@ -9,11 +9,11 @@ from pellucid.conditions.support import Face
 from pellucid.energy import IMPACT_HEAT, INFLOW_ENERGY, INFLOW_WORK, Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import check, name_parameter, parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 
 
 class Inflow(GivenFlow, Condition):
@@ -50,7 +50,7 @@ class Inflow(GivenFlow, Condition):
         return self.pressure is not None
 
     @classmethod
-    def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[StepPart]:
         from pellucid.conditions.open_faces.entering import entering
 
         return entering(conditions, assembly)

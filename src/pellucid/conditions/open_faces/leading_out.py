@@ -10,15 +10,15 @@ from pellucid.conditions.open_faces.led_strip import LedStrip
 from pellucid.conditions.open_faces.strip import Passage, work_of_strip
 from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import Assembly
-from pellucid.parts.step_limit import StepLimit
+from pellucid.step.limit import StepLimit
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.outflow import Outflow
 
 
-class LeadingOut(ActiveCondition):
+class LeadingOut(StepPart):
     """Active outflow with a prescribed flow. Only one body flows out: the first in the list of bodies that has points at
     the face, through the opening of the outflow in the face."""
 

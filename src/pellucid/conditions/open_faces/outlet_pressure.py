@@ -25,8 +25,8 @@ from pellucid.grid.passes.gifts import by_slope, given, giving, scatter
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import row
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.outflow import Outflow
@@ -121,7 +121,7 @@ class EndOfFluid:
         return float(depth[p]) * self.body.grid.lattice.inverse_cell, float(inward)
 
 
-class OutletPressure(ActiveCondition):
+class OutletPressure(StepPart):
     """Active condition of an outflow against a pressure, which acts on the end of the fluid at each open face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:

@@ -15,7 +15,7 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 
 class Passage(NamedTuple):

@@ -26,9 +26,9 @@ from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_wo
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.velocity_transfer import Apic
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.loads.rigid_spring import RigidSpring
@@ -255,7 +255,7 @@ class RigidBody:
         return done._replace(motions=along, turning=about)
 
 
-class RigidBodies(ActiveCondition):
+class RigidBodies(StepPart):
     """Active condition of all rigid bodies of a case. The bodies act on the nodes after all other conditions and before
     contact."""
 

@@ -7,9 +7,9 @@ from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.model import parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.condition import Condition
+from pellucid.step.part import StepPart
 
 
 class Rigid(Condition):
@@ -23,7 +23,7 @@ class Rigid(Condition):
     springs: tuple[RigidSpring, ...] = parameter("", "springs that act on the body", ())
 
     @classmethod
-    def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[StepPart]:
         from pellucid.conditions.rigid.body import RigidBodies, RigidBody
 
         bodies: list[RigidBody] = []

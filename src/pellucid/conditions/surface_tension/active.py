@@ -13,17 +13,17 @@ from pellucid.conditions.surface_tension.planes import WettedPlane
 from pellucid.conditions.surface_tension.roles import NEUTRAL
 from pellucid.energy import FIRST_LOAD, INTERNAL, SURFACE_ENERGY, StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
+from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.surface_tension.model import SurfaceTension
 
 
-class TenseSurface(ActiveCondition):
+class TenseSurface(StepPart):
     """Surface tension of a fluid in a run.
 
     Forces are the exact derivative of the energy with respect to positions and volumes of the points, f = -V (N ∇φ + φ ∇N)

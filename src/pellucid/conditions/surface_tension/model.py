@@ -13,11 +13,11 @@ from pellucid.energy import SURFACE_ENERGY, SURFACE_TENSION_WORK, Channel
 from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.grid.model import GridCase
 from pellucid.model import parameter
-from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
+from pellucid.step.part import StepPart
 from pellucid.units import in_degrees
 
 FUNCTIONS = "quadratic-bspline"
@@ -97,7 +97,7 @@ class SurfaceTension(Condition):
         )
 
     @classmethod
-    def activate(cls, conditions: Sequence["SurfaceTension"], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["SurfaceTension"], assembly: Assembly) -> Sequence[StepPart]:
         from pellucid.conditions.surface_tension.active import TenseSurface
 
         return [TenseSurface(condition, assembly) for condition in conditions]

@@ -4,8 +4,8 @@ from math import isfinite
 
 from pellucid.case import Case
 from pellucid.materials.contract import PointMaterial
-from pellucid.parts.step_limit import NO_LIMIT
 from pellucid.running.forecast.steps import limit_of_model
+from pellucid.step.limit import NO_LIMIT
 
 WORTHWHILE = 5.0
 """Smallest ratio of the time steps at which the hint is given: a step with implicit viscosity costs two to four times as

@@ -11,7 +11,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
+from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 
 
 class Foretold(NamedTuple):

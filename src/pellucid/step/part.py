@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from pellucid.energy import Passed, StepWork
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.step.limit import NO_LIMIT, StepLimit
 
 
-class ActiveCondition:
+class StepPart:
     """A condition in a run, or several conditions of one class: base class whose methods are called at the stages of a
     step; a condition overrides the methods of those stages at which it acts.
 
@@ -86,7 +86,7 @@ class ActiveCondition:
         """Restore the state of the condition from numbers of `state_numbers`, bit for bit."""
 
 
-class AtEachStep(ActiveCondition):
+class AtEachStep(StepPart):
     """A condition that calls a function of the time [s] at the beginning of each step."""
 
     def __init__(self, act: Callable[[float], object]) -> None:
