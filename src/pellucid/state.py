@@ -1,7 +1,7 @@
 """Fields of points and nodes that are stored or shown: number of components, unit, meaning. Fields of a single kind of body
 or material are declared in the package of that kind."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple, TypeVar
 
 Value = TypeVar("Value")
@@ -22,6 +22,15 @@ class Field(NamedTuple):
     meaning: str  # description for the user
     own_names: tuple[str, ...] = ()
     """Names of components that are not along the axes in space."""
+    shown: bool = True
+    """False if results do not show the array; checkpoints contain it."""
+    leaves: bool = False
+    """True if the value of a point becomes zero when the point leaves through a face of the grid."""
+    begins: bool = False
+    """True if the array starts at zero when a run continues from results that lack it."""
+    part_of: str = ""
+    """Name of a field to which results add this array. That field is then computed from other arrays when a run continues
+    from results."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -32,19 +41,19 @@ class Field(NamedTuple):
 FIELDS: dict[str, Field] = {
     "id": Field(1, "1", "number of the point, in the order of seeding"),
     "position": Field(3, "m", "position"),
-    "velocity": Field(3, "m/s", "velocity"),
-    "mass": Field(1, "kg", "mass"),
-    "volume": Field(1, "m^3", "current volume"),
+    "velocity": Field(3, "m/s", "velocity", leaves=True),
+    "mass": Field(1, "kg", "mass", leaves=True),
+    "volume": Field(1, "m^3", "current volume", shown=False, leaves=True),
     "density": Field(1, "kg/m^3", "density: mass divided by current volume"),
     "pressure": Field(1, "Pa", "pressure of the equation of state; for solids, minus the mean stress"),
-    "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy"),
+    "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy", leaves=True),
     "internal_energy": Field(1, "J/kg", "specific internal energy"),
     "strain_energy": Field(1, "J/kg", "specific strain energy; for rate-form solids and membranes, the work of the stress"),
     "kinetic_energy": Field(1, "J", "kinetic energy of the point; the sum is the kinetic energy of the body"),
     "stored_energy": Field(1, "J", "internal or strain energy of the point; the sum is the stored energy of the body"),
-    "driven": Field(1, "1", "number (from 1) of the prescribed motion of the point; 0 if the point is free"),
-    "start": Field(3, "m", "initial position; only for bodies with a prescribed motion"),
-    "angle": Field(3, "rad", "rotation of a rigid body about x, y and z since the start, including full turns"),
+    "driven": Field(1, "1", "number (from 1) of the prescribed motion of the point; 0 if the point is free", shown=False),
+    "start": Field(3, "m", "initial position; only for bodies with a prescribed motion", shown=False),
+    "angle": Field(3, "rad", "rotation of a rigid body about x, y and z since the start, including full turns", shown=False),
     "frame": Field(
         9,
         "1",
@@ -59,8 +68,7 @@ FIELDS: dict[str, Field] = {
     "failed": Field(1, "1", "1 if the membrane point has failed and carries no stress, else 0"),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress dissipated by damage or viscosity"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
-    "viscous_stress": Field(6, "Pa", "stress by implicit viscosity in the last step"),
-    "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
+    "affine": Field(9, "1/s", "affine velocity field about the point, for APIC", shown=False, leaves=True, begins=True),
 }
 
 
@@ -69,6 +77,11 @@ def declare_field(name: str, field: Field, owner: str) -> None:
     this name."""
     if FIELDS.setdefault(name, field) != field:
         raise TypeError(f"{owner}.{name}: a field of this name exists ({FIELDS[name].meaning}); choose another name")
+
+
+def parts_of(name: str, arrays: Iterable[str]) -> list[str]:
+    """Return those of the arrays, by name, that results add to the field with this name."""
+    return [part for part in arrays if part in FIELDS and FIELDS[part].part_of == name]
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from small_cases import SOLID, advance, box, case
 
+from pellucid.conditions.no_slip_walls import NoSlipWall
 from pellucid.simulation.simulation import Simulation
 
 OIL = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
@@ -23,7 +24,7 @@ def between_plates(low, high, top, **more):
 
 
 def walls_of(sim):
-    return [condition for condition in sim.conditions._active if type(condition).__name__ == "NoSlipWall"]
+    return sim.parts.of(NoSlipWall)
 
 
 @pytest.mark.parametrize(

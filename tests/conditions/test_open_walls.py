@@ -10,7 +10,7 @@ def gaps(sim, axis, side):
     index, position = sim.grid.where()
     on_face = position[:, axis] == (position[:, axis].min() if side == "lower" else position[:, axis].max())
     nodes = index[on_face]
-    return sim.conditions.actions[0].supports.walls.gap[nodes[sim.grid.nodes.mass[nodes] > 0.0], axis]
+    return sim.actions[0].supports.walls.gap[nodes[sim.grid.nodes.mass[nodes] > 0.0], axis]
 
 
 @pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline", "gimp"])
@@ -37,7 +37,7 @@ def test_the_nearest_of_all_bodies_counts():
     sim = advance(simulation(low, high, counts=(4, 2, 4), support=[floor], step=1e-3), 1)
     index, position = sim.grid.where()
     on_floor = position[:, 2] == 0.0
-    gap = sim.conditions.actions[0].supports.walls.gap[index[on_floor], 2] + 1e-4
+    gap = sim.actions[0].supports.walls.gap[index[on_floor], 2] + 1e-4
     assert gap[position[on_floor, 0] < 2.5] == pytest.approx(0.0, abs=1e-9)
     assert gap[position[on_floor, 0] > 2.5] == pytest.approx(0.5, abs=1e-9)
 

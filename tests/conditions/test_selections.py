@@ -113,7 +113,7 @@ def test_a_support_of_one_body_leaves_others_and_the_grid_alone():
     top = np.isclose(block.mesh.nodes[:, 2], 0.1)
     assert np.array_equal(block.arrays["position"][top], block.mesh.nodes[top])
     assert sheet.arrays["velocity"][:, 2] == pytest.approx(-10.0 * simulation.time, rel=1e-12)
-    assert not any(actions.field.grid.nodes.constrained.any() for actions in simulation.conditions.actions)
+    assert not any(actions.field.grid.nodes.constrained.any() for actions in simulation.actions)
     assert simulation.conservation()["momentum"] < 1e-12
 
 
@@ -143,7 +143,7 @@ def test_the_rim_of_a_membrane_of_points_is_moved():
 def test_a_sphere_constrains_the_nodes_of_the_grid_and_of_bodies():
     ball = {"sphere": {"centre": (0, 0, 0), "radius": 0.06}}
     simulation = run(1, grid=GRID, support=[{"where": ball}])
-    (actions,), (block,) = simulation.conditions.actions, simulation.bodies
+    (actions,), (block,) = simulation.actions, simulation.bodies
     index, position = actions.field.grid.where()
     inside = np.linalg.norm(position, axis=1) <= 0.06
     assert inside.sum() == 7

@@ -43,7 +43,7 @@ def simulation(threads=1, **more):
 
 
 def surface_of(sim):
-    return next(active for active in sim.conditions._active if isinstance(active, TenseSurface))
+    return sim.parts.of(TenseSurface)[0]
 
 
 def assert_exact(sim):

@@ -158,11 +158,12 @@ def test_nodes_of_a_sheet_overlap_by_their_own_depth():
     cap = falling_sheet() | {"surface": {"rectangle": rectangle}, "thickness": 1e-6, "velocity": (0, 0, 0)}
     block = tissue((1, 1, 1), (11, 11, 3), (10, 10, 2), approximant={"kind": "linear-simplex"})
     sim = simulation(block, cap, counts=(12, 12, 8), end=1.0, contact=[{"between": ["tissue", "sheet"]}])
-    sim.surface_pairs.act(0.1, 0.1, 0.0, 0.1)  # apart at the start
+    sim.surface_pairs.end(0.1)
+    sim.surface_pairs.exert_forces(0.1)  # apart at the start
     x = sim.bodies[1].arrays["position"].copy()
     x[:, 2] = 3.0 - deep + radius - np.sqrt(radius**2 - np.sum((x[:, :2] - middle) ** 2, axis=1))
     place(sim.bodies[1], x)
-    sim.surface_pairs.act(0.1, 0.1, 0.0, 0.1)
+    sim.surface_pairs.exert_forces(0.1)
     (overlap,) = sim.surface_pairs._pairs[0].overlaps()
     r = np.linalg.norm(x[:, :2] - middle, axis=1)
     inside = np.flatnonzero((x[:, 2] < 3.0) & (r < 4.0))

@@ -19,7 +19,7 @@ def met(*bodies, turn=None, **more):
         if turn is not None:
             place(body, CENTRE + (body.arrays["position"] - CENTRE) @ turn.T)
         body.particle_to_grid(inertia=True, force=False)
-    sim.stages.detect_contact()
+    sim.stages.find_contact()
     index, position = sim.grid.where()
     places = np.full((sim.grid.n_nodes, 3), np.nan)
     places[index] = position
@@ -116,7 +116,7 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         sim.stages.nodal_bodies[0].predict(0.0)
         meeting = sim.contact_pairs._pairs[0].detection
         meeting._close = np.inf
-        sim.stages.detect_contact()
+        sim.stages.find_contact()
         index, position = sim.grid.where()
         places = np.full((sim.grid.n_nodes, 3), np.nan)
         places[index] = position

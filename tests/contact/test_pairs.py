@@ -48,10 +48,10 @@ def resolved(grids, pair):
     """Masses, normals and velocities before and after, and what it came to."""
     before = [grid.nodes.velocity[:N].copy() for grid in grids]
     pairs = ContactPairs([pair], 1, 0)
-    pairs.apply_impulses()
+    pairs.stop_approach()
     for grid, old in zip(grids, before, strict=True):
         grid.nodes.mean_velocity[:N] = 0.5 * (old + grid.nodes.velocity[:N])
-    pairs.sum_work()
+    pairs.after_momentum()
     work = pairs.done
     return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
 

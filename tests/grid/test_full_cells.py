@@ -8,6 +8,7 @@ from small_cases import GAS, SLIP, SOLID, advance, box, case, place, simulation
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
 from pellucid.grid.cell_integrals import axis_integrals
+from pellucid.grid.full_cells import CellPressure
 from pellucid.grid.points import GROWTH, RATES, SHIFT, VOLUMES
 
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)
@@ -35,7 +36,7 @@ def disordered(functions="quadratic-bspline", body=None, seed=1, **more):
 def forces(sim):
     """Nodal forces of the points and of the mean pressures."""
     sim.stages.clear_nodes()
-    sim.stages.find_cell_pressures()
+    sim.stages.before_forces()
     for body in sim.bodies:
         body.particle_to_grid(inertia=True, force=True)
     return sim.grid.nodes.force
@@ -87,7 +88,7 @@ def test_a_uniform_pressure_gives_no_force_across_seams(hole):
     place(fluid, x)
     fluid.arrays["stress"][:, :3] = -3.0
     force = forces(sim)
-    assert np.count_nonzero(sim.stages.cell_pressures[0].cells.full) == 30 - hole
+    assert np.count_nonzero(sim.parts.of(CellPressure)[0].cells.full) == 30 - hole
     assert np.abs(force).max() < 1e-14 * 3.0
 
 
@@ -100,11 +101,11 @@ def test_a_uniform_pressure_gives_no_force_within(functions, hole):
         x = fluid.arrays["position"]
         x[(np.abs(x[:, :2] - [0.5, 0.7]) <= 0.1001).all(axis=1), 0] += 0.2
         place(fluid, x)
-        assert np.count_nonzero(sim.stages.cell_pressures[0].cells.full) == 0
+        assert np.count_nonzero(sim.parts.of(CellPressure)[0].cells.full) == 0
     fluid.arrays["stress"][:, :3] = -3.0
     force = forces(sim)
     index, where = sim.grid.where()
-    assert np.count_nonzero(sim.stages.cell_pressures[0].cells.full) == 30 - hole
+    assert np.count_nonzero(sim.parts.of(CellPressure)[0].cells.full) == 30 - hole
     inner = ((where[:, :2] > 0.01) & (where[:, :2] < [0.99, 1.19])).all(axis=1)
     assert np.abs(force[index[inner]]).max() < 1e-14 * 3.0
     right = index[where[:, 0] > 0.99]
@@ -121,7 +122,7 @@ def test_a_uniform_pressure_gives_no_force_within_a_room(functions):
     fluid.arrays["stress"][:, :3] = -3.0
     force = forces(sim)
     index, where = sim.grid.where()
-    assert np.count_nonzero(sim.stages.cell_pressures[0].cells.full) == 60
+    assert np.count_nonzero(sim.parts.of(CellPressure)[0].cells.full) == 60
     inner = ((where > 0.01) & (where < [0.79, 0.99, 0.59])).all(axis=1)
     assert np.abs(force[index[inner]]).max() < 1e-14 * 3.0
     assert force[index[where[:, 1] > 0.99], 1].sum() == pytest.approx(3.0 * 0.8 * 0.6, rel=1e-13)
@@ -143,7 +144,7 @@ def test_forces_keep_momentum_with_a_free_surface(functions):
     generator = np.random.default_rng(2)
     sim.bodies[0].arrays["stress"][:] = generator.normal(size=(sim.bodies[0].n_points, 6)) * [1, 1, 1, 0, 0, 1]
     force = forces(sim)
-    full = np.count_nonzero(sim.stages.cell_pressures[0].cells.full)
+    full = np.count_nonzero(sim.parts.of(CellPressure)[0].cells.full)
     assert 0 < full < 30
     assert np.abs(force.sum(axis=0)).max() < 1e-14 * np.abs(force).sum()
 
@@ -171,13 +172,13 @@ def test_the_shifted_volumes_of_a_cell_grow_as_it_does(functions):
     fluid, generator = sim.bodies[0], np.random.default_rng(4)
     fluid.arrays["velocity"][:, :2] = generator.normal(size=(fluid.n_points, 2))
     forces(sim)
-    sim.stages.detect_contact()
+    sim.stages.find_contact()
     sim.stages.advance_momentum(1e-3)
-    sim.stages.apply_contact_impulses()
-    sim.stages.sum_works(1e-3)
+    sim.stages.stop_approach()
+    sim.stages.after_momentum(1e-3)
     fluid.grid_to_particle(1e-3, remap=True)
-    sim.stages.find_volume_corrections(1e-3)
-    cells = sim.stages.cell_pressures[0].cells
+    sim.stages.before_stress(1e-3)
+    cells = sim.parts.of(CellPressure)[0].cells
     volumes, grown = cells.sums[:, VOLUMES], cells.sums[:, RATES] + cells.found[:, SHIFT] * cells.sums[:, VOLUMES]
     scale = np.abs(grown).sum()
     assert np.abs(grown - cells.found[:, GROWTH] * volumes).max() < 1e-14 * scale

@@ -66,7 +66,7 @@ def assert_same(one, two):
 def test_the_nodes_move_as_the_equation_says():
     """By the forces of a solution, from which they differ by its residual; a moved wall and a load act too."""
     sim = advance(slit(support=[WALLS[0], {"where": "y-upper", "velocity": (1.0, 0, 0)}]), 5)
-    (viscosity,) = sim.stages.viscosities
+    (viscosity,) = sim.parts.of(implicit_viscosity.ImplicitViscosity)
     rows = viscosity._rows
     inertia, target, solution, force = (
         getattr(rows, name).reshape(-1, 4)[:, :3] for name in ("inertia", "target", "solution", "viscous_force")
@@ -82,7 +82,7 @@ def test_the_nodes_move_as_the_equation_says():
 @pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
 def test_the_preconditioner_is_the_diagonal(functions):
     """Of the operator, whose column is the force of a unit velocity of one node along an axis."""
-    (viscosity,) = advance(slit(functions=functions), 1).stages.viscosities
+    (viscosity,) = advance(slit(functions=functions), 1).parts.of(implicit_viscosity.ImplicitViscosity)
     rows = viscosity._rows
     rows.inverse[:] = 0.0
     scatter(viscosity._diagonals[0])

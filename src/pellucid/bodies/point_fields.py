@@ -5,8 +5,7 @@ import numpy as np
 from pellucid.grid.shared_points import SpreadPoints, WholePoints
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
-
-HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn", "viscous_stress")  # arrays that results do not show
+from pellucid.state import FIELDS, parts_of
 
 
 class PointFields(GridBody):
@@ -47,7 +46,7 @@ class PointFields(GridBody):
 
     @property
     def field_names(self) -> list[str]:
-        return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
+        return [name for name in self.arrays if name not in FIELDS or FIELDS[name].shown] + ["density", "pressure"]
 
     def field(self, name: str) -> np.ndarray:
         try:
@@ -57,7 +56,7 @@ class PointFields(GridBody):
         return stored[self.order()]
 
     def stored_field(self, name: str) -> np.ndarray:
-        self._complete(*([name] if name in self.arrays else self.arrays))
+        self._complete(*([name, *parts_of(name, self.arrays)] if name in self.arrays else self.arrays))
         return self.shared.joined(self._field_there(name))
 
     def stored_array(self, name: str) -> np.ndarray:
@@ -74,7 +73,7 @@ class PointFields(GridBody):
             return self.kinetic_energies()[: self.n_there]
         if name == "stored_energy":
             return self._there("mass") * self._there("strain_energy")
-        return self._there(name)
+        return sum((self._there(part) for part in parts_of(name, self.arrays)), self._there(name))
 
     def _there(self, name: str) -> np.ndarray:
         return self.arrays[name][: self.n_there]

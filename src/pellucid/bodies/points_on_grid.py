@@ -53,7 +53,7 @@ from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import TransferLoss
 from pellucid.ranks.domain import domain
 from pellucid.reductions import exact_parts, ordered_sum
-from pellucid.state import of_owner, with_owner
+from pellucid.state import FIELDS, of_owner, parts_of, with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, swings, told
 
 NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
@@ -73,9 +73,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     contact_surface: GridSurface | None = None
     """Contact surface of the body; None if contact is computed on the grid nodes."""
-
-    found_anew: tuple[str, ...] = ()
-    """Names of arrays that are not loaded when a run is continued, but computed from the others."""
 
     def __init__(
         self,
@@ -470,7 +467,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return super().step_limit()
 
     def complete(self) -> None:
-        named = (self._there(name) for name in self.arrays if name not in self.found_anew)
+        named = (self._there(name) for name in self.arrays if not parts_of(name, self.arrays))
         arrays = [*named, *self.element_arrays.values()] if self._goes_on else []
         kept = [array.copy() for array in arrays]
         self.renew_totals()
@@ -534,12 +531,11 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._follow_order()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run; affine velocity fields (APIC), which the frames of results do not have, start at
-        zero.
-        """
+        """Load the arrays of an earlier run; arrays that this run did not store start at zero if their field allows it."""
         number = self._there("id")
-        for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
-            self._there(name)[...] = state[name][number]
+        for name in self.arrays.keys() - {"id"}:
+            if name in state or name not in FIELDS or not FIELDS[name].begins:
+                self._there(name)[...] = state[name][number]
         for name, array in self.element_arrays.items():
             array[...] = state[f"elements/{name}"]
         left = self.stored_field("mass") == 0.0

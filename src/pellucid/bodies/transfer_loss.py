@@ -21,13 +21,14 @@ FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
   together with all losses of a blend with PIC or APIC.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work
+from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.capabilities import KeepsHeat
 from pellucid.parts.families import GridBody
+from pellucid.step.part import StepPart
 
 
 def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
@@ -41,62 +42,70 @@ def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
                     body.use_separate_force_buffer()
 
 
-def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
-    """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], as work of the transfers, and the
-    correction of the work of internal forces.
+class TransferHeat(StepPart):
+    """Energy that the transfers between points and nodes lose in each step, as heat of the transfers, and the corresponding
+    corrections of other works; see `pellucid.bodies.transfer_loss`.
 
-    L is the kinetic energy lost by mass lumping; v and v' are the nodal velocities from the points before and after the
-    step, Δv the change by nodal forces f (see `pellucid.bodies.transfer_loss`). bodies: the bodies of the field;
-    strained_last: True with MUSL and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that
-    keep no heat. With USL these bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is
-    unknown before the next step, so this part counts as work of internal forces; the part of L due to other impulses is
-    then in `time_integration_error`.
-
-    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v
-    (`EnergyBudget`). This change is also work of the drag, in addition to the kinetic energy that the drag removes from the
-    points.
+    on_grid: bodies on the grid, by velocity field. contact: contacts on nodes. strained_last: True with MUSL and USL, where
+    `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these bodies are strained
+    along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step, so this part counts
+    as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
     """
-    others = [body.transfer_loss for body in bodies if not body.keeps_heat]
-    keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
-    taken, kept = sum(loss.total for loss in (*others, *keeping)), sum(loss.kept for loss in keeping)
-    of_stress, ahead = sum(loss.lumping for loss in others), 0.0
-    if strained_last and others:
-        ahead = field.second_work(dt)
-        of_stress = field.strain_lag_work(dt) + ahead
-    done = no_work(TRANSFER + 1, 0)
-    if others:
-        done.works[DAMPING] = field.drag_work(dt) if strained_last else -field.drag_work(dt)
-    done.works[CONTACT] = -ahead
-    done.works[INTERNAL] = done.works[DAMPING] + ahead - of_stress - kept
-    done.works[TRANSFER] = taken - of_stress - kept
-    return done
 
+    def __init__(self, on_grid: Mapping[VelocityField, Sequence[GridBody]], contact: ContactPairs, strained_last: bool) -> None:
+        self._on_grid, self._contact, self._strained_last = on_grid, contact, strained_last
+        self._done = no_work(TRANSFER + 1, 0)
 
-def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """Return the correction of the works of a step for the kinetic energy that the transfers lose by mass lumping due to
-    contact of these pairs of bodies: it is subtracted from the contact work and from the heat of the transfers.
-    """
-    done = no_work(TRANSFER + 1, 0)
-    done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
-    return done
+    def end(self, dt: float) -> None:
+        lost = [self._loss(field, bodies, dt) for field, bodies in self._on_grid.items()]
+        if self._contact:
+            lost.append(no_work(TRANSFER + 1, 0))
+            lost[-1].works[[CONTACT, TRANSFER]] = -self._contact.lag_work
+        won = -sum(float(work.works[TRANSFER]) for work in lost)
+        if won > 0.0:
+            lost.append(self._return_heat(won))
+        self._done = total_work(lost, TRANSFER + 1)
 
+    def work(self) -> StepWork:
+        return self._done
 
-def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
-    """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step, and return the
-    corresponding corrections of the works: a list with one `StepWork`, or an empty list if no body keeps heat from this
-    step.
+    def _loss(self, field: VelocityField, bodies: Sequence[GridBody], dt: float) -> StepWork:
+        """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], as work of the transfers, and the
+        correction of the work of internal forces. bodies: the bodies of the field.
 
-    Such a gain is possible if a fluid shares its velocity field with other bodies. The fluid keeps the losses of its own
-    points, which are due to the forces of all bodies; the other bodies get the part of the losses of all points that
-    belongs to their forces. The sum may exceed the loss of all points.
-    """
-    keeping = [body for body in bodies if body.keeps_heat]
-    kept = sum(body.transfer_loss.kept for body in keeping)
-    if kept <= 0.0:
-        return []
-    done, share = no_work(TRANSFER + 1, 0), min(won / kept, 1.0)
-    for body in keeping:
-        if isinstance(body, KeepsHeat):
-            body.return_heat(share)
-    done.works[[INTERNAL, TRANSFER]] = share * kept
-    return [done]
+        A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v
+        (`EnergyBudget`). This change is also work of the drag, in addition to the kinetic energy that the drag removes from
+        the points.
+        """
+        others = [body.transfer_loss for body in bodies if not body.keeps_heat]
+        keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
+        taken, kept = sum(loss.total for loss in (*others, *keeping)), sum(loss.kept for loss in keeping)
+        of_stress, ahead = sum(loss.lumping for loss in others), 0.0
+        if self._strained_last and others:
+            ahead = field.second_work(dt)
+            of_stress = field.strain_lag_work(dt) + ahead
+        done = no_work(TRANSFER + 1, 0)
+        if others:
+            done.works[DAMPING] = field.drag_work(dt) if self._strained_last else -field.drag_work(dt)
+        done.works[CONTACT] = -ahead
+        done.works[INTERNAL] = done.works[DAMPING] + ahead - of_stress - kept
+        done.works[TRANSFER] = taken - of_stress - kept
+        return done
+
+    def _return_heat(self, won: float) -> StepWork:
+        """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step, and return the
+        corresponding corrections of the works.
+
+        Such a gain is possible if a fluid shares its velocity field with other bodies. The fluid keeps the losses of its own
+        points, which are due to the forces of all bodies; the other bodies get the part of the losses of all points that
+        belongs to their forces. The sum may exceed the loss of all points.
+        """
+        keeping = [body for bodies in self._on_grid.values() for body in bodies if body.keeps_heat]
+        done, kept = no_work(TRANSFER + 1, 0), sum(body.transfer_loss.kept for body in keeping)
+        if kept > 0.0:
+            share = min(won / kept, 1.0)
+            for body in keeping:
+                if isinstance(body, KeepsHeat):
+                    body.return_heat(share)
+            done.works[[INTERNAL, TRANSFER]] = share * kept
+        return done

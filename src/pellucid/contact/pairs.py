@@ -21,6 +21,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
+from pellucid.step.part import StepPart
 
 SWEEPS = 4  # number of sweeps over the pairs, which may share nodes
 MOST_RESPONSES = 32  # largest number of responses of bodies with their own equation of motion in a step
@@ -180,10 +181,12 @@ class ContactWork(NamedTuple):
     impulses: dict[str, np.ndarray]
 
 
-class ContactPairs:
+class ContactPairs(StepPart):
     """All contacts between velocity fields of a simulation, with impulses on the nodes of the grid.
 
     pairs: the contacts. n_supports, n_loads: numbers of supports and of loads with their own entry in the energy balance.
+    strained_again: velocity fields whose points are strained by momentum that is mapped again from the points (MUSL with
+    FLIP) and keep no heat.
 
     Attributes
     ----------
@@ -194,8 +197,10 @@ class ContactPairs:
         on the points uses the mean of the velocities mapped from the points to the nodes before and after the step.
     """
 
-    def __init__(self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int) -> None:
-        self._pairs = pairs
+    def __init__(
+        self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int, strained_again: Collection[VelocityField] = ()
+    ) -> None:
+        self._pairs, self._strained_again = pairs, strained_again
         self._fields = list({id(field): field for pair in pairs for field in pair.fields}.values())
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._columns = FIRST_LOAD + n_loads
@@ -210,8 +215,7 @@ class ContactPairs:
         """Return the two velocity fields of each contact pair."""
         return [pair.fields for pair in self._pairs]
 
-    def detect(self) -> None:
-        """Find the contact nodes of all pairs in a step. Call after mapping the mass to the nodes."""
+    def find_contact(self) -> None:
         for pair in self._pairs:
             pair.detect()
         for field in self._fields:
@@ -222,8 +226,7 @@ class ContactPairs:
         (n,)."""
         return (found for pair in self._pairs for found in pair.touching())
 
-    def apply_impulses(self) -> None:
-        """Apply the contact impulses to the nodes. Call after advancing the momentum."""
+    def stop_approach(self) -> None:
         for pair in self._pairs:
             pair.begin_impulses()
         self._sweep(anew=False)
@@ -270,23 +273,31 @@ class ContactPairs:
     def _copy_impulses(self) -> list[np.ndarray]:
         return [pair.impulses.copy() for pair in self._pairs]
 
-    def sum_work(self) -> None:
-        """Sum the works and impulses of all contact pairs in this step, when the mean velocities of the nodes are known."""
+    def after_momentum(self) -> None:
+        """Sum the works and impulses of all contact pairs in this step."""
         if not self._pairs:
             return
         total = sum((pair.sum_works(self._row) for pair in self._pairs), np.zeros(self._row))
         named = {pair.name: pair.gather(pair.impulses).sum(axis=0) for pair in self._pairs if pair.name is not None}
         self.done = ContactWork(step_work(total, self._columns), named)
 
-    def stop_straining(self, fields: Collection[VelocityField]) -> None:
-        """Compute `lag_work` of the given fields, then stop the approach of the strain velocities at the contact nodes of
-        all pairs (nodal velocities, mapped from the points again, that strain the points)."""
-        self.lag_work = sum(pair.lag_work(fields) for pair in self._pairs)
+    def correct_strain_velocities(self, dt: float | None) -> None:
+        """Compute `lag_work`, then stop the approach of the strain velocities at the contact nodes of all pairs; at the end of
+        a step dt [s], also apply the impulses of this correction to bodies that accept them."""
+        self.lag_work = sum(pair.lag_work(self._strained_again) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.stop_straining()
+        if dt is not None:
+            self._apply_second_impulses(dt)
 
-    def apply_second_impulses(self, dt: float) -> None:
+    def work(self) -> StepWork | None:
+        return self.done.work if self._pairs else None
+
+    def impulses(self) -> dict[str, np.ndarray]:
+        return self.done.impulses
+
+    def _apply_second_impulses(self, dt: float) -> None:
         """Apply the second impulses of a step dt [s] to the bodies of each pair whose bodies all accept them."""
         if not self._pairs:
             return

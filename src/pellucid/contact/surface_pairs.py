@@ -30,8 +30,10 @@ from pellucid.contact.proximity import Meeting
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.surface_side import SurfaceSide
 from pellucid.contact.touch import Touch
+from pellucid.energy import CONTACT, DAMPING, SUPPORT, StepWork
 from pellucid.jit import kernel
 from pellucid.state import of_owner, with_owner
+from pellucid.step.part import StepPart
 
 COARSE, LARGE = 1.5, 1.01  # ratios of point distances and of areas above which two surfaces count as different
 ROUNDS = 3  # largest number of iterations for several contacts of flat sides on one body
@@ -112,15 +114,20 @@ def _deepest(surface: ContactSurface) -> float:
     return reach if surface.two_sided else min(reach, 0.4 * float(thick))
 
 
-class SurfacePairs:
+class SurfacePairs(StepPart):
     """All contacts of a simulation in which surfaces touch each other or walls: detection of overlaps, contact forces, and
     energy balance of contact."""
 
-    def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
+    def __init__(
+        self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = (), column: int | None = None
+    ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
-        planes: planes of symmetry. seams: seams of a periodic grid.
+        planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
+        arrays of works.
         """
+        self._column, self._last = column, 0.0
+        self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
@@ -133,14 +140,14 @@ class SurfacePairs:
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def act(self, dt: float, last: float, time: float, passing: float) -> None:
-        """Compute the contact forces of a step dt [s] and apply them to the bodies.
+    def begin(self, time: float, dt: float) -> None:
+        self._time, self._passing = time, dt
 
-        last: length of the previous step [s]. time: load time at the start of the step [s]. passing: increment of the load
-        time in the step [s].
-        """
+    def exert_forces(self, dt: float) -> None:
+        """Compute the contact forces of a step dt [s] and apply them to the bodies."""
+        last = self._last
         for pair in self._pairs:
-            pair.begin(time, passing / dt if dt > 0.0 else 0.0)
+            pair.begin(self._time, self._passing / dt if dt > 0.0 else 0.0)
         described, forces, touched = self._described, dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self.surfaces:
             surface.begin()
@@ -183,6 +190,22 @@ class SurfacePairs:
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
+
+    def end(self, dt: float) -> None:
+        self._last = dt
+
+    def balance(self, done: StepWork) -> None:
+        """Move the work of forces between surfaces, which has a column of its own, to the contact work, the work of moving
+        walls to that of supports, and the energy of changed contact leads to damping."""
+        if self._column is not None:
+            from_outside = sum(pair.external_work() for pair in self._pairs)
+            done.works[CONTACT] += done.works[self._column] - from_outside
+            done.works[SUPPORT] += from_outside
+            done.works[self._column] = 0.0
+        self.energy.add_work(float(done.works[CONTACT]))
+        if (lent := sum(pair.law.lent for pair in self._pairs)) != 0.0:  # on the way to a steady state
+            done.works[CONTACT] -= lent
+            done.works[DAMPING] -= lent
 
     def _cleared(self, surface: ContactSurface, n: int) -> np.ndarray:
         """Return an array of zero forces for the n points of a surface, shape (n, 3); the array is reused from step to
@@ -232,12 +255,6 @@ class SurfacePairs:
         next step, see `pellucid.contact.steady_contact`."""
         for lead in self._leads():
             lead.is_due = True
-
-    @property
-    def lent(self) -> float:
-        """Energy that contact gained in this step through changes of the contact leads, i.e. of the distances ahead of
-        surfaces at which contact acts [J]."""
-        return sum(pair.law.lent for pair in self._pairs)
 
     def lead_change(self) -> tuple[float, float]:
         """Return two lengths [m]: the largest change of a contact lead in the last update, and the largest lead."""
@@ -323,7 +340,6 @@ class SurfacePairs:
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore the state of contact between triangulated surfaces from the arrays of a checkpoint."""
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
 
@@ -337,6 +353,7 @@ class SurfacePairs:
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
         numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
+        numbers["last"] = self._last
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -350,6 +367,7 @@ class SurfacePairs:
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
+        self._last = numbers["last"]
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)
@@ -361,10 +379,6 @@ class SurfacePairs:
             lead.restore(kept)
         for pair, lost in zip(self._pairs, numbers["lost"], strict=True):
             pair.law.lost = lost
-
-    def external_work(self) -> float:
-        """Return the work of moving walls over this step [J]."""
-        return sum(pair.external_work() for pair in self._pairs)
 
 
 @kernel()

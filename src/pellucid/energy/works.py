@@ -105,18 +105,6 @@ class WorkLayout:
         """Return the column of a channel (entry of the energy balance) of this run in a row of works."""
         return self.channels[channel]
 
-    def with_surface_contact(self, done: "StepWork", from_outside: float = 0.0) -> "StepWork":
-        """Move the work of forces between surfaces, which has a column of its own, to the contact work of a step. `done` is
-        changed and returned; unchanged if no surfaces are in contact.
-
-        from_outside: work done by moving walls [J], which is counted as work of supports.
-        """
-        if self.surface_contact is not None:
-            done.works[CONTACT] += done.works[self.surface_contact] - from_outside
-            done.works[SUPPORT] += from_outside
-            done.works[self.surface_contact] = 0.0
-        return done
-
     def no_work(self) -> "StepWork":
         """Return a `StepWork` of zeros with all columns and supports of this layout."""
         return no_work(self.n_columns, self.n_supports)

@@ -21,8 +21,8 @@ whose face neighbours all have points; in 2-D and 3-D one face neighbour may be 
 with the largest volume of points and has its pressure. A cell is identified by the storage index of its first node.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -34,11 +34,13 @@ from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.grid.stencil import node_behind
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.ranks.domain import domain
+from pellucid.step.part import StepPart
 
 LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on nodes up to three nodes beyond it
 
@@ -324,12 +326,16 @@ class Filling(Protocol):
     mapped: Bundle  # the points, bundle of `MappedPoints`
 
     @property
+    def fills_cells(self) -> bool:
+        """True if the points get the mean pressure of their full cell."""
+
+    @property
     def nodal_forces(self) -> np.ndarray: ...
     def share_cells(self, cells: FullCells) -> None: ...
     def apply_volume_correction(self, dt: float) -> None: ...
 
 
-class CellPressure:
+class CellPressure(StepPart):
     """Computes, for the fluid bodies of one velocity field, the mean pressures of full cells (cells that the fluid fills),
     their forces on the nodes, and the volume growth of the points in these cells; see `pellucid.grid.full_cells`."""
 
@@ -346,26 +352,26 @@ class CellPressure:
         for body in bodies:
             body.share_cells(self.cells)
 
-    def clear(self) -> None:
+    def clear_nodes(self) -> None:
         """Reset the sums over the points of each cell (volume, pressure times volume, growth rate of the volume) to zero
         before a step."""
         self._clear()
 
-    def find_pressures(self) -> None:
+    def before_forces(self) -> None:
         """Find full cells (cells that the fluid fills), compute their mean pressures [Pa], and add the forces of these
-        pressures to the nodes. Called before P2G of internal forces."""
+        pressures to the nodes."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
         _push_cells(self._chunks, self._grid)
 
-    def find_growth(self) -> None:
+    def after_momentum(self) -> None:
         """Compute the relative volume growth rates [1/s] of full cells (cells that the fluid fills) from the mean nodal
         velocities."""
         domain.spread(self._grid.mean_velocity)
         _grow_cells(self._chunks, self._grid)
 
-    def find_shifts(self, dt: float) -> None:
+    def before_stress(self, dt: float) -> None:
         """Compute the relative volume growth rate [1/s] that the points of each full cell (a cell that the fluid fills)
         lack compared with the cell, in the column SHIFT of `FullCells.found`, and add the work of this growth over the step
         dt [s] to the energy of the points. Called after the growth rates of the points are summed."""
@@ -374,3 +380,13 @@ class CellPressure:
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
         for body in self._bodies:
             body.apply_volume_correction(dt)
+
+
+def cell_pressures(field: VelocityField, bodies: Iterable[Any]) -> list[CellPressure]:
+    """Return the parts that compute mean pressures of full cells (cells that a fluid fills) in a velocity field; one part
+    serves all fluids with the same nodal forces and shape functions. bodies: all bodies of the field on the grid."""
+    groups: dict[tuple[GridFunctions, int], list[Filling]] = {}
+    for fluid in bodies:
+        if getattr(fluid, "fills_cells", False):
+            groups.setdefault((fluid.functions, fluid.nodal_forces.ctypes.data), []).append(fluid)
+    return [CellPressure(field.grid, fluids) for fluids in groups.values()]

@@ -21,13 +21,13 @@ is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities 
 the energy balance lists them separately. (Conjugate gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, sqrt
 from typing import Any, Protocol
 
 import numpy as np
 
-from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, Channel, StepWork, no_work
+from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, StepWork, WorkLayout, no_work
 from pellucid.errors import RunStopped
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.passes.each_point import each_point
@@ -52,10 +52,16 @@ from pellucid.grid.viscous_nodes import (
 from pellucid.grid.viscous_points import add_stress, diagonal_by_viscosity, straining_by_viscosity
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
+from pellucid.state import Field, declare_field
+from pellucid.step.part import StepPart
 
-CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
 VISCOUS_STRESS = "viscous_stress"
 """Name of the point array that holds the viscous stress."""
+declare_field(
+    VISCOUS_STRESS,
+    Field(6, "Pa", "stress by implicit viscosity in the last step", shown=False, leaves=True, begins=True, part_of="stress"),
+    "ImplicitViscosity",
+)
 TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
 MOST_ROUNDS = 1000
@@ -67,6 +73,10 @@ class Viscous(Protocol):
 
     n_slabs: int  # number of slabs into which the points are divided
     mapped: Bundle  # the points, bundle of `MappedPoints`
+
+    @property
+    def solves_viscosity(self) -> bool:
+        """True if the viscous stress is solved for."""
 
     @property
     def viscosities(self) -> tuple[float, float]:
@@ -82,12 +92,13 @@ class Viscous(Protocol):
     def sums(self) -> np.ndarray: ...
 
 
-class ImplicitViscosity:
+class ImplicitViscosity(StepPart):
     """Solver (conjugate gradients) for the viscous stresses of all fluids with implicit viscosity in a velocity field, see
     `pellucid.grid.implicit_viscosity`."""
 
-    def __init__(self, field: VelocityField, bodies: Sequence[Viscous]) -> None:
+    def __init__(self, field: VelocityField, bodies: Sequence[Viscous], layout: WorkLayout) -> None:
         self.field, self._bodies = field, bodies
+        self._columns = [layout.column(heat) for heat in (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)]
         self._rows = allocate(ViscousRows, field.grid.n_nodes)
         masses = (body.stored_array("mass") for body in bodies)
         self._lightest = min(float(np.min(mass, where=mass > 0.0, initial=inf)) for mass in masses)
@@ -104,9 +115,9 @@ class ImplicitViscosity:
         how = *body.viscosities, body.viscous_stress, velocity, self._rows.viscous_force
         return straining_by_viscosity(body.mapped.content, *how)
 
-    def solve(self, dt: float) -> None:
+    def before_momentum(self, dt: float) -> None:
         """Compute the viscous stress of the points at the end of a step dt [s] by conjugate gradients, and add its forces to
-        the nodal forces. Called before the momentum update."""
+        the nodal forces."""
         self._n = self.field.momentum.near()
         begin(self._n, self._nodes, dt)
         for diagonal in self._diagonals:
@@ -162,18 +173,35 @@ class ImplicitViscosity:
         )
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
-    def work(self, columns: Sequence[int]) -> StepWork:
-        """Return the works of the viscous stress in the last step along the mean nodal velocities [J]; columns: numbers of the
-        entries of the energy balance for the dissipation and for the energy lost by implicit Euler."""
+    def work(self) -> StepWork:
+        """Return the works of the viscous stress in the last step along the mean nodal velocities [J]: the dissipation, and the
+        energy lost by implicit Euler."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
-        done = no_work(max(columns) + 1, 0)
-        done.works[list(columns)] = dissipated, lag
+        done = no_work(max(self._columns) + 1, 0)
+        done.works[self._columns] = dissipated, lag
         done.works[INTERNAL] = -dissipated - lag
         return done
 
     def facts(self) -> dict[str, Any]:
         """Return the mean and the largest number of conjugate gradient iterations in a step, and the relative tolerance of
-        the viscous forces, by name, for the summary of the run."""
+        the viscous forces, by velocity field."""
         rounds, steps, most = self.rounds
-        return {"rounds_mean": rounds / steps if steps else 0.0, "rounds_largest": most, "tolerance": TOLERANCE}
+        mean = rounds / steps if steps else 0.0
+        found = {"rounds_mean": mean, "rounds_largest": most, "tolerance": TOLERANCE}
+        return {"implicit_viscosity": {self.field.name: found}}
+
+    def state_numbers(self) -> dict[str, Any]:
+        return {"rounds": self.rounds}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        self.rounds = list(numbers["rounds"])
+
+
+def implicit_viscosity(field: VelocityField, bodies: Iterable[Any], layout: WorkLayout) -> list[ImplicitViscosity]:
+    """Return the solver of implicit viscosity of a velocity field in a list, or no solver if no fluid has implicit viscosity.
+
+    bodies: all bodies of the field on the grid; layout: order of the works.
+    """
+    fluids = [body for body in bodies if getattr(body, "solves_viscosity", False)]
+    return [ImplicitViscosity(field, fluids, layout)] if fluids else []

@@ -6,16 +6,12 @@ equation of motion, explicitly or implicitly, optionally in sub-steps (`NodalBod
 """
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.parts.body import Body
-
-if TYPE_CHECKING:
-    from pellucid.grid.full_cells import Filling
-    from pellucid.grid.implicit_viscosity import Viscous
 
 
 class TransferLoss(NamedTuple):
@@ -37,18 +33,6 @@ class GridBody(Body):
     keeps_heat = False
     """True if points of the body store the kinetic energy lost by transfers and internal forces as heat: the body then
     implements `KeepsHeat`."""
-
-    @property
-    def filling(self) -> "Filling | None":
-        """The body itself if it is a fluid with one pressure per full cell (a cell that the fluid fills), else None; see
-        `pellucid.grid.full_cells`."""
-        return None
-
-    @property
-    def viscous(self) -> "Viscous | None":
-        """The body itself if it is a fluid with implicit viscosity on the nodes, else None; see
-        `pellucid.grid.implicit_viscosity`."""
-        return None
 
     def fluid_volume(self) -> float:
         """Return the volume of the body's points [m³] if it is a fluid, else 0."""

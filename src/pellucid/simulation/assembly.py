@@ -1,22 +1,22 @@
-"""Construction of the bodies of a case and of the velocity fields that they share."""
+"""Construction of the bodies of a case, of the velocity fields that they share, and of the parts that conditions add to a
+step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pellucid.approximants import GridFunctions
-from pellucid.conditions.active import layout_of
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, WorkLayout
-from pellucid.grid.full_cells import CellPressure, Filling
-from pellucid.grid.implicit_viscosity import ImplicitViscosity
+from pellucid.conditions.support import on_each_face
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, WorkLayout, channel_of_load
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
+from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.families import GridBody
 from pellucid.parts.placement import Placement
 from pellucid.simulation.ranks import cut_rows
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -71,24 +71,31 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
-    return layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())], touching=touching)
+    columns += [channel for body in case.body for channel in body.channels()]
+    every = [condition for several in case.conditions().values() for condition in several]
+    loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
+    stated = [channel for condition in every for channel in condition.channels()]
+    return WorkLayout(loads, [*stated, *columns], len(on_each_face(case.support)), touching)
 
 
-def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
-    """Return the objects that compute mean pressures of full cells (cells that a fluid fills), for each velocity field with
-    its bodies; one object serves all fluids of a field with the same nodal forces and shape functions."""
-    groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
-    for field, bodies in fields.items():
-        for fluid in (body.filling for body in bodies):
-            if fluid is not None:
-                groups.setdefault((field, fluid.functions, fluid.nodal_forces.ctypes.data), []).append(fluid)
-    return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
+def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> list[StepPart]:
+    """Activate all conditions of a case, complete its bodies, and return the parts of a step that the conditions add.
 
-
-def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[ImplicitViscosity]:
-    """Return the solvers of implicit viscosity, one for each velocity field that contains fluids with implicit viscosity."""
-    solved = {field: [body.viscous for body in bodies if body.viscous is not None] for field, bodies in fields.items()}
-    return [ImplicitViscosity(field, fluids) for field, fluids in solved.items() if fluids]
+    built: the bodies, by name, with their velocity fields; actions: for each velocity field the object through which
+    conditions act on its nodes; layout: order of the works.
+    """
+    of = {each.field: each for each in actions}
+    members: dict[str, AssembledBody] = {}
+    for model in case.body:
+        body, field = built[model.name]
+        members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
+    assembly = Assembly(members, actions, layout)
+    parts = [part for kind, conditions in case.conditions().items() for part in kind.activate(conditions, assembly)]
+    for member in members.values():
+        member.body.complete()
+    for part in parts:
+        part.try_out()
+    return parts
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:

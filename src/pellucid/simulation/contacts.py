@@ -24,6 +24,7 @@ from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface
+from pellucid.parts.families import GridBody
 from pellucid.simulation.assembly import Built, has_several_fields, models_by_field
 from pellucid.simulation.walls import Surfaces, courant_of, wall_contacts
 
@@ -41,12 +42,13 @@ def may_touch_by_surfaces(case: "Case") -> bool:
 
 
 def contacts_of(
-    case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout
+    case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout, remaps: bool
 ) -> tuple[ContactPairs, SurfacePairs]:
     """Return all contacts of a case: pairs of velocity fields in contact on the grid nodes, and pairs of surfaces of bodies and
     walls.
 
-    built: the bodies, by name, with their velocity fields; layout: order of the works.
+    built: the bodies, by name, with their velocity fields; layout: order of the works; remaps: True if the momentum of points
+    is mapped to the nodes a second time in each step, with FLIP (MUSL).
     """
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
@@ -60,11 +62,13 @@ def contacts_of(
             field.touches_on_nodes = any(field in pair.fields for pair in pairs)
     touching += _self_contacts(case, surfaces, around, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [])
+    surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [], column)
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    return ContactPairs(pairs, layout.n_supports, layout.n_loads), surface_pairs
+    keeping = {field for body, field in built.values() if isinstance(body, GridBody) and body.keeps_heat}
+    strained_again = [field for field in fields if remaps and field not in keeping]
+    return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:

@@ -14,19 +14,19 @@ from pellucid.simulation.stages import Stages
 
 def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
     stages.clear_nodes()
-    stages.find_cell_pressures()
+    stages.before_forces()
     stages.particle_to_grid(inertia=True, force=True)  # m_I, p_I, f_I
     stages.predict_own_nodes(dt)
-    stages.detect_contact()
-    stages.solve_viscosity(dt)
+    stages.find_contact()
+    stages.before_momentum(dt)
     stages.advance_momentum(dt)  # p_I + dt f_I, supports
-    stages.apply_contact_impulses()
-    stages.sum_works(dt)
+    stages.stop_approach()
+    stages.after_momentum(dt)
     stages.grid_to_particle(dt, remap)  # v_p; where `remap`, p_I mapped again
     stages.correct_own_nodes()
     if remap:
         stages.find_strain_velocities(dt)
-    stages.find_volume_corrections(dt)
+    stages.before_stress(dt)
     stages.update_stress(dt, move=True)  # x_p, L_p, σ_p
     stages.update_own_nodes(dt)
 
@@ -50,17 +50,17 @@ def usf(stages: Stages, dt: float) -> None:
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
     stages.predict_own_nodes(dt)
-    stages.detect_contact()
+    stages.find_contact()
     stages.find_strain_velocities()
     stages.update_stress(dt, move=False)
-    stages.find_cell_pressures()
+    stages.before_forces()
     stages.particle_to_grid(inertia=False, force=True)
     stages.advance_momentum(dt)
-    stages.apply_contact_impulses()
-    stages.sum_works(dt)
+    stages.stop_approach()
+    stages.after_momentum(dt)
     stages.grid_to_particle(dt, remap=False)
     stages.correct_own_nodes()
-    stages.find_volume_corrections(dt)
+    stages.before_stress(dt)
     stages.update_positions(dt)
     stages.update_own_nodes(dt)
 

@@ -1,24 +1,21 @@
-"""Operations of a time step on bodies, grid nodes and contacts, called in order by a scheme of
+"""Operations of a time step on bodies, grid nodes and parts of the step, called in order by a scheme of
 `pellucid.simulation.schemes`."""
 
 from collections.abc import Callable, Mapping, Sequence
 
-from pellucid.conditions.active import ActiveConditions
-from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.joint import joint_region
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody, NodalBody
-from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
+from pellucid.step.part import StepParts
 
 
 class Stages:
-    """Operations of a time step (stages) for the bodies and velocity fields of a simulation, with conditions and contact on
-    the nodes. A time stepping scheme, such as `schemes.musl`, calls the methods in its order.
+    """Operations of a time step (stages) for the bodies, velocity fields and parts of the steps of a simulation. A time
+    stepping scheme, such as `schemes.musl`, calls the methods in its order.
 
-    on_grid: bodies on the grid, by velocity field; conditions, contact_pairs: all conditions, and contacts on the nodes;
-    remaps: True if the momentum of points is mapped to the nodes a second time in each step, with FLIP (MUSL).
+    on_grid: bodies on the grid, by velocity field; on_nodes: True if bodies are in contact on the nodes.
     """
 
     def __init__(
@@ -26,18 +23,13 @@ class Stages:
         bodies: Sequence[Body],
         fields: Sequence[VelocityField],
         on_grid: Mapping[VelocityField, Sequence[GridBody]],
-        conditions: ActiveConditions,
-        contact_pairs: ContactPairs,
-        remaps: bool,
+        parts: StepParts,
+        on_nodes: bool,
     ) -> None:
-        self._fields, self._conditions, self.contact_pairs = fields, conditions, contact_pairs
+        self._fields, self._parts, self._on_nodes = fields, parts, on_nodes
         self.grid_bodies = [body for body in bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in bodies if isinstance(body, NodalBody)]
-        self.cell_pressures = cell_pressures(on_grid)
-        self.viscosities = implicit_viscosities(on_grid)
-        heat = {field: [body.keeps_heat for body in together] for field, together in on_grid.items()}
-        self._strained_again = [field for field, keep in heat.items() if remaps and not any(keep)]
-        self._without_heat = {field for field, keep in heat.items() if not all(keep)}
+        self._without_heat = {field for field, together in on_grid.items() if not all(body.keeps_heat for body in together)}
         self.works: list[StepWork] = []
         """Works and impulses of the last step on the nodes, an entry for each velocity field that moves points; without
         contact."""
@@ -48,18 +40,25 @@ class Stages:
         for body in self.grid_bodies:
             body.sort_if_needed()
 
+    def begin(self, time: float, load_dt: float, dt: float) -> None:
+        """Apply the loads, prescribed motions and forces between surfaces of a step dt [s].
+
+        time: time of the loads at the start of the step [s]; load_dt: its increment in the step [s].
+        """
+        for field in self._fields:
+            field.clear_external()
+        self._parts.run("begin", time, load_dt)
+        self._parts.run("exert_forces", dt)
+
     def clear_nodes(self) -> None:
-        """Reset mass, momentum and forces of the nodes, and the sums over points in each cell, to zero."""
+        """Reset mass, momentum and forces of the nodes, and the nodal arrays of parts, to zero."""
         for field in self._fields:
             field.clear()
-        for pressure in self.cell_pressures:
-            pressure.clear()
+        self._parts.run("clear_nodes")
 
-    def find_cell_pressures(self) -> None:
-        """Compute the mean pressure of the points in each full cell (a cell that a fluid fills), and add the forces of these
-        pressures to the nodes."""
-        for pressure in self.cell_pressures:
-            pressure.find_pressures()
+    def before_forces(self) -> None:
+        """Let parts add their forces to the nodes, e.g. those of mean pressures of full cells."""
+        self._parts.run("before_forces")
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (if `inertia`) and internal forces (if `force`) of the bodies on the grid to the nodes."""
@@ -71,33 +70,30 @@ class Stages:
         for body in self.nodal_bodies:
             body.predict(dt)
 
-    def detect_contact(self) -> None:
+    def find_contact(self) -> None:
         """Find the nodes at which velocity fields are in contact in this step."""
-        self.contact_pairs.detect()
+        self._parts.run("find_contact")
 
-    def solve_viscosity(self, dt: float) -> None:
-        """Compute the stresses of implicit viscosity at the end of a step dt [s], and add their forces to the nodes."""
-        for viscosity in self.viscosities:
-            viscosity.solve(dt)
+    def before_momentum(self, dt: float) -> None:
+        """Let parts add forces that depend on all other forces, e.g. of implicit viscosity, over a step dt [s]."""
+        self._parts.run("before_momentum", dt)
 
     def advance_momentum(self, dt: float) -> None:
         """Advance the momentum of the grid nodes by a step dt [s], and apply the impulses of conditions."""
+        acting = self._parts.at("act_on_nodes")
         for field in self._fields:
-            field.advance(dt, counted=not self._conditions.give_impulses)
-        self._conditions.act_on_nodes(dt)
+            field.advance(dt, counted=not acting)
+        self._parts.run("act_on_nodes", dt)
 
-    def apply_contact_impulses(self) -> None:
+    def stop_approach(self) -> None:
         """Apply contact impulses to the nodes, after all other impulses."""
-        self.contact_pairs.apply_impulses()
+        self._parts.run("stop_approach")
 
-    def sum_works(self, dt: float) -> None:
-        """Compute the works of nodal forces in a step dt [s] after the momentum update, and the volume growth of full cells
-        (cells that a fluid fills)."""
+    def after_momentum(self, dt: float) -> None:
+        """Compute the works of nodal forces in a step dt [s], and let parts use the mean velocities of the nodes."""
         works = [field.works(dt) for field in self._fields]
         self.works = [work for work in works if work is not None]
-        for pressure in self.cell_pressures:
-            pressure.find_growth()
-        self.contact_pairs.sum_work()
+        self._parts.run("after_momentum")
 
     def grid_to_particle(self, dt: float, remap: bool) -> None:
         """Compute the velocities of the points on the grid after a step dt [s]; if `remap`, map their momentum to the nodes
@@ -110,7 +106,7 @@ class Stages:
         """Apply contact impulses to the velocities of the bodies with their own nodes, and map their momentum to the nodes
         again."""
         for body in self.nodal_bodies:
-            body.correct(remap=len(self.contact_pairs) > 0)
+            body.correct(remap=self._on_nodes)
 
     def find_strain_velocities(self, dt: float | None = None) -> None:
         """Compute the nodal velocities whose gradients strain the points, from the momentum mapped last. At contacts these
@@ -121,15 +117,11 @@ class Stages:
         """
         for field in self._fields:
             field.project(dt, counted=dt is not None and field in self._without_heat)
-        self.contact_pairs.stop_straining(self._strained_again)
-        if dt is not None:
-            self.contact_pairs.apply_second_impulses(dt)
+        self._parts.run("correct_strain_velocities", dt)
 
-    def find_volume_corrections(self, dt: float) -> None:
-        """Compute the difference between the volume growth of each full cell (a cell that a fluid fills) and that of its
-        points, and the work of this difference over a step dt [s]."""
-        for pressure in self.cell_pressures:
-            pressure.find_shifts(dt)
+    def before_stress(self, dt: float) -> None:
+        """Let parts use sums over the points with their new velocities, before stresses are updated over a step dt [s]."""
+        self._parts.run("before_stress", dt)
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Compute velocity gradients, volumes and stresses of the bodies on the grid over a step dt [s], and new positions if

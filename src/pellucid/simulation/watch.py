@@ -10,7 +10,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from pellucid.bodies.own_nodes.overlong import find_places_beside, passes_between
-from pellucid.conditions.active import ActiveConditions
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.rigid.model import Rigid
@@ -27,6 +26,7 @@ from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.fastest import fastest_point
+from pellucid.step.part import StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import Case, EnergyCase
@@ -166,13 +166,13 @@ class Watch:
             if (what := f"state of {body.name}") not in self.warned and (text := body.state_warning()) is not None:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
-    def conditions(self, active: ActiveConditions, clock: Clock) -> None:
-        """Issue the warnings of conditions, at intervals and at the end; each condition warns once."""
+    def parts(self, parts: StepParts, clock: Clock) -> None:
+        """Issue the warnings of the parts of a step, at intervals and at the end; each part warns once."""
         if clock.n_steps % INTERVAL and not clock.finished(None):
             return
-        for number, text in enumerate(active.warnings()):
+        for number, text in enumerate(parts.warnings()):
             if text is not None:
-                self._warn(f"condition {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+                self._warn(f"part {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
         """Check the energy that contact between surfaces added to or removed from bodies beyond its springs, dampers and

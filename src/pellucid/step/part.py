@@ -1,25 +1,36 @@
-"""Interface of a condition in a run, which a new kind of condition implements."""
+"""Parts of a step: the interface of everything that acts in a step besides bodies and grid, e.g. a load, contact, the
+pressure of full cells or implicit viscosity, and the collection of the parts of a simulation."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pellucid.energy import Passed, StepWork
-from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.state import of_owner, with_owner
+from pellucid.step.limit import NO_LIMIT, StepLimit, tightest
 
 
 class StepPart:
-    """A condition in a run, or several conditions of one class: base class whose methods are called at the stages of a
-    step; a condition overrides the methods of those stages at which it acts.
+    """A part of a step: base class whose methods are called at the stages of a step. A part defines the methods of those
+    stages at which it acts.
 
-    The state of a condition is stored in arrays of a body, which checkpoints include, or in the `state_numbers` of the
-    condition.
+    The state of a part is stored in arrays of a body, which checkpoints include, or in its own `state_numbers` and
+    `state_arrays`.
     """
 
+    # before the first step
+
     def try_out(self) -> None:
-        """Raise CaseError if the condition cannot act in this case. Called when all bodies are complete, before output is
+        """Raise CaseError if the part cannot act in this case. Called when all bodies are complete, before output is
         written."""
+
+    def at_stake(self) -> float:
+        """Return the energy that the part stores at the start and could release [J]. This energy is added to the reference
+        with which the error of the energy balance is compared."""
+        return 0.0
+
+    # stages of a step, in the order of `STAGES`
 
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s].
@@ -27,19 +38,54 @@ class StepPart:
         dt: increment of the time of the loads in this step [s]; 0 while bodies settle or are relaxed.
         """
 
+    def exert_forces(self, dt: float) -> None:
+        """Apply forces over the step dt [s] to the bodies that depend on the prescribed velocities of other parts."""
+
+    def clear_nodes(self) -> None:
+        """Reset the nodal arrays of the part to zero, before points are mapped to the nodes."""
+
+    def before_forces(self) -> None:
+        """Add forces to the nodes, before internal forces of the points are mapped to them."""
+
+    def find_contact(self) -> None:
+        """Find nodes that are in contact, after the mass of all bodies is mapped to the nodes."""
+
+    def before_momentum(self, dt: float) -> None:
+        """Add forces to the nodes over the step dt [s], after all other forces are mapped and before the momentum update."""
+
     def act_on_nodes(self, dt: float) -> None:
         """Apply impulses to the grid nodes, after their momentum was advanced by a step dt [s] and before contact.
 
         Use `VelocityField.add_impulses`, which also computes the work of the impulses.
         """
 
+    def stop_approach(self) -> None:
+        """Apply impulses of contact to the grid nodes, after all other impulses."""
+
+    def after_momentum(self) -> None:
+        """Use the mean velocities of the nodes over the step, after all impulses."""
+
+    def correct_strain_velocities(self, dt: float | None) -> None:
+        """Correct the nodal velocities whose gradients strain the points. dt: step [s] if these velocities result from
+        momentum that was mapped again at the end of the step; None at the start of a step."""
+
+    def before_stress(self, dt: float) -> None:
+        """Use the sums over the points after the update of their velocities, before stresses are updated over the step dt
+        [s]."""
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise RunStopped if the part found an invalid state in step `n_steps`, which ended at `time` [s]."""
+
     def end(self, dt: float) -> None:
-        """Update the state of the condition after the bodies have completed the step dt [s] and computed their totals (sums of
+        """Update the state of the part after the bodies have completed the step dt [s] and computed their totals (sums of
         mass, momentum and energies).
 
-        The condition also adds to the totals what the bodies cannot compute: half the power of a force that stores energy,
-        and the step limit due to it.
+        The part also adds to the totals what the bodies cannot compute: half the power of a force that stores energy, and
+        the step limit due to it.
         """
+
+    def balance(self, done: StepWork) -> None:
+        """Read or move works of the whole step, `done`, between entries of the energy balance, before they are recorded."""
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """Insert points into bodies after the energy balance of step `n_steps`, which ended at `time` [s]; return their number,
@@ -49,48 +95,171 @@ class StepPart:
         """
         return ()
 
+    # results of the step
+
     def work(self) -> StepWork | None:
-        """Return the works [J] and the impulse [N s] of the condition over the step as a `StepWork`; None if the nodes or
-        bodies on which the condition acts compute these values."""
+        """Return the works [J] and the impulse [N s] of the part over the step as a `StepWork`; None if the nodes or bodies
+        on which the part acts compute these values."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Return the impulses of the condition over the step [N s], shape (3,) each, by the names under which probes read
-        these impulses; empty if the nodes and bodies on which the condition acts report them by name."""
+        """Return the impulses of the part over the step [N s], shape (3,) each, by the names under which probes read these
+        impulses; empty if the nodes and bodies on which the part acts report them by name."""
         return {}
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of the time step that the condition requires in addition to the limits of the bodies; NO_LIMIT
-        if there is none."""
+        """Return the limit of the time step that the part requires in addition to the limits of the bodies; NO_LIMIT if
+        there is none."""
         return NO_LIMIT
 
-    def at_stake(self) -> float:
-        """Return the energy that the condition stores at the start and could release [J]. This energy is added to the
-        reference with which the error of the energy balance is compared."""
-        return 0.0
-
     def warning(self) -> str | None:
-        """Return a warning of the condition about the last step, as text for the user; None if there is none."""
+        """Return a warning of the part about the last step, as text for the user; None if there is none."""
         return None
 
     def columns(self) -> Mapping[str, float]:
-        """Return the current values of the columns that the condition adds to the history (the table of values over time), by
-        the names of `Condition.columns`, in SI units."""
+        """Return the current values of the columns that the part adds to the history (the table of values over time), by the
+        names of `Condition.columns`, in SI units."""
+        return {}
+
+    def facts(self) -> Mapping[str, Any]:
+        """Return entries of the part for the summary of the run, by name. Tables of the same name from several parts are
+        joined."""
+        return {}
+
+    # checkpoints
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays of the part for a checkpoint, by name."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return the state of the condition for a checkpoint, as JSON data."""
+        """Return the state of the part for a checkpoint, as JSON data."""
         return {}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the state of the condition from numbers of `state_numbers`, bit for bit."""
+        """Restore the state of the part from numbers of `state_numbers`, bit for bit."""
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Restore the state of the part from arrays of `state_arrays`, bit for bit."""
+
+
+STAGES = (
+    "begin",
+    "exert_forces",
+    "clear_nodes",
+    "before_forces",
+    "find_contact",
+    "before_momentum",
+    "act_on_nodes",
+    "stop_approach",
+    "after_momentum",
+    "correct_strain_velocities",
+    "before_stress",
+    "check",
+    "end",
+    "balance",
+    "enter",
+)
+"""Stages of a step in their order, as methods of `StepPart`. The scheme USF updates the stresses first: there
+`correct_strain_velocities` precedes `before_forces`."""
 
 
 class AtEachStep(StepPart):
-    """A condition that calls a function of the time [s] at the beginning of each step."""
+    """A part that calls a function of the time [s] at the beginning of each step."""
 
     def __init__(self, act: Callable[[float], object]) -> None:
         self._act = act
 
     def begin(self, time: float, dt: float) -> None:
         self._act(time)
+
+
+Kind = TypeVar("Kind", bound=StepPart)
+
+
+class StepParts:
+    """The parts of the steps of a simulation, in the order in which they act within a stage."""
+
+    def __init__(self, parts: Iterable[StepPart] = ()) -> None:
+        self._all = list[StepPart]()
+        self._at = dict[str, list[Any]]()
+        self.add(parts)
+
+    def add(self, parts: Iterable[StepPart]) -> None:
+        """Add parts, which act after those added before."""
+        self._all += parts
+        self._at.clear()
+
+    def of(self, kind: type[Kind]) -> list[Kind]:
+        """Return the parts of a class."""
+        return [part for part in self._all if isinstance(part, kind)]
+
+    def at(self, stage: str) -> Sequence[Any]:
+        """Return the parts that define a method of `StepPart`, such as a stage."""
+        if stage not in self._at:
+            base = getattr(StepPart, stage)
+            self._at[stage] = [part for part in self._all if getattr(type(part), stage) is not base]
+        return self._at[stage]
+
+    def run(self, stage: str, *arguments: Any) -> None:
+        """Call the method of a stage of all parts that act at this stage."""
+        for part in self.at(stage):
+            getattr(part, stage)(*arguments)
+
+    def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
+        """Let each part insert points into bodies; yield a record for each insertion, see `StepPart.enter`."""
+        for part in self.at("enter"):
+            yield from part.enter(n_steps, time)
+
+    def works(self) -> list[StepWork]:
+        """Return the works and impulses of the parts over the step; parts whose work nodes or bodies compute are left out."""
+        return [work for part in self.at("work") if (work := part.work()) is not None]
+
+    def step_limit(self) -> StepLimit:
+        """Return the smallest limit of the time step that a part sets, with its reason; `NO_LIMIT` if there is none."""
+        return tightest(part.step_limit() for part in self.at("step_limit"))
+
+    def at_stake(self) -> float:
+        """Return the energy that the parts store at the start and could release [J]."""
+        return float(sum(part.at_stake() for part in self.at("at_stake")))
+
+    def warnings(self) -> list[str | None]:
+        """Return for each part its warning about the last step, or None."""
+        return [part.warning() for part in self._all]
+
+    def impulses(self) -> dict[str, np.ndarray]:
+        """Return the named impulses of the parts over the step [N s], shape (3,), summed by name."""
+        total: dict[str, np.ndarray] = {}
+        for part in self.at("impulses"):
+            for name, impulse in part.impulses().items():
+                total[name] = total[name] + impulse if name in total else impulse
+        return total
+
+    def columns(self) -> dict[str, float]:
+        """Return the values that the parts write to the history in SI units, by the name of the column."""
+        return {name: value for part in self.at("columns") for name, value in part.columns().items()}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the entries of the parts for the summary of the run, by name."""
+        found: dict[str, Any] = {}
+        for part in self.at("facts"):
+            for name, entry in part.facts().items():
+                found[name] = {**found[name], **entry} if isinstance(found.get(name), dict) else entry
+        return found
+
+    # checkpoints
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays of all parts for a checkpoint, by name."""
+        owned = (with_owner(str(i), part.state_arrays()) for i, part in enumerate(self._all))
+        return {name: array for arrays in owned for name, array in arrays.items()}
+
+    def state_numbers(self) -> list[dict[str, Any]]:
+        """Return the state of each part for a checkpoint, as values by name."""
+        return [dict(part.state_numbers()) for part in self._all]
+
+    def restore(self, numbers: Sequence[Mapping[str, Any]], arrays: Mapping[str, np.ndarray]) -> None:
+        """Restore the states of the parts from the results of `state_numbers` and `state_arrays`."""
+        for i, (part, own) in enumerate(zip(self._all, numbers, strict=True)):
+            part.restore(own)
+            part.restore_arrays(of_owner(str(i), arrays))

@@ -41,7 +41,7 @@ def tear(sim, points, number=0):
 
 
 def told(sim):
-    return [text for text in sim.conditions.warnings() if text is not None]
+    return [text for text in sim.parts.warnings() if text is not None]
 
 
 def test_a_balloon_that_bursts_lets_its_gas_out():

@@ -22,8 +22,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD, Passed
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.grid.full_cells import Filling
-from pellucid.grid.implicit_viscosity import VISCOUS_STRESS, Viscous
+from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
@@ -82,8 +81,6 @@ class MaterialPoints(
     def _bind(self) -> None:
         super()._bind()
         self._stressed: bool | None = None
-        # in frames `stress` includes the stress of implicit viscosity, in checkpoints it does not
-        self.found_anew = ("stress",) if VISCOUS_STRESS in self.arrays else ()
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
     def _make_bundles(self) -> None:
@@ -94,14 +91,6 @@ class MaterialPoints(
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         super().restore(arrays)
         self._stressed = None
-
-    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run by name. If the viscosity was explicit in that run, the stress of the implicit
-        viscosity starts at zero.
-        """
-        if VISCOUS_STRESS in self.arrays:
-            state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
-        super().load_state(state)
 
     @property
     def _strains(self) -> bool:
@@ -159,16 +148,14 @@ class MaterialPoints(
         return tightest([motion_in_cells(cell, fastest), swings(swing, "contact")])
 
     @property
-    def filling(self) -> Filling | None:
-        """The body itself if cell-averaged pressures apply to it (`cell_pressure` is on and no motion prescribes the body),
-        otherwise None.
-        """
-        return self if self._by_cells and self.constraint is None else None
+    def fills_cells(self) -> bool:
+        """True if mean pressures of full cells act on the body: `cell_pressure` is on and no motion prescribes the body."""
+        return self._by_cells and self.constraint is None
 
     @property
-    def viscous(self) -> Viscous | None:
-        """The body itself if its viscosity is implicit and the grid strains it; None otherwise."""
-        return self if VISCOUS_STRESS in self.arrays and self._strains else None
+    def solves_viscosity(self) -> bool:
+        """True if the viscosity is implicit and the grid strains the body."""
+        return VISCOUS_STRESS in self.arrays and self._strains
 
     @property
     def viscosities(self) -> tuple[float, float]:
@@ -415,17 +402,10 @@ class MaterialPoints(
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
-    def stored_field(self, name: str) -> np.ndarray:
-        if name == "stress" and VISCOUS_STRESS in self.arrays:
-            self._complete(VISCOUS_STRESS)
-        return super().stored_field(name)
-
     def _field_there(self, name: str) -> np.ndarray:
         """Return a field of the points present on this process, by name; pressure and stored energy are computed from the
         material law.
         """
-        if name == "stress" and VISCOUS_STRESS in self.arrays:
-            return self._there("stress") + self._there(VISCOUS_STRESS)
         if name == "pressure":
             return point_pressures(self.law, self._state, self._field_there("density"))
         if name == "stored_energy":

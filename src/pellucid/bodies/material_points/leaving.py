@@ -11,9 +11,9 @@ import numpy as np
 
 from pellucid.energy import Passed, kinetic_energies
 from pellucid.grid.folding import cells_beyond
-from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FIELD_ENERGY
+from pellucid.state import FIELDS
 
 
 class OpenFaces:
@@ -60,9 +60,9 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
     """Set mass, volume, velocity and stress of the selected points to zero, in place, and move them to the face of the grid
     that they crossed. arrays: arrays of the points; which: selection of points that left; lattice: cells of the grid.
     """
-    for name in ("mass", "volume", "velocity", "affine", "stress", VISCOUS_STRESS):
-        if name in arrays:
-            arrays[name][which] = 0.0
+    for name, array in arrays.items():
+        if name in FIELDS and FIELDS[name].leaves:
+            array[which] = 0.0
     lower = np.array(lattice.lower)
     upper = lower + np.array(lattice.counts) * lattice.cell
     folds = [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]

@@ -1,0 +1,1 @@
+"""What acts in a step: the interface of its parts, and the limits of its length."""
