@@ -66,8 +66,8 @@ def contacts_of(
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    keeping = {field for body, field in built.values() if isinstance(body, GridBody) and body.keeps_heat}
-    strained_again = [field for field in fields if remaps and field not in keeping]
+    on_grid = [(body.keeps_heat, field) for body, field in built.values() if isinstance(body, GridBody)]
+    strained_again = [field for field in fields if remaps and (False, field) in on_grid and (True, field) not in on_grid]
     return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
 
 

@@ -105,9 +105,10 @@ class Simulation(SimulationState):
             self.parts.add(cell_pressures(field, bodies))
             self.parts.add(implicit_viscosity(field, bodies, layout))
         self.parts.add([self.contact_pairs, self.surface_pairs])
-        self.parts.add([TransferHeat(self._on_grid, self.contact_pairs, case.time.scheme != "usf")])
-        if case.gravity_amplitude is not None:
-            self.parts.add([AtEachStep(lambda time: self._share_gravity(case.gravity_amplitude.at(time)))])
+        if self._on_grid:
+            self.parts.add([TransferHeat(self._on_grid, self.contact_pairs, case.time.scheme != "usf")])
+        if (amplitude := case.gravity_amplitude) is not None:
+            self.parts.add([AtEachStep(lambda time: self._share_gravity(amplitude.at(time)))])
         self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start)
         self.node_contacts = node_contacts(case, built, self.contact_pairs)
         on_nodes = len(self.contact_pairs) > 0

@@ -54,7 +54,7 @@ class SimulationState:
     _threads: ThreadChoice
     _watch: Watch
     _turning: AngularBalance | None
-    _support_names: list[str]
+    _support_names: list[str | None]
     _begun: bool
     _settled: dict[str, Any]
 
