@@ -19,7 +19,6 @@ from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.case import Case, dumps, load
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, StepWork, Totals, no_work
-from pellucid.findings import Reason
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
@@ -39,6 +38,7 @@ class SpringLatticeCase(BodyModel):
     """A cube of nodes joined by springs along the axes, stepped by backward Euler."""
 
     place: ClassVar[str] = "corner"
+    takes_motions: ClassVar[bool] = False
     kind: Literal["spring-lattice"] = "spring-lattice"
     corner: Vector = parameter("m", "lower corner")
     edge: float = parameter("m", "edge", gt=0)
@@ -68,9 +68,6 @@ class SpringLatticeCase(BodyModel):
 
     def needs_grid(self, parts: Parts) -> bool:
         return len(parts.of(BodyModel)) > 1
-
-    def why_no_motion(self) -> Reason:
-        return Reason(f"body {self.name} cannot follow a prescribed motion", "use a support")
 
     def build(self, placement: Placement) -> Body:
         return SpringLattice(self, placement)

@@ -7,6 +7,8 @@ import pytest
 from small_cases import SOLID, box, case
 
 from pellucid.bodies.models import BODIES
+from pellucid.conditions.contact import why_no_self_contact
+from pellucid.conditions.wall import why_no_wall
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.simulation.simulation import Simulation
@@ -110,6 +112,6 @@ def test_walls_and_contact_with_itself_are_refused_as_the_table_states(column):
     body = column[2]("low", 0.5, False)
     (model, *_) = case(*body, counts=(8, 16, 8), cell=CELL).body
     stated = table()
-    assert (model.why_no_wall() is not None) == (stated["wall", column[0]] == "–")
+    assert (why_no_wall(model) is not None) == (stated["wall", column[0]] == "–")
     meshless_alone = column[0] == "solid" and model.kind != "meshless-solid"
-    assert (model.why_no_self_contact(True) is not None) == (stated["itself", column[0]] == "–" or meshless_alone)
+    assert (why_no_self_contact(model, True) is not None) == (stated["itself", column[0]] == "–" or meshless_alone)

@@ -101,10 +101,10 @@ class TimeCase(Part):
                 f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s, or remove it: `time.courant` then sets the step."
             )
             yield Finding((*path, "step"), text, remedy)
-        reasons = (body.why_not_strained_first() for body in bodies) if self.scheme == "usf" else ()
-        for reason in reasons:
-            if reason is not None:
-                yield Finding((*path, "scheme"), *reason)
+        for body in bodies if self.scheme == "usf" else ():
+            if body.solves_viscosity:
+                text = f"the implicit viscosity of body {body.name} determines its stress in the momentum equation, not before"
+                yield Finding((*path, "scheme"), text, 'use "musl" or "usl", or remove `implicit_viscosity`')
         if self.step is None:
             return
         cell = None if parts.grid is None else parts.grid.cell

@@ -95,12 +95,26 @@ class SteadyCase(Part):
             if _is_tool(body, parts):
                 yield from _tool_problems(body, other, parts)
                 continue
-            if fault := body.why_not_relaxed(is_alone(body, parts)):
+            if fault := _why_not_relaxed(body, is_alone(body, parts)):
                 yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
             elif self.mass_scaling and not body.scales_inertia:
                 yield Finding(
                     (*path, "mass_scaling"), f'the inertia of bodies of kind "{body.kind}" cannot be scaled', "Remove this key."
                 )
+
+
+def _why_not_relaxed(body: BodyModel, alone: bool) -> Finding | None:
+    """Return the reason why no steady state of the body can be computed, with the offending key of its table, or None; alone:
+    True if no other body is in its velocity field."""
+    if not body.own_material_nodes:
+        return Finding(("kind",), f'steady states of kind "{body.kind}" cannot be computed', "remove the table [steady]")
+    if not body.owns_nodes(alone):
+        text = f"steady states require a separate velocity field, but other bodies share the field of body {body.name}"
+        return Finding(("field",), text, "set a separate `field` for it")
+    if body.creeps:
+        text = f'the material of {body.name}, kind "{body.material.kind}", creeps in time, which steady states do not include'
+        return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
+    return None
 
 
 def _is_tool(body: BodyModel, parts: Parts) -> bool:

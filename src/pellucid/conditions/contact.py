@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from pellucid.conditions.sliding import Sliding
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.model import check, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
@@ -58,7 +58,7 @@ class Contact(Sliding):
         if body is None:
             return
         alone = sum(other.field == body.field for other in parts.of(BodyModel)) == 1
-        reason = body.why_no_self_contact(alone)
+        reason = why_no_self_contact(body, alone)
         if reason is not None:
             yield Finding((*path, "between"), *reason)
         elif not all(parts.active_axes):
@@ -72,3 +72,21 @@ class Contact(Sliding):
         """Return the names of the velocity fields of the bodies (one or two) of the contact; None if a body is unknown."""
         bodies = [parts.named(BodyModel, name) for name in self.between]
         return None if None in bodies else {body.field for body in bodies if body is not None}
+
+
+def why_no_self_contact(body: BodyModel, alone: bool) -> Reason | None:
+    """Return the reason why contact of the body with itself cannot be computed, or None; alone: True if no other body is in
+    its velocity field."""
+    if not body.own_material_nodes:
+        text = f'body {body.name} of kind "{body.kind}" cannot have contact with itself: it moves with one velocity field'
+        return Reason(text, "use kind membrane-elements or meshless-solid, or two bodies")
+    if not alone:
+        text = f"contact with itself requires a separate velocity field, but other bodies share the field of body {body.name}"
+        return Reason(text, "set a separate `field` for it")
+    if body.crumples:
+        text = (
+            f"body {body.name} resists neither compression (wrinkling = true) nor bending: it crumples within the length "
+            f"of an element, where contact cannot keep its sides apart"
+        )
+        return Reason(text, "add [body.bending], or remove `wrinkling`")
+    return None

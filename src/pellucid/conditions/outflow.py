@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pydantic import field_validator
 
 from pellucid.conditions.open_faces.given_flow import GivenFlow
-from pellucid.conditions.open_faces.inflow import Inflow, face_problems
+from pellucid.conditions.open_faces.inflow import Inflow, face_problems, why_no_outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
 from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel
@@ -92,7 +92,7 @@ class Outflow(GivenFlow, Condition):
         for number, outflow in enumerate(conditions):
             bodies = []
             for name, member in assembly.bodies.items():
-                allowed = name in outflow.body if outflow.body else name not in led and not member.model.why_no_outflow()
+                allowed = name in outflow.body if outflow.body else name not in led and not why_no_outflow(member.model)
                 if allowed:
                     ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.where]
                     member.offers(LosesPoints).open_faces(ends)
@@ -158,7 +158,7 @@ class Outflow(GivenFlow, Condition):
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
     """Return the reason why the points of a body cannot leave through faces of the grid; None if they can."""
-    if reason := body.why_no_outflow():
+    if reason := why_no_outflow(body):
         return reason
     led = next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None)
     if led is None:

@@ -9,7 +9,7 @@ from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.annotations import Assembly
@@ -76,7 +76,7 @@ class Motion(Condition):
         yield from plane_way_problems(self, path, parts)
         body = parts.named(BodyModel, self.body)
         along = self.displacement.normal is not None
-        if body is not None and (reason := body.why_no_normal_motion(self.part is None) if along else body.why_no_motion()):
+        if body is not None and (reason := _why_not(body, along, self.part is None)):
             yield Finding((*path, "displacement", "normal") if along else (*path, "body"), *reason)
         elif body is not None and (body.is_rigid or self.turns_about()):
             others = [other for place, other in parts.placed(Motion) if place < path]
@@ -168,3 +168,18 @@ class Motion(Condition):
         """Return the largest prescribed velocity along an axis [m/s]."""
         signals = (getattr(self.displacement, axis) for axis in WAYS)
         return max((signal.top_speed() for signal in signals if signal is not None), default=0.0)
+
+
+def _why_not(body: BodyModel, along_normal: bool, whole: bool) -> Reason | None:
+    """Return the reason why nodes of the body (all of them if `whole`) cannot follow a prescribed motion along the axes, or
+    `along_normal`; None if they can."""
+    if along_normal:
+        from pellucid.conditions.normal_motion import why_no_normal_motion
+
+        return why_no_normal_motion(body, whole)
+    if not body.moves:
+        return Reason(f"the nodes of body {body.name} are fixed and cannot follow a motion", "remove this motion")
+    if body.takes_motions:
+        return None
+    text = f'the nodes of body {body.name}, of kind "{body.kind}", cannot follow a prescribed motion along the axes'
+    return Reason(text, "use a support with a `velocity`, or for a fluid film a displacement along the `normal`")

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import field_validator
 
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
-from pellucid.findings import Finding, Path, listed
+from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Selectable, Where, chosen_nodes, faults, needs_mesh
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
@@ -213,7 +213,7 @@ class Support(Condition):
             if self.body not in (None, body.name):
                 continue
             alone = is_alone(body, parts)
-            reason = body.why_no_yielding_wall(alone)
+            reason = _why_no_yielding_wall(body, alone)
             if reason is not None:
                 yield Finding((*path, keys[0]), *reason)
             elif self.opens is False and body.owns_nodes(alone):
@@ -360,3 +360,18 @@ class Support(Condition):
 def on_each_face(supports: Sequence[Support]) -> list[Support]:
     """Return the supports, split so that each acts on at most one face of the grid."""
     return [one for support in supports for one in support.on_each_face()]
+
+
+def _why_no_yielding_wall(body: BodyModel, alone: bool) -> Reason | None:
+    """Return the reason why walls cannot have friction with the body or open (release it when it moves away), or None;
+    alone: True if no other body is in its velocity field."""
+    if body.is_rigid:
+        remedy = 'use a [[wall]] with `kind = "coulomb"` and `friction`, or with `kind = "stick"`, instead of this support'
+        return Reason(f"body {body.name} is rigid: supports act on it as frictionless walls only", remedy)
+    if body.moves and body.owns_nodes(alone) and not body.own_material_nodes:
+        remedy = "remove this key, and model the floor as a body held by a motion, with a `field` of its own and a [[contact]]"
+        return Reason(f"body {body.name} has its own nodes, for which supports have no friction and do not open", remedy)
+    if body.solves_viscosity:
+        text = f"the viscosity of body {body.name} is implicit, so walls with friction or openings are not possible"
+        return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
+    return None

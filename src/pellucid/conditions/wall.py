@@ -10,7 +10,7 @@ from pydantic import field_validator
 from pellucid.conditions.sliding import Sliding
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import CONTACT_WORK, Channel
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
@@ -67,7 +67,7 @@ class Wall(Sliding):
     def touching(self, bodies: Sequence[BodyModel]) -> list[BodyModel]:
         """Return the bodies on which the wall can act: those that its key `bodies` lists, or else all bodies that can have
         contact with walls."""
-        return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
+        return [body for body in bodies if body.name in self.bodies or not (self.bodies or why_no_wall(body))]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about a wall whose plane does not fit the grid, and bodies that cannot have contact with walls.
@@ -117,15 +117,22 @@ class Wall(Sliding):
             body = parts.named(BodyModel, name)
             if name in self.bodies[:number]:
                 yield Finding(here, f"body {name} is named twice", "remove one of them")
-            elif body is not None and (reason := body.why_no_wall()):
+            elif body is not None and (reason := why_no_wall(body)):
                 yield Finding(here, *reason)
             elif body is not None and is_driven(name, parts):
                 text = f"body {name} has a fully prescribed motion: a wall cannot stop it"
                 yield Finding(here, text, "remove it from `bodies`")
         bodies = parts.of(BodyModel)
-        can = [body for body in bodies if not (body.why_no_wall() or is_driven(body.name, parts))]
+        can = [body for body in bodies if not (why_no_wall(body) or is_driven(body.name, parts))]
         if not self.bodies and bodies and parts.are_sound(BodyModel) and not can:
             kinds = "material points, meshless solids and membranes of elements"
             text = f"no body of this case can touch it: only {kinds} can, unless their motion is fully prescribed"
             remedy = "remove this wall; for other kinds use a fixed body in its own velocity field and a [[contact]]"
             yield Finding(path, text, remedy)
+
+
+def why_no_wall(body: BodyModel) -> Reason | None:
+    """Return the reason why the body cannot have contact with walls (planes without a body), or None."""
+    if body.separate_points or body.own_material_nodes:
+        return None
+    return Reason(f'body {body.name} of kind "{body.kind}" cannot have contact with a wall', "remove it from `bodies`")

@@ -38,6 +38,13 @@ class BodyModel(Part):
     that run."""
     strained_from_place: ClassVar[bool] = True
     """True if strains are measured from the geometry in the case, also for a body that continues an earlier run."""
+    takes_motions: ClassVar[bool] = True
+    """True if the nodes or points can follow a prescribed motion along the axes."""
+    separate_points: ClassVar[bool] = False
+    """True if the body consists of points that are not connected, so that points can leave and enter."""
+    own_material_nodes: ClassVar[bool] = False
+    """True if the body can have its own nodes, which follow its material, as meshless solids and membranes of elements. Such
+    a body touches walls and itself, and its steady states can be computed."""
     is_surface: ClassVar[bool] = False
     """True if the body is a membrane, which has two sides and no volume of its own."""
 
@@ -163,6 +170,16 @@ class BodyModel(Part):
         return "use a smaller grid.cell"
 
     @property
+    def crumples(self) -> bool:
+        """True if the body resists neither compression nor bending, so that it folds within the length of an element."""
+        return False
+
+    @property
+    def creeps(self) -> bool:
+        """True if the material of the body at rest deforms in time under constant load."""
+        return False
+
+    @property
     def solves_viscosity(self) -> bool:
         """True if the viscosity of the body is solved implicitly on the nodes of the grid."""
         return False
@@ -180,13 +197,6 @@ class BodyModel(Part):
     def has_own_step(self) -> bool:
         """True if the body has its own sub-steps; then only output limits the time step of the run."""
         return False
-
-    def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason why no steady state of the body can be computed, with the offending key of its table, or None.
-
-        alone: no other body is in its velocity field.
-        """
-        return Finding(("kind",), f'steady states of kind "{self.kind}" cannot be computed', "remove the table [steady]")
 
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
         """Return the model with access to the other bodies of the case, whose regions it may exclude from its own."""
@@ -211,52 +221,6 @@ class BodyModel(Part):
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """Return the reason why another body cannot exclude the region of this body from its own, or None; grid: None if the
         case has none."""
-        return None
-
-    def why_no_motion(self) -> Reason | None:
-        """Return the reason why the body cannot follow a prescribed motion, or None."""
-        return None
-
-    def why_no_outflow(self) -> Reason | None:
-        """Return the reason why points of the body cannot leave through faces of the grid, or None."""
-        text = f"the points of body {self.name} are connected, so they cannot leave one by one"
-        return Reason(text, "use only bodies of kind material-points")
-
-    def why_no_inflow(self) -> Reason | None:
-        """Return the reason why no points can enter the body through faces of the grid, or None."""
-        text = f"the points of body {self.name} are connected, so no points can be added"
-        return Reason(text, "use a body of kind material-points")
-
-    def why_no_wall(self) -> Reason | None:
-        """Return the reason why the body cannot have contact with walls (planes without a body), or None."""
-        return Reason(f'body {self.name} of kind "{self.kind}" cannot have contact with a wall', "remove it from `bodies`")
-
-    def why_no_self_contact(self, alone: bool) -> Reason | None:
-        """Return the reason why contact of the body with itself cannot be computed, or None; alone: no other body is in its
-        velocity field."""
-        text = f'body {self.name} of kind "{self.kind}" cannot have contact with itself: it moves with one velocity field'
-        return Reason(text, "use kind membrane-elements or meshless-solid, or two bodies")
-
-    def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason why nodes of the body (all of them if `whole`) cannot follow a prescribed motion along their
-        normal, or None."""
-        return Reason(f"body {self.name} is not a fluid film", "prescribe the displacement along x, y or z")
-
-    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Return the reason why walls cannot have friction with the body or open (release it when it moves away), or None;
-        alone: no other body is in its velocity field."""
-        remedy = "remove this key, and model the floor as a body held by a motion, with a `field` of its own and a [[contact]]"
-        if self.is_rigid and not self.why_no_wall():
-            remedy = 'use a [[wall]] with `kind = "coulomb"` and `friction`, or with `kind = "stick"`, instead of this support'
-        if self.is_rigid:
-            return Reason(f"body {self.name} is rigid: supports act on it as frictionless walls only", remedy)
-        if self.moves and self.owns_nodes(alone):
-            return Reason(f"body {self.name} has its own nodes, for which supports have no friction and do not open", remedy)
-        return None
-
-    def why_not_strained_first(self) -> Reason | None:
-        """Return the reason why stresses of the body cannot be updated before the momentum equation, as the scheme USF does, or
-        None."""
         return None
 
     def wave_speeds(self) -> tuple[float, float] | None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from pellucid.case import Case
 from pellucid.case.sections import parts_of
+from pellucid.conditions.wall import why_no_wall
 from pellucid.findings import listed
 from pellucid.parts.condition import is_driven
 
@@ -38,7 +39,7 @@ def passed_walls(case: Case) -> Iterator[str]:
     """Yield a warning for each plane wall that names no bodies and does not act on all bodies."""
     parts = parts_of(case)
     for number, wall in enumerate(case.wall):
-        passing = [body.name for body in case.body if body.why_no_wall() and not is_driven(body.name, parts)]
+        passing = [body.name for body in case.body if why_no_wall(body) and not is_driven(body.name, parts)]
         if passing and not wall.bodies:
             holds = ", ".join(f'"{body.name}"' for body in wall.touching(case.body))
             name = f"wall {wall.name or number + 1}"

@@ -123,7 +123,11 @@ def test_a_led_film_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ("volume = {}", led(), r"prescribes all nodes of film film, whose volume is already prescribed.*remove `volume`"),
         ('area = "kept"', led(), r"whose area is already prescribed.*remove `area`"),
         ("", led() + "hold = ['x']", r"x cannot be combined with `normal`, .*remove it"),
-        ("", led().replace("normal =", "x ="), r"do not follow its material.*displacement along the `normal`"),
+        (
+            "",
+            led().replace("normal =", "x ="),
+            r"cannot follow a prescribed motion along the axes.*displacement along the `normal`",
+        ),
         ("", led(signal='kind = "steady"'), r"velocity"),
     ],
 )

@@ -10,7 +10,7 @@ from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
 from pellucid.bodies.diffusing_field.domain import Domain
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
@@ -69,10 +69,6 @@ class DiffusingFieldCase(BodyModel):
 
     def needs_grid(self, parts: Parts) -> bool:
         return False
-
-    def why_no_motion(self) -> Reason:
-        """Return the reason why no motion can be prescribed: the nodes are fixed."""
-        return Reason(f"the nodes of body {self.name} are fixed and cannot follow a motion", "remove this motion")
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         return np.zeros_like(position)

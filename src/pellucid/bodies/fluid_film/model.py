@@ -47,6 +47,7 @@ class FluidFilmCase(BodyModel):
 
     place: ClassVar[str] = "shape"
     start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "density")
+    takes_motions: ClassVar[bool] = False  # its nodes do not follow the material
     strained_from_place: ClassVar[bool] = False
     is_surface: ClassVar[bool] = True
     evaluates_loads: ClassVar[bool] = True
@@ -227,6 +228,11 @@ class FluidFilmCase(BodyModel):
         """
         return alone
 
+    @property
+    def is_shared(self) -> bool:
+        """True if other bodies share the velocity field of the film, so that the nodes of the grid move it."""
+        return self._is_shared
+
     def needs_grid(self, parts: Parts) -> bool:
         return any(body.kind != self.kind for body in parts.of(BodyModel))
 
@@ -271,27 +277,6 @@ class FluidFilmCase(BodyModel):
             f"{self.name} is a fluid film, whose inside cannot be excluded",
             "name bodies of material points or closed membranes",
         )
-
-    def why_no_motion(self) -> Reason | None:
-        """Return the reason why no motion can be prescribed: the nodes do not stay at the same material points."""
-        text = f"the nodes of film {self.name} do not follow its material, so they cannot get a motion along the axes"
-        return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
-
-    def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason why no motion along the normal of the film can be prescribed; None if it can.
-
-        There are two reasons: other bodies share the velocity field of the film, so that the grid moves its nodes; or the
-        motion applies to all nodes (`whole` is True) and thus contradicts a constraint of the volume or area.
-        """
-        if self._is_shared:
-            return Reason(
-                f"the fluid around film {self.name} moves its nodes, so their motion cannot be prescribed", "remove this motion"
-            )
-        if not whole or (self.volume is None and self.area == "free"):
-            return None
-        held = "area" if self.volume is None else "volume"
-        text = f"the motion prescribes all nodes of film {self.name}, whose {held} is already prescribed"
-        return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings (errors of the case) for settings of the film that are incompatible with each other or with other

@@ -281,7 +281,7 @@ class MaterialPoints(
         """True if points may leave through open faces of the grid: no motion prescribes the body, and its pressure is not
         averaged over cells (`cell_pressure`).
         """
-        return self.constraint is None and not self._model.why_no_outflow()
+        return self.constraint is None and not self._by_cells
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         self.keep_whole()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import hypot
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pellucid.bodies.initial.state import initial_problems, plane_velocity_problems
 from pellucid.bodies.material_points.checks import (
@@ -17,7 +17,7 @@ from pellucid.bodies.material_points.checks import (
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, place_problems
 from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, Channel
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
@@ -41,6 +41,8 @@ class MaterialPointsCase(SeededBody):
     def is_rigid(self) -> bool:
         return self.rigid
 
+    separate_points: ClassVar[bool] = True
+
     @property
     def deforms_in_contact(self) -> bool:
         """True for solids, which have contact by their surface; a fluid has no surface of its own."""
@@ -58,43 +60,9 @@ class MaterialPointsCase(SeededBody):
         heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
         return heat if self.solves_viscosity else ()
 
-    def why_no_outflow(self) -> Reason | None:
-        """Return the reason why points cannot leave through open faces, for rigid bodies and for `cell_pressure`, which treats
-        faces as walls."""
-        if self.rigid:
-            return Reason(f"body {self.name} is rigid: it cannot lose points", "remove `rigid = true`, or this body")
-        if self.cell_pressure:
-            text = (
-                f"the `cell_pressure` of body {self.name} treats faces of the grid as walls, so points cannot pass through them"
-            )
-            return Reason(text, "remove `cell_pressure`, or this body")
-        return None
-
-    def why_no_inflow(self) -> Reason | None:
-        if not self.material.flows:
-            return Reason(f"body {self.name} is a solid: entering points would not be connected to it", "name a fluid")
-        return self.why_no_outflow()
-
     @property
     def solves_viscosity(self) -> bool:
         return self.material.implicit_viscosities() is not None
-
-    def why_not_strained_first(self) -> Reason | None:
-        if not self.solves_viscosity:
-            return None
-        text = f"the implicit viscosity of body {self.name} determines its stress in the momentum equation, not before"
-        return Reason(text, 'use "musl" or "usl", or remove `implicit_viscosity`')
-
-    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        if not self.solves_viscosity:
-            return super().why_no_yielding_wall(alone)
-        text = f"the viscosity of body {self.name} is implicit, so walls with friction or openings are not possible"
-        return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
-
-    def why_no_wall(self) -> Reason | None:
-        """Return None, since walls are possible for all these bodies: a solid touches walls with its surface, a fluid with
-        its points."""
-        return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Return the largest step in which the fastest wave crosses one cell, of edge length `cell` [m]; None for bodies that

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import ceil, hypot, sqrt
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import PrivateAttr
@@ -15,7 +15,7 @@ from pellucid.bodies.membranes.bending_case import BendingCase
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
@@ -50,6 +50,8 @@ REST_OF_SURFACE = (
 class MembraneElementsCase(MembraneCase):
     """A membrane of finite elements. Contact with solids and membranes is by surfaces, with fluids on the grid."""
 
+    own_material_nodes: ClassVar[bool] = True
+
     kind: Literal["membrane-elements"] = "membrane-elements"
     material: AnySolidMembraneMaterial = parameter("", "material of the membrane")
     elements: Elements = parameter(
@@ -78,39 +80,16 @@ class MembraneElementsCase(MembraneCase):
         """True if the area or the enclosed volume of the membrane has a penalty on its change."""
         return self.area_stiffness + self.volume_stiffness > 0.0
 
-    def why_no_wall(self) -> Reason | None:
-        return None
-
-    def why_no_self_contact(self, alone: bool) -> Reason | None:
-        if not alone:
-            return Reason(
-                f"contact with itself requires a separate velocity field, but other bodies share the field of body {self.name}",
-                "set a separate `field` for it",
-            )
-        if self.material.wrinkling and self.bending is None:
-            text = (
-                f"body {self.name} resists neither compression (wrinkling = true) nor bending: it crumples within the length "
-                f"of an element, where contact cannot keep its sides apart"
-            )
-            return Reason(text, "add [body.bending], or remove `wrinkling`")
-        return None
-
     @property
     def deforms_in_contact(self) -> bool:
         return True
 
+    @property
+    def crumples(self) -> bool:
+        return self.material.wrinkling and self.bending is None
+
     def owns_nodes(self, alone: bool) -> bool:
         return alone
-
-    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        return None
-
-    def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return a finding (an error of the case) if a relaxation is impossible, since other bodies share the velocity field
-        and the nodes of the grid move the membrane; None otherwise. alone: True if no other body shares the velocity field.
-        """
-        text = f"steady states require a separate velocity field, but other bodies share the field of body {self.name}"
-        return None if alone else Finding(("field",), text, "set a separate `field` for it")
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
         aware = self.model_copy()

@@ -12,7 +12,7 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.checks.slowest_elements import slowest_of_solid, step_warning
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
@@ -47,6 +47,7 @@ class MeshlessSolidCase(DampedModel):
 
     place: ClassVar[str] = "mesh"
     scales_inertia: ClassVar[bool] = True
+    own_material_nodes: ClassVar[bool] = True
 
     kind: Literal["meshless-solid"] = "meshless-solid"
     mesh: SolidMesh = parameter("", "mesh of nodes and tetrahedra")
@@ -120,29 +121,9 @@ class MeshlessSolidCase(DampedModel):
     def deforms_in_contact(self) -> bool:
         return True
 
-    def why_no_wall(self) -> Reason | None:
-        return None
-
-    def why_no_self_contact(self, alone: bool) -> Reason | None:
-        if alone:
-            return None
-        return Reason(
-            f"contact with itself requires a separate velocity field, but other bodies share the field of body {self.name}",
-            "set a separate `field` for it",
-        )
-
-    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        return None
-
-    def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return a finding (an error of the case) if a steady state of the solid cannot be computed, since its viscous
-        material creeps in real time, which a relaxation does not follow; None otherwise. alone: True if no other body shares
-        the velocity field.
-        """
-        if not isinstance(self.material, ViscoelasticMaterial):
-            return None
-        text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not include'
-        return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
+    @property
+    def creeps(self) -> bool:
+        return isinstance(self.material, ViscoelasticMaterial)
 
     def check_set_up(self) -> None:
         """Raise CaseError for positions without shape functions. Only for meshes of up to 10 000 cells, and for approximants

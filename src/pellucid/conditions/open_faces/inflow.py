@@ -68,7 +68,7 @@ class Inflow(GivenFlow, Condition):
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
         seeded = parts.named(BodyModel, self.body)
-        comes_in = seeded if seeded is not None and not seeded.why_no_inflow() else None
+        comes_in = seeded if seeded is not None and not _why_no_inflow(seeded) else None
         yield from self.opening_problems(self.where, path, parts, comes_in)
         for place, other in parts.placed(Inflow):
             if place < path and other.where == self.where and (self.through is None or other.through is None):
@@ -83,7 +83,7 @@ class Inflow(GivenFlow, Condition):
         yield from self._speed_problems(path, parts)
 
     def _body_problems(self, body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-        if reason := body.why_no_inflow():
+        if reason := _why_no_inflow(body):
             yield Finding((*path, "body"), *reason)
             return
         if led := next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None):
@@ -129,3 +129,31 @@ def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
             "`where = { box = ... }` or `{ pipe = ... }`, one cell deep. Or remove this flow"
         )
         yield Finding(path, text, remedy)
+
+
+def why_no_outflow(body: BodyModel) -> Reason | None:
+    """Return the reason why points of the body cannot leave through faces of the grid, or None."""
+    if not body.separate_points:
+        text = f"the points of body {body.name} are connected, so they cannot leave one by one"
+        return Reason(text, "use only bodies of kind material-points")
+    return _why_not_through_faces(body)
+
+
+def _why_no_inflow(body: BodyModel) -> Reason | None:
+    if not body.separate_points:
+        text = f"the points of body {body.name} are connected, so no points can be added"
+        return Reason(text, "use a body of kind material-points")
+    if not body.is_fluid:
+        return Reason(f"body {body.name} is a solid: entering points would not be connected to it", "name a fluid")
+    return _why_not_through_faces(body)
+
+
+def _why_not_through_faces(body: BodyModel) -> Reason | None:
+    """Return the reason why separate points cannot pass faces of the grid: the body is rigid, or its mean pressures of full
+    cells treat faces as walls."""
+    if body.is_rigid:
+        return Reason(f"body {body.name} is rigid: it cannot lose points", "remove `rigid = true`, or this body")
+    if getattr(body, "cell_pressure", False):
+        text = f"the `cell_pressure` of body {body.name} treats faces of the grid as walls, so points cannot pass through them"
+        return Reason(text, "remove `cell_pressure`, or this body")
+    return None
