@@ -1,13 +1,11 @@
 """Base class of bodies of points on the grid: arrays, sorting, and the stages of a step except straining."""
 
-from collections.abc import Callable, Mapping
-from math import fsum
+from collections.abc import Callable
 
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.bodies.material_points.grid_surface import GridSurface
-from pellucid.bodies.point_fields import PointFields
+from pellucid.bodies.sorted_points import SortedPoints
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, AngularMomentum, Totals
 from pellucid.grid import full_cells
@@ -42,8 +40,7 @@ from pellucid.grid.points import (
     PointArrays,
     fault_at_held_face,
 )
-from pellucid.grid.shared_points import SpreadPoints, WholePoints
-from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
+from pellucid.grid.sorting import slabs_of
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import HeatArrays, taking_velocities
 from pellucid.grid.velocity_field import VelocityField
@@ -52,27 +49,19 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import TransferLoss
 from pellucid.ranks.domain import domain
-from pellucid.reductions import exact_parts, ordered_sum
-from pellucid.state import FIELDS, of_owner, parts_of, with_owner
+from pellucid.reductions import ordered_sum
+from pellucid.state import parts_of
 from pellucid.step.limit import StepLimit, motion_in_cells, swings, told
 
 NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
-class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpulses):
+class PointsOnGrid(SortedPoints, TakesExternalForces, TakesDrag, TakesSecondImpulses):
     """Base class of bodies whose points move with the velocities of grid nodes.
 
-    Points are sorted by their nodes when one leaves its slab (layer of grid cells), or when sorting saves time. A subclass
-    provides the initial arrays, `begin_stress` and `end_stress` (which ends with `_collect_strain_sums`), the kind of stored
-    energy (`energy_kind`), and its own fields.
+    A subclass provides the initial arrays, `begin_stress` and `end_stress` (which ends with `_collect_strain_sums`), the kind
+    of stored energy (`energy_kind`), and its own fields.
     """
-
-    sorting_cost = 1.0
-    """Cost of sorting per point, in units of the cost of a vector of points with the same nodes (60 to 65 ns): 50 ns, and
-    15 ns in the next step."""
-
-    contact_surface: GridSurface | None = None
-    """Contact surface of the body; None if contact is computed on the grid nodes."""
 
     def __init__(
         self,
@@ -103,7 +92,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._spare = np.zeros(0, np.int64)
         super().__init__()
         self._heat = np.zeros(n if self.keeps_heat else 0)
-        self._goes_on = False
         self.totals = Totals()
         self.slabs = slabs_of(self.grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
@@ -163,13 +151,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._velocity_passes[self.keeps_heat] = taking_velocities(*where)
         return self._velocity_passes[self.keeps_heat]
 
-    def _follow_order(self) -> None:
-        """Update the data of the contact surface that depend on the order in which the points are stored, after they were
-        sorted.
-        """
-        if self.contact_surface is not None:
-            self.contact_surface.find_hosts()
-
     def use_separate_force_buffer(self) -> None:
         """From now on, add the internal forces of this body to the separate array of nodal forces that its velocity field has
         for bodies that keep heat (whose internal energy contains the losses of the transfers).
@@ -209,73 +190,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """
         thin = sum(self.grid.thin)
         return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
-
-    # sorting
-
-    def sort(self) -> None:
-        """Sort the points by the grid nodes around them and divide them into slabs (layers of grid cells)."""
-        self.complete_arrays()
-        self._sort()
-
-    def _sort(self) -> None:
-        self._orders.clear()
-        self._sort_first(self.n_there)
-        if domain.is_cut:
-            self.shared.after_sorting(self._sort_first)
-        self._follow_order()
-        self._short_runs = ShortRuns(int(self.shared.first_of_all()[-1]), self.sorting_cost)
-
-    def _sort_first(self, n: int) -> None:
-        there = {name: array[:n] for name, array in self.arrays.items()}
-        self._spare = sort_by_nodes(there, self._spare, self.grid.lattice, self.functions, self.slabs)
-
-    # shared by several processes
-
-    def _sharing(self) -> SpreadPoints | WholePoints:
-        """Return the initial distribution of the points among processes: all points on each process."""
-        return WholePoints(self.slabs)
-
-    def keep_whole(self) -> None:
-        """Keep all points on every process from now on, for conditions that need all points of the body."""
-        if isinstance(self.shared, SpreadPoints):
-            self.shared = self.shared.joined_again()
-            self._orders.clear()
-            self._follow_order()
-
-    def hand_over(self) -> Callable[[], None]:
-        """Prepare a new distribution of slabs (layers of grid cells) among processes: complete the data that other processes
-        need. Returns the function that applies the new distribution.
-        """
-        self.complete_arrays()
-        domain.complete(self.slabs.left_slab)
-        self._orders.clear()
-        return self.shared.hand_over()
-
-    def complete_arrays(self) -> None:
-        """Complete all arrays with the rows that other processes computed; required before the state of points of other slabs
-        is read."""
-        self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
-
-    def sums(self) -> np.ndarray:
-        """Return the sums over all points, one for each column of `Slabs.sums`: kinetic energy, momentum, power and others."""
-        return ordered_sum(domain.complete(self.slabs.sums))
-
-    def _put_behind(self, left: np.ndarray) -> None:
-        """Move points that have left the grid behind the others in all arrays. left: mask of these points, shape (n_there,).
-        The points must be sorted.
-        """
-        order = np.argsort(left, kind="stable")
-        for array in self.arrays.values():
-            array[: len(order)] = array[order]
-        self._orders.clear()
-        self.shared.first[-1] = len(order) - np.count_nonzero(left)
-
-    def sort_if_needed(self) -> None:
-        """Sort the points again if one left its slab (layer of grid cells), or if short sequences of points with the same grid
-        nodes make the loops slower than sorting is.
-        """
-        if self._short_runs.sorting_pays or domain.any(bool(np.count_nonzero(self.slabs.left_slab))):
-            self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
         """Return, for benchmarks, the loops over the points of a step by name (particle to grid, velocities), in a form in
@@ -455,13 +369,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     def fastest(self) -> float:
         return domain.largest(float(np.sqrt(np.max(np.sum(self._there("velocity") ** 2, axis=1), initial=0.0))))
 
-    @property
-    def mass(self) -> float:
-        """Return the mass of the body [kg], bitwise equal for any order of points and any number of processes."""
-        if not (domain.is_cut and self.shared.is_spread):
-            return super().mass
-        return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
-
     def signal_limit(self) -> StepLimit:
         """Return the largest stable time step by waves and diffusion in the body; prescribed motion is not included."""
         return super().step_limit()
@@ -502,46 +409,3 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """
         passed = self.grid.find_passed_face(self.arrays["position"][p]) if code == LOST else None
         return super().fault(code, p) if passed is None else fault_at_held_face(*passed)
-
-    # checkpoint
-
-    def state_arrays(self) -> dict[str, np.ndarray]:
-        self.complete_arrays()
-        domain.complete(self.slabs.left_slab)
-        slabs = with_owner("slabs", kept_of(self.slabs) | {"first": self.shared.first_of_all()})
-        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
-        surface = self.contact_surface.state_arrays() if self.contact_surface is not None else {}
-        arrays = self.arrays
-        if domain.is_cut and self.shared.is_spread:
-            arrays = {name: domain.whole(self._there(name)) for name in arrays}
-        return {**arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        restore_slabs(self.slabs, of_owner("slabs", arrays))
-        own = self.shared.take_own()
-        for name, array in self.arrays.items():
-            kept = arrays[name][own]
-            array[: len(kept)] = kept
-        for name, array in self.element_arrays.items():
-            array[...] = arrays[f"elements/{name}"]
-        self._orders.clear()
-        self._short_runs.counts[:] = arrays["slabs/short_runs"]
-        if self.contact_surface is not None:
-            self.contact_surface.restore(arrays)
-        self._follow_order()
-
-    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run; arrays that this run did not store start at zero if their field allows it."""
-        number = self._there("id")
-        for name in self.arrays.keys() - {"id"}:
-            if name in state or name not in FIELDS or not FIELDS[name].begins:
-                self._there(name)[...] = state[name][number]
-        for name, array in self.element_arrays.items():
-            array[...] = state[f"elements/{name}"]
-        left = self.stored_field("mass") == 0.0
-        if left.any():
-            self.keep_whole()
-            self._put_behind(left)
-        self.sort()
-        self._goes_on = True
-        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
