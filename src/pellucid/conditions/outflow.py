@@ -8,7 +8,7 @@ from pellucid.conditions.open_faces.given_flow import GivenFlow
 from pellucid.conditions.open_faces.inflow import Inflow, face_problems, why_no_outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
-from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel
+from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel, Passed
 from pellucid.findings import Finding, Path, Reason
 from pellucid.model import check, name_parameter, one_or_several, parameter
 from pellucid.parts.annotations import Assembly
@@ -85,20 +85,21 @@ class Outflow(GivenFlow, Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[StepPart]:
-        """Open the faces for the points of the bodies, which then remove points that cross them; return the active
-        conditions of pressures and prescribed flows."""
+        """Open the faces for the points of the bodies; return the parts that remove points which crossed them, and those of
+        pressures and prescribed flows."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
-        active: list[StepPart] = []
+        active, losing = list[StepPart](), dict[str, LosesPoints]()
         for number, outflow in enumerate(conditions):
             bodies = []
             for name, member in assembly.bodies.items():
                 allowed = name in outflow.body if outflow.body else name not in led and not why_no_outflow(member.model)
                 if allowed:
                     ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.where]
-                    member.offers(LosesPoints).open_faces(ends)
+                    losing[name] = member.offers(LosesPoints)
+                    losing[name].open_faces(ends)
                     bodies.append(name)
             active += outflow._acting(bodies, assembly, f"outflow.{outflow.name or number}")
-        return active
+        return [*active, LeavingPoints([losing[name] for name in assembly.bodies if name in losing])] if losing else active
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[StepPart]:
         """Return the active conditions that apply the pressure or the prescribed flow at the faces to bodies (names); path:
@@ -154,6 +155,16 @@ class Outflow(GivenFlow, Condition):
                 "and have no cell_pressure"
             )
             yield Finding(path[:-1], text, "remove this outflow")
+
+
+class LeavingPoints(StepPart):
+    """Removes points that crossed open faces of the grid in a step from bodies."""
+
+    def __init__(self, bodies: Sequence[LosesPoints]) -> None:
+        self._bodies = bodies
+
+    def leave(self) -> list[Passed]:
+        return [left for body in self._bodies if (left := body.let_leave()) is not None]
 
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:

@@ -2,27 +2,23 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pellucid.energy import Channel
-from pellucid.findings import Finding, Path, Reason, listed
-from pellucid.geometry.region import Selectable, within
-from pellucid.geometry.shapes.contract import Geometry
-from pellucid.grid.model import GridCase
+from pellucid.findings import Finding, Path, listed
+from pellucid.geometry.region import Selectable
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
-from pellucid.parts.part import Part, Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.part import Parts
+from pellucid.parts.start_of_body import StartOfBody
 from pellucid.state import Field, declare_field
 from pellucid.step.limit import NO_LIMIT, StepLimit
 
 FIELD_MEANING = "velocity field: bodies in the same field move together, bodies in different fields interact by contact"
 
 
-class BodyModel(Part):
+class BodyModel(StartOfBody):
     """A body as defined in a case. A new kind of body is a subclass with its own `kind`."""
 
     unique_name: ClassVar[bool] = True
@@ -31,13 +27,6 @@ class BodyModel(Part):
     has a key `scale_inertia`."""
     moves: ClassVar[bool] = True
     """True if the body has inertia, on which forces act; otherwise it does not limit the time step."""
-    place: ClassVar[str]
-    """Name of the key that defines the initial geometry of the body."""
-    start_only: ClassVar[tuple[str, ...]] = ("velocity", "initial")
-    """Keys of the initial state, in addition to `place`; for a body that continues an earlier run, the state comes from
-    that run."""
-    strained_from_place: ClassVar[bool] = True
-    """True if strains are measured from the geometry in the case, also for a body that continues an earlier run."""
     takes_motions: ClassVar[bool] = True
     """True if the nodes or points can follow a prescribed motion along the axes."""
     separate_points: ClassVar[bool] = False
@@ -83,35 +72,14 @@ class BodyModel(Part):
             text = f"is missing: bodies {names} need one" if several else f"is missing: body {self.name} needs one"
             yield Finding(("grid",), text, "add a table [grid] with `lower`, `upper` and `cell`")
 
-    @abstractmethod
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and upper corner of the body's bounding box at the start [m], each of shape (3,)."""
-
-    def standing(self, grid: GridCase) -> Standing:
-        """Return the initial positions of the points on the grid; without points if the positions are known only when the
-        body is built. Raises CaseError if the body cannot be placed."""
-        return Standing(np.zeros((0, 3)))
-
-    @abstractmethod
-    def occupied(self) -> Geometry | None:
-        """Return the initial region of the body, which other bodies can exclude from theirs; None if there is none."""
-
     @property
     @abstractmethod
     def probed(self) -> tuple[str, ...]:
         """Names of the fields of the body that probes can read."""
 
-    @abstractmethod
-    def n_points(self, grid: GridCase | None) -> float:
-        """Return the number of points of the body, accurate to one layer of points; grid: None if the case has no grid."""
-
     def table_bytes(self) -> float:
         """Return the memory needed in addition to that of the points, such as for tables of shape functions [bytes]."""
         return 0.0
-
-    @abstractmethod
-    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """Return the initial velocities [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
 
     @abstractmethod
     def build(self, placement: Placement) -> Body:
@@ -125,33 +93,10 @@ class BodyModel(Part):
         """Yield warnings about probable mistakes in the case that do not prevent a run, found without building the body."""
         yield from ()
 
-    def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
-        """Return the initial positions at which other bodies can touch this body first [m], shape (m, 3); hard: True if this
-        body does not deform; grid: table of the grid."""
-        return self.standing(grid).position
-
-    def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Return centres [m], shape (m, 3), and outward vector areas [m²], shape (m, 3), and edge lengths [m], shape (m,), of
-        the faces of the body on which pressure acts.
-
-        Returns None if pressure acts on the body through cells of the grid instead.
-        """
-        return None
-
     def owns_nodes(self, alone: bool) -> bool:
         """Return True if the body has its own nodes instead of the nodes of the grid; alone: no other body is in its
         velocity field."""
         return False
-
-    @property
-    def has_triangles(self) -> bool:
-        """True if the body has a triangulated surface, whose area and enclosed volume probes can read."""
-        return False
-
-    def selectable(self) -> Selectable | None:
-        """Return the initial nodes and faces from which regions in the case select; None if they are known only when the body
-        is built."""
-        return None
 
     @property
     def deforms_in_contact(self) -> bool:
@@ -198,30 +143,8 @@ class BodyModel(Part):
         """True if the body has its own sub-steps; then only output limits the time step of the run."""
         return False
 
-    def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
-        """Return the model with access to the other bodies of the case, whose regions it may exclude from its own."""
-        return self
-
-    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """Return a mask of the positions [m], shape (n, 3), that are inside the body at the start along the `active` axes,
-        shape (n,).
-
-        periods: periods of the grid [m], see `GridCase.periods`.
-        """
-        region = self.occupied()
-        return np.zeros(len(places), bool) if region is None else within(region, places, active, periods)
-
     def needs_grid(self, parts: Parts) -> bool:
         return True
-
-    def excluded_bodies(self) -> tuple[str, ...]:
-        """Return the names of the bodies whose regions this body excludes from its own."""
-        return ()
-
-    def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return the reason why another body cannot exclude the region of this body from its own, or None; grid: None if the
-        case has none."""
-        return None
 
     def wave_speeds(self) -> tuple[float, float] | None:
         """Return the initial speeds of plane pressure and shear waves [m/s] that travel in the body and that an absorbing face
@@ -248,18 +171,6 @@ class BodyModel(Part):
         """Return an estimate of the largest stable time step once the body moves; None if it is known only when the body is
         built. cell, is_driven: see `step_limit`."""
         return self.step_limit(cell, is_driven)
-
-    def fastest_at_start(self, places: np.ndarray) -> float:
-        """Return the largest initial speed of the body [m/s] at positions [m], shape (n, 3)."""
-        velocity = self.initial_velocity(places)
-        return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1))))
-
-    def places_between_bounds(self) -> np.ndarray:
-        """Return the points of a regular lattice that spans the bounding box of the body [m], 9 along each axis, shape
-        (729, 3)."""
-        lower, upper = self.bounds()
-        share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
-        return np.asarray(lower + share * (upper - lower))
 
 
 def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:

@@ -19,7 +19,7 @@ from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
 from pellucid.jit import set_threads
-from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
+from pellucid.parts.capabilities import ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.relaxable import Relaxable
 from pellucid.progress import Progress
@@ -82,7 +82,6 @@ class Simulation(SimulationState):
         for body, field in built.values():
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
-        self._losing_points = [body for body in self.bodies if isinstance(body, LosesPoints)]
         numbers = (
             numbers_up_to(min(1 + free_cores(), max(1, set_threads(None) // domain.group.here)))
             if threads is None
@@ -213,9 +212,8 @@ class Simulation(SimulationState):
         self.parts.run("check", self.clock.n_steps, self.clock.progress())
         self.parts.run("end", dt)
         self.record(dt)
-        for body in self._losing_points:
-            if left := body.let_leave():
-                self.budget.let_go(self.bodies, left, dt)
+        for left in self.parts.leave():
+            self.budget.let_go(self.bodies, left, dt)
         for entered in self.parts.enter(self.clock.n_steps, self.clock.progress()):
             self.budget.let_in(self.bodies, entered)
 

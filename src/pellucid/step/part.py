@@ -87,6 +87,10 @@ class StepPart:
     def balance(self, done: StepWork) -> None:
         """Read or move works of the whole step, `done`, between entries of the energy balance, before they are recorded."""
 
+    def leave(self) -> Sequence[Passed]:
+        """Remove points from bodies after the energy balance of the step; return their number, mass, momentum and energy."""
+        return ()
+
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """Insert points into bodies after the energy balance of step `n_steps`, which ended at `time` [s]; return their number,
         mass, momentum and energy.
@@ -158,6 +162,7 @@ STAGES = (
     "check",
     "end",
     "balance",
+    "leave",
     "enter",
 )
 """Stages of a step in their order, as methods of `StepPart`. The scheme USF updates the stresses first: there
@@ -205,6 +210,11 @@ class StepParts:
         """Call the method of a stage of all parts that act at this stage."""
         for part in self.at(stage):
             getattr(part, stage)(*arguments)
+
+    def leave(self) -> Iterator[Passed]:
+        """Let each part remove points from bodies; yield a record for each removal, see `StepPart.leave`."""
+        for part in self.at("leave"):
+            yield from part.leave()
 
     def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
         """Let each part insert points into bodies; yield a record for each insertion, see `StepPart.enter`."""
