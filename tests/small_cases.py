@@ -24,6 +24,8 @@ TABLES = (
     "inflow",
     "outflow",
     "steady",
+    "porous",
+    "rotating_frame",
 )
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 

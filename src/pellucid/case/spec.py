@@ -27,9 +27,11 @@ from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.open_faces.inflow import Inflow
 from pellucid.conditions.outflow import Outflow
+from pellucid.conditions.porous import Porous
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid.model import Rigid
+from pellucid.conditions.rotating_frame import RotatingFrame
 from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.conditions.wall import Wall
@@ -203,6 +205,8 @@ class Case(Model):
     enclosed: tuple[Enclosed, ...] = parameter("", "gases and liquids in membranes", ())
     surface_tension: tuple[SurfaceTension, ...] = parameter("", "surface tension of fluids of material points", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
+    porous: tuple[Porous, ...] = parameter("", "porous boxes that slow a fluid", ())
+    rotating_frame: tuple[RotatingFrame, ...] = parameter("", "rotation of the coordinates, at most one", ())
     contact: tuple[Contact, ...] = parameter("", "contact between bodies of different velocity fields", ())
     wall: tuple[Wall, ...] = parameter("", "rigid planes that bodies cannot penetrate", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
