@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pellucid.approximants.radial import PolyharmonicModel
-from pellucid.bodies.fluid_film.forms.nodal_sums import NodalSums
-from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics, Tension, bending_energies, dissipation, forms
-from pellucid.bodies.fluid_film.surfaces.curve import Curve
+from pellucid.bodies.fluid_film.assembly import NodalSums
+from pellucid.bodies.fluid_film.curve import Curve
+from pellucid.bodies.fluid_film.forces import Drag, FilmPhysics, Tension, bending_energies, dissipation, forms
 
 RADIAL = PolyharmonicModel()
 

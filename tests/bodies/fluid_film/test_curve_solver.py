@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows
-from pellucid.bodies.fluid_film.solvers.contract import Border, System
-from pellucid.bodies.fluid_film.solvers.curve_solver import CurveSolver
+from pellucid.bodies.fluid_film.assembly import ElementRows
+from pellucid.bodies.fluid_film.solvers import Border, CurveSolver, System
 
 N, D = 8, 2
 NODES = (np.arange(N)[:, None] + np.arange(4)) % N  # each element has four nodes of the ring

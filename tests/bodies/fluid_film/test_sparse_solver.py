@@ -2,11 +2,9 @@ import numpy as np
 import pytest
 from film_surfaces import loop, sphere
 
-from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, rows
-from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics, Tension, forms, turning
-from pellucid.bodies.fluid_film.solvers.assembly import Assembly
-from pellucid.bodies.fluid_film.solvers.contract import Border, IncompatibleLoad, System
-from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.assembly import Assembly, ElementRows, rows
+from pellucid.bodies.fluid_film.forces import Drag, FilmPhysics, Tension, forms, turning
+from pellucid.bodies.fluid_film.solvers import Border, IncompatibleLoad, SparseSolver, System
 from pellucid.jit import set_threads
 
 TRIANGLES, PLACES = sphere(2)

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from film_surfaces import BOTH, loop, scattered, sphere
 
-from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
-from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import check_quality, rigid_part
+from pellucid.bodies.fluid_film.mesh_smoothing import CellFluxes, check_quality, rigid_part
 from pellucid.errors import RunStopped
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.rings import rings

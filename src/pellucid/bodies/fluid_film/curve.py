@@ -14,8 +14,7 @@ from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils
 from pellucid.approximants.radial.stencils import interpolants
-from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
-from pellucid.bodies.fluid_film.surfaces.operators import Operators
+from pellucid.bodies.fluid_film.film_geometry import Operators, Redistributed, Shares
 from pellucid.geometry.meshes.cells import Cells
 
 GAUSS = 3  # quadrature points of a segment; with fewer, hoop strain would have modes without energy

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from film_surfaces import BOTH, loop, scattered, sphere, torus
 
-from pellucid.bodies.fluid_film.surfaces import loop_patch
-from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface, _functions
-from pellucid.bodies.fluid_film.surfaces.triangle_surface import SIX
+from pellucid.bodies.fluid_film.loop_surface import VALUE, LoopSurface, _functions
+from pellucid.bodies.fluid_film.triangle_surface import SIX
 from pellucid.errors import RunStopped
 
 EGG = (1.0, 0.8, 1.3)
@@ -115,8 +114,8 @@ def test_loop_functions_on_triangles_with_any_neighbours(valences):
         return _functions(np.array(valences), shares, m)
 
     found = at(share)
-    assert np.allclose(found[:, loop_patch.VALUE].sum(axis=1), 1.0, atol=1e-14)
-    assert found[:, loop_patch.VALUE].min() > -1e-15
+    assert np.allclose(found[:, VALUE].sum(axis=1), 1.0, atol=1e-14)
+    assert found[:, VALUE].min() > -1e-15
     for first, change in ((1, [-1.0, 1.0, 0.0]), (2, [-1.0, 0.0, 1.0])):
         more, less = at(share + h * np.array(change)), at(share - h * np.array(change))
         assert np.allclose((more[:, 0] - less[:, 0]) / (2.0 * h), found[:, first], atol=1e-8)

@@ -1,4 +1,5 @@
-"""Operators of a film on the triangles of a surface in space, computed from the shape functions of the nodes.
+"""The base class of closed surfaces of triangles in space, independent of the interpolation, and their operators, computed
+from the shape functions of the nodes.
 
 Definitions: tangents a_α, metric g, Christoffel symbols Γ, second derivatives x,αβ of the position, frame e₁ along a₁ and e₂ =
 n × e₁; a bar denotes derivatives along the frame. The rate of deformation D, the curvature tensor κ and its trace J are 2D_ij =
@@ -9,11 +10,19 @@ e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂. The exact change
 (Capovilla & Guven 2002, J. Phys. A 35, 6233; with signs for which the curvature of a sphere is positive.)
 """
 
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.surfaces.operators import Operators
+from pellucid.bodies.fluid_film.film_geometry import Operators, Redistributed, Shares
+from pellucid.bodies.fluid_film.mesh_smoothing import WELL_SPREAD, CellFluxes, check_quality, places_along, way_along
+from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.checks.quality import triangle_qualities
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.rings import rings
+from pellucid.geometry.meshes.triangulation import vertex_normals
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 
@@ -29,6 +38,112 @@ class SurfaceTables(NamedTuple):
     first: np.ndarray  # (kinds, q, 2, m) first derivatives
     second: np.ndarray  # (kinds, q, 3, m) second derivatives 11, 12, 22
     weight: np.ndarray  # (q,) quadrature weights; their sum is 1/2
+
+
+class TriangleRule(NamedTuple):
+    """Quadrature rule on a triangle: points as barycentric coordinates, shape (q, 3), and weights with the sum 1, shape
+    (q,).
+    """
+
+    shares: np.ndarray  # (q, 3) barycentric coordinates of the points
+    weights: np.ndarray  # (q,) weights, fractions of the area of the triangle
+
+
+THREE = TriangleRule(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3), np.full(3, 1.0 / 3.0))  # exact to degree 2
+SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
+
+
+class TriangleSurface(ABC):
+    """A closed surface of triangles (e, 3) between n nodes, counterclockwise seen from outside, with a quadrature rule.
+
+    The parts of the film with a mass of their own are the cells (areas) around the nodes: the barycentric coordinates
+    distribute the area of each quadrature point among the corners.
+    """
+
+    axes: tuple[int, ...] = (0, 1, 2)
+    nodes: np.ndarray
+    tables: SurfaceTables
+
+    def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule) -> None:
+        self.rings = rings(triangles, n)
+        self.held = np.zeros((n, 3), bool)
+        self.shares = Shares(triangles, rule.shares)
+        self._fluxes = CellFluxes(self.rings)
+
+    @abstractmethod
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """Interpolate a field with nodal values x, shape (n, k), to the points of the surface that belong to its nodes, shape
+        (n, k). For positions x [m] these are the points through which the surface passes.
+        """
+
+    @abstractmethod
+    def through(self, places: np.ndarray) -> np.ndarray:
+        """Return the nodes (or control points) [m], shape (n, 3), of the surface that passes through the points `places`, shape
+        (n, 3); the inverse of the method `places`."""
+
+    @abstractmethod
+    def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return points of the surface [m], shape (k, 3), with nodes at x [m], shape (n, 3), in triangles (k,) at barycentric
+        coordinates `share`, shape (k, 3).
+        """
+
+    def operators(self, x: np.ndarray) -> Operators:
+        """Return the geometry of the film at its quadrature points and the operators that map nodal velocities to strain rate,
+        slope and change of curvature (see `Operators`), for nodes at x [m], shape (n, 3).
+        """
+        return surface_operators(x, self.nodes, self.tables)
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Return the outward unit normals of the surface at its nodes, shape (n, 3), with nodes at x [m], shape (n, 3)."""
+        return vertex_normals(self.places(x), self.rings.triangles)
+
+    def spacing(self, x: np.ndarray) -> np.ndarray:
+        """Return the distance of each node from its nearest neighbour [m], shape (n,), with nodes at x [m], shape (n, 3)."""
+        return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
+
+    def cells(self) -> Cells:
+        """Return the triangles of the surface, which the results contain as cells."""
+        return Cells(triangles=self.rings.triangles)
+
+    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
+        before, areas = self.places(x), self._cell_areas(x)
+        after = self._along(x, before, way_along(self.rings, before, self.places(moved)))
+        check_quality(self.rings.triangles, after)
+        new = self.through(after)
+        self.renew(new)
+        return Redistributed(new, self._fluxes.moved(before, after, areas, self._cell_areas(new), mass))
+
+    def can_wait(self, x: np.ndarray) -> bool:
+        return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
+
+    def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
+        """Return the nodes [m], shape (n, 3), after a number of sweeps that move them along the surface towards the centroids
+        of the triangles around them. x: nodes before [m], shape (n, 3).
+        """
+        for _ in range(sweeps):
+            places = self.places(x)
+            x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
+            self.renew(x)
+        return x
+
+    @abstractmethod
+    def renew(self, x: np.ndarray) -> None:
+        """Recompute the shape functions for nodes at x [m], shape (n, 3), if they depend on the nodal positions."""
+
+    @abstractmethod
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays for checkpoints on which the shape functions depend, in addition to the nodal positions."""
+
+    @abstractmethod
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Restore the shape functions from the arrays of a checkpoint (see `state_arrays`)."""
+
+    def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
+        return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))
+
+    def _cell_areas(self, x: np.ndarray) -> np.ndarray:
+        areas = np.einsum("eq,qc->ec", surface_areas(x, self.nodes, self.tables), self.shares.share)
+        return np.bincount(self.shares.part.ravel(), areas.ravel())
 
 
 class Filled(NamedTuple):

@@ -15,8 +15,7 @@ from pellucid.approximants.radial.blending import BlendedRows, Simplices, blende
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface, tangents_across
 from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
-from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables
-from pellucid.bodies.fluid_film.surfaces.triangle_surface import SIX, TriangleRule, TriangleSurface
+from pellucid.bodies.fluid_film.triangle_surface import SIX, SurfaceTables, TriangleRule, TriangleSurface
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.triangulation import vertex_normals
 
