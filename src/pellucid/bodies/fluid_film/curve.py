@@ -11,9 +11,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pellucid.approximants.radial.blending import Simplices, blended
-from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.neighbourhoods import Stencils
-from pellucid.approximants.radial.stencils import interpolants
+from pellucid.approximants.radial.functions import RadialModel
+from pellucid.approximants.radial.stencils import Stencils, interpolants
 from pellucid.bodies.fluid_film.film_geometry import Operators, Redistributed, Shares
 from pellucid.geometry.meshes.cells import Cells
 

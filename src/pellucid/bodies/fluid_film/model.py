@@ -7,9 +7,8 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from pellucid.approximants.radial import AnyRadial
-from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
-from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import initial_problems, initial_velocity
+from pellucid.approximants.radial.functions import PolyharmonicModel
+from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems, initial_velocity
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem

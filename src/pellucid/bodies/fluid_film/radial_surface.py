@@ -12,9 +12,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from pellucid.approximants.radial.blending import BlendedRows, Simplices, blended
-from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface, tangents_across
-from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
+from pellucid.approximants.radial.functions import RadialModel
+from pellucid.approximants.radial.stencils import (
+    Interpolants,
+    Stencils,
+    functions_at,
+    interpolants,
+    on_surface,
+    tangents_across,
+)
 from pellucid.bodies.fluid_film.triangle_surface import SIX, SurfaceTables, TriangleRule, TriangleSurface
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.triangulation import vertex_normals

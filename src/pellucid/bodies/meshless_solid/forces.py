@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.deformation import deform, deform_block, displacements, pull
 from pellucid.bodies.meshless_solid.solid import (
     BATCH,
     CHUNK,
@@ -29,6 +28,10 @@ from pellucid.bodies.meshless_solid.solid import (
     WEIGHT,
     Elastic,
     Solid,
+    deform,
+    deform_block,
+    displacements,
+    pull,
 )
 from pellucid.jit import generic, kernel, point_function
 from pellucid.jit.bundle import Bundle

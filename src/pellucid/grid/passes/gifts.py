@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
+from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
 from pellucid.grid.stencil import node_at, node_behind

@@ -1,19 +1,20 @@
-"""Internal forces of a meshless solid with a material law that has history variables.
+"""The internal forces of a meshless solid with a hyperelastic law, or a law that has history variables; their energy, and the
+largest frequency, which limits the time step.
 
-The forces are computed as in `pellucid.bodies.meshless_solid.forces`, except that the stress of a point is the stress of
-its state. The state is advanced over a time dt with the velocity gradient that maps its deformation gradient F₀ to the
-present one, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. If the volume ratio is averaged, this applies to the volumetric part of the
-underlying hyperelastic law; the viscous part has none.
+With history variables, forces are computed as in `pellucid.bodies.meshless_solid.forces`, except that the stress of a point is
+the stress of its state. The state is advanced over a time dt with the velocity gradient that maps its deformation gradient F₀
+to the present one, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. If the volume ratio is averaged, this applies to the volumetric part of
+the underlying hyperelastic law; the viscous part has none.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import find_stresses, gradient_at, keep_stress
-from pellucid.bodies.meshless_solid.nodal_fields import AtPoints
-from pellucid.bodies.meshless_solid.solid import COLUMN, LOST, PACKS, WEIGHT, Solid
-from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
+from pellucid.bodies.meshless_solid.forces import find_stresses, gradient_at, in_kernels, internal_forces, keep_stress
+from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points, prestressed, with_prestress
+from pellucid.bodies.meshless_solid.solid import COLUMN, ENERGY, LOST, PACKS, WEIGHT, Solid, deformation_gradients
 from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
 from pellucid.jit import kernel, point_function
 from pellucid.jit.bundle import Bundle
@@ -22,6 +23,71 @@ from pellucid.jit.vector import LANES
 from pellucid.materials.law import ZERO_GRADIENT, Law, diffusivity, dissipated_energy, signal_speed, stored_energy, update
 from pellucid.materials.point_state import PointState, in_arrays, initial_arrays, load, store
 from pellucid.tensors import cofactor, determinant, multiply, piola_transform
+
+
+class ElasticForces:
+    """Internal forces of an elastic material: stresses depend on the deformation only."""
+
+    def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
+        """solid: data of the solid for kernels; initial_stress: initial stress of the points [Pa], shape (n, 6); None for
+        none.
+        """
+        self.solid = prestressed(solid, initial_stress)
+        self.bundle = in_kernels(self.solid)
+        self.arrays: Mapping[str, np.ndarray] = {}
+        """History variables of the points, by name."""
+
+    def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
+        """Compute the internal forces `force` [N], shape (n, 3), at nodal displacements [m], shape (n, 3), reached in a step
+        dt [s].
+        """
+        self._find(displacement, force, dt, False)
+
+    def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
+        solid = self.solid
+        solid.displacement[:] = displacement
+        internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
+
+    def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
+        """Compute the internal forces `force` [N] at trial displacements [m], shape (n, 3) both, that are reached within the
+        time 1/frequency [s]. Hyperelastic forces do not depend on this time.
+        """
+        self.find(displacement, force, 0.0)
+
+    def stored(self) -> float:
+        """Return the strain energy of the solid [J]."""
+        nodal = float(self.solid.node_sums[:, ENERGY].sum()) if len(self.solid.block_volume) else 0.0
+        return float(self.solid.sums[:, ENERGY].sum()) + nodal
+
+    @property
+    def lost(self) -> float | None:
+        """Energy dissipated so far by the material [J]; None for materials that do not compute it."""
+        return None
+
+    def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
+        """Estimate the largest natural frequency by power iteration around nodal displacements [m], shape (n, 3); `iteration`
+        stores it. Forces and energy must be computed again afterwards.
+        """
+        converge(iteration, self._try, displacement)
+
+    def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
+        """Compute the internal forces `force` [N] at nodal displacements [m], shape (n, 3) both, reached in a step dt [s], and
+        perform one more power iteration towards the largest natural frequency, which `iteration` stores.
+        """
+        there = np.empty_like(force)
+        self._try(displacement + iteration.trial(), there, iteration.frequency)
+        self.find(displacement, force, dt)
+        iteration.learn(force - there)
+
+    def at_points(self, n: int) -> AtPoints:
+        """Return the Cauchy stresses and energies at the n quadrature points, with the contributions of the initial stress."""
+        return with_prestress(
+            self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
+        )
+
+    def _of_law(self, n: int) -> AtPoints:
+        return elastic_points(self.solid, n)
+
 
 SUDDEN = 1e-6  # duration of a trial displacement without relaxation, times the largest frequency
 RETOLD = 3  # power iterations between updates of the frequency for materials that diffuse momentum

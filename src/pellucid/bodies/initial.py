@@ -1,18 +1,121 @@
-"""Initial velocity, stress and state of the points of a body: a uniform state plus initial fields; and checks of these
-fields."""
+"""Initial fields: additions to the uniform initial state of a body, such as a velocity gradient; the initial state of the
+points that follows from them, and checks of these fields.
+"""
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from math import factorial, pi, sqrt
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.polynomial.legendre import Legendre
+from pydantic import model_validator
 
-from pellucid.bodies.initial.contract import InitialField
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Vector
+from pellucid.model import Model, Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.registry import Family, OneOf
 from pellucid.users.users_code import WrongArray, as_array, failing_as, file_of, home_of, is_own, read_only
+
+
+class InitialField(Model):
+    """Field added to a quantity of a body at the start. A new kind is a subclass with its own `kind`."""
+
+    quantity: ClassVar[str] = "velocity"
+    """The array of the points to which the field is added: the velocity, or a state of the material such as the stress."""
+
+    kind: str
+
+    @abstractmethod
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """Return the values that the field adds at positions [m], shape (n, 3): one row per position, for velocities [m/s]
+        shape (n, 3)."""
+
+
+class SineWave(InitialField):
+    """An initial velocity a sin(k·x + φ) at positions x, with an amplitude vector a, a wave vector k and a phase φ."""
+
+    kind: Literal["sine-wave"] = "sine-wave"
+    amplitude: Vector = parameter("m/s", "amplitude a")
+    wave_vector: Vector = parameter("rad/m", "wave vector k")
+    phase: float = parameter("rad", "phase φ", 0.0)
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        return np.sin(position @ np.array(self.wave_vector) + self.phase)[:, None] * np.array(self.amplitude)
+
+
+class Polynomial(InitialField):
+    """A concentration a (x - x₁)(x - x₂)... of the position x along an axis, with zeros x₁, x₂, ... [m]."""
+
+    quantity: ClassVar[str] = "concentration"
+
+    kind: Literal["polynomial"] = "polynomial"
+    factor: float = parameter("", "factor a of the polynomial", 1.0)
+    zeros: tuple[float, ...] = parameter("m", "zeros x₁, x₂, ... of the polynomial", ())
+    axis: Literal["x", "y", "z"] = parameter("", "axis along which the added field varies", "x")
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        x = position[:, "xyz".index(self.axis)]
+        return self.factor * np.prod(x[:, None] - np.array(self.zeros), axis=1)
+
+
+class SphericalHarmonic(InitialField):
+    """A concentration a Y_lm that depends on the direction from a centre. Y_lm is the real spherical harmonic whose square
+    has the integral 1 over the unit sphere."""
+
+    quantity: ClassVar[str] = "concentration"
+
+    kind: Literal["spherical-harmonic"] = "spherical-harmonic"
+    amplitude: float = parameter("", "factor a of the harmonic", 1.0)
+    degree: int = parameter("", "degree l of the harmonic", ge=0, le=20)
+    order: int = parameter("", "order m: cos(mφ) for positive m, sin(|m|φ) for negative m; φ is the angle about z from x", 0)
+    centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
+
+    @model_validator(mode="after")
+    def _has_an_order(self) -> Self:
+        if abs(self.order) > self.degree:
+            raise ValueError(f"`order` = {self.order} must be between -`degree` and `degree`, here {self.degree}")
+        return self
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """Return the concentration, shape (n,), at positions [m], shape (n, 3). No position may be the centre."""
+        offset = position - np.array(self.centre)
+        x, y, z = (offset / np.linalg.norm(offset, axis=1)[:, None]).T
+        m = abs(self.order)
+        around = (x + 1j * y) ** m
+        norm = sqrt((2 * self.degree + 1) / (4.0 * pi) * factorial(self.degree - m) / factorial(self.degree + m))
+        wave = around.imag if self.order < 0 else around.real
+        return self.amplitude * norm * (sqrt(2.0) if m else 1.0) * Legendre.basis(self.degree).deriv(m)(z) * wave
+
+
+NONE = (0.0, 0.0, 0.0)
+
+
+class VelocityGradient(InitialField):
+    """An initial velocity L (x - x₀) at positions x, with the velocity gradient L and the point x₀ at rest."""
+
+    kind: Literal["velocity-gradient"] = "velocity-gradient"
+    x: Vector = parameter("1/s", "gradient of the x velocity component, the first row of L", NONE)
+    y: Vector = parameter("1/s", "gradient of the y velocity component", NONE)
+    z: Vector = parameter("1/s", "gradient of the z velocity component", NONE)
+    origin: Vector = parameter("m", "position x₀ of zero velocity", NONE)
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        return np.asarray((position - np.array(self.origin)) @ np.array((self.x, self.y, self.z)).T)
+
+
+INITIAL_FIELDS = Family("initial field", InitialField)
+Initial = Annotated[InitialField, OneOf(INITIAL_FIELDS)]
+INITIAL_MEANING = "fields added to the initial state"
+
+INITIAL_FIELDS.add(SineWave)
+INITIAL_FIELDS.add(Polynomial)
+INITIAL_FIELDS.add(SphericalHarmonic)
+INITIAL_FIELDS.add(VelocityGradient)
+
 
 Stress = tuple[float, float, float, float, float, float]
 """Stress components xx, yy, zz, yz, xz, xy [Pa]."""

@@ -9,11 +9,7 @@ from pydantic import ValidationError
 from registries import forgotten_afterwards
 from small_cases import RATE_SOLID, SOLID, box, case
 
-from pellucid.bodies.initial.contract import InitialField
-from pellucid.bodies.initial.polynomial import Polynomial
-from pellucid.bodies.initial.sine_wave import SineWave
-from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
-from pellucid.bodies.initial.velocity_gradient import VelocityGradient
+from pellucid.bodies.initial import InitialField, Polynomial, SineWave, SphericalHarmonic, VelocityGradient
 from pellucid.registry import register
 
 WAVE = {"amplitude": (0.0, 0.1, 0.0), "wave_vector": (2.0, 0.0, 0.0), "phase": 0.5}
