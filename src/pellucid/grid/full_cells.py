@@ -36,8 +36,7 @@ from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHI
 from pellucid.grid.stencil import node_behind
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_by_colour, parallel_loop, parallel_loop_by_colour
 from pellucid.ranks.domain import domain
 
 LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on nodes up to three nodes beyond it

@@ -7,7 +7,7 @@ from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import StepWork
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.jit.joint import joint_region
+from pellucid.jit.loops import joint_region
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.simulation.assembly import cell_pressures, implicit_viscosities

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from pellucid.jit import kernel
-from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.memory import zeros
 from pellucid.jit.vector import LANES, load, splat, spread, store
 
 CHUNK = 256  # nodes or elements

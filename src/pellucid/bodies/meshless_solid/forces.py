@@ -35,8 +35,8 @@ from pellucid.bodies.meshless_solid.solid import (
 )
 from pellucid.jit import generic, kernel, point_function
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.linked import call_kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.calls import call_kernel
+from pellucid.jit.loops import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store, total
 from pellucid.materials.law import energy_and_stress, volumetric_energy, volumetric_stress
 from pellucid.tensors import cofactor, determinant

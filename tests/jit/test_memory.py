@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.jit import kernel
-from pellucid.jit.local import indices, numbers, zeros
+from pellucid.jit.memory import indices, numbers, zeros
 
 
 @kernel()

@@ -1,16 +1,26 @@
-"""An array as an argument of a kernel, by the address of its first number alone.
+"""Memory of kernels: local arrays in their stack frame, and arrays that are passed by address.
+
+`numbers` and `indices` create an array of doubles or of int64 with undefined content, `zeros` an array of zero doubles, in
+the stack frame of a kernel: scratch memory of a fixed size without memory allocation. The arrays exist until the kernel that
+created them returns, so a kernel must not return one.
 
 Numba passes an array as seven numbers. A kernel that is called for each block of points would spend more time on these than
-on some of its work. Elements are read and written as those of an array; the length is not known, so
-indices must not be negative.
+on some of its work. `call_kernel` therefore passes the address of the first number alone. Elements are read and written as
+those of an array; the length is not known, so indices must not be negative.
 """
 
 import operator
 from typing import Any
 
+import numba
+import numpy as np
+from llvmlite import ir
 from numba.core import types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import lower_builtin, models, register_model
+from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.np.arrayobj import populate_array
+
+from pellucid.jit.kernels import LINE
 
 
 class AddressType(types.Type):
@@ -73,3 +83,41 @@ def _read(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 def _write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     builder.store(values[2], builder.gep(values[0], [values[1]], inbounds=True))
     return context.get_dummy_value()
+
+
+def _maker(kind: Any, cleared: bool) -> Any:
+    @intrinsic
+    def make(typing: Any, length: Any) -> Any:
+        made = types.Array(kind, 1, "C")
+
+        def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            size = context.get_abi_sizeof(context.get_data_type(kind))
+            data = builder.alloca(context.get_data_type(kind), size=values[0])
+            data.align = LINE
+            if cleared:
+                byte = ir.IntType(8)
+                arguments = byte.as_pointer(), byte, ir.IntType(64), ir.IntType(1)
+                fill = builder.module.declare_intrinsic("llvm.memset", arguments[:1] + arguments[2:3])
+                bytes_in_all = builder.mul(values[0], values[0].type(size))
+                builder.call(fill, [builder.bitcast(data, arguments[0]), byte(0), bytes_in_all, ir.IntType(1)(0)])
+            array = context.make_array(made)(context, builder)
+            step = context.get_constant(types.intp, size)
+            populate_array(array, data=data, shape=[values[0]], strides=[step], itemsize=step, meminfo=None)
+            return array._getvalue()
+
+        return made(types.intp), emit
+
+    return make
+
+
+def _plain_numbers(length: int) -> np.ndarray:
+    return np.full(length, np.nan)
+
+
+def _plain_indices(length: int) -> np.ndarray:
+    return np.full(length, -1, np.int64)
+
+
+_PLAIN = _plain_numbers, np.zeros, _plain_indices
+_COMPILED = _maker(types.float64, False), _maker(types.float64, True), _maker(types.int64, False)
+numbers, zeros, indices = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

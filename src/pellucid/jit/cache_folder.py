@@ -1,4 +1,5 @@
-"""Lock of one kernel among processes: the first compiles it, the others wait and load it from the cache.
+"""Folder of compiled kernels, and the lock of one kernel among processes: the first compiles it, the others wait and load it
+from the cache.
 
 All locks are bytes of one file (POSIX record locks), so nothing has to be removed, and the locks of a process that dies are
 released. Where files cannot be locked, each process compiles for itself.
@@ -11,6 +12,28 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from pellucid.errors import UsageError
+
+
+def cache_folder() -> Path:
+    """Return the folder in which compiled kernels are stored. Raises UsageError if no folder is set and there is no home
+    folder."""
+    base = os.environ.get("NUMBA_CACHE_DIR")
+    if base is None:
+        root = os.environ.get("XDG_CACHE_HOME")
+        base = str((Path(root) if root else _home() / ".cache") / "pellucid")
+    return Path(base) / "kernels"
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:
+        raise UsageError(
+            "there is no home folder for compiled kernels: set the environment variable NUMBA_CACHE_DIR to a folder for them"
+        ) from None
+
 
 LONGEST_WAIT = 60.0
 """Time after which a process no longer waits for another one and compiles the kernel itself [s]."""
