@@ -86,9 +86,9 @@ def gradients_in_doubles(monkeypatch):
     """Store the gradients of meshless solids in double precision, for tests to round-off."""
     import numpy as np
 
-    from pellucid.bodies.meshless_solid import tables
+    from pellucid.bodies.meshless_solid import functions
 
-    monkeypatch.setattr(tables, "STORAGE", np.float64)
+    monkeypatch.setattr(functions, "STORAGE", np.float64)
 
 
 @pytest.fixture

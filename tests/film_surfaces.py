@@ -4,9 +4,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pellucid.approximants.radial import PolyharmonicModel
-from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface
-from pellucid.bodies.fluid_film.surfaces.radial_surface import RadialSurface
-from pellucid.bodies.fluid_film.surfaces.triangle_surface import TriangleSurface
+from pellucid.bodies.fluid_film.loop_surface import LoopSurface
+from pellucid.bodies.fluid_film.radial_surface import RadialSurface
+from pellucid.bodies.fluid_film.triangle_surface import TriangleSurface
 from pellucid.geometry.surfaces.icosphere import Icosphere
 
 

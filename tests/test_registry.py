@@ -8,8 +8,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from registries import forgotten_afterwards
 
-from pellucid.bodies.initial import INITIAL_FIELDS
-from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial import INITIAL_FIELDS, InitialField
 from pellucid.bodies.models import BODIES
 from pellucid.case import json_schema
 from pellucid.case.schema import schema_of

@@ -6,7 +6,7 @@ or a signal of a prescribed motion. `reduction` and `quantity` register function
 point, in which `log`, `exp` and `power` are faster than those of `math`.
 """
 
-from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial import InitialField
 from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.loads.contract import Load
 from pellucid.conditions.loads.points_view import PointsView

@@ -6,8 +6,7 @@ from meshes import irregular
 from scipy import sparse
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS, two_level
-from pellucid.approximants.nodal.affine_fits import make_fits, system
-from pellucid.approximants.nodal.consistency import boundary_integrals, correct
+from pellucid.approximants.nodal.consistency import boundary_integrals, correct, make_fits, system
 from pellucid.approximants.nodal.table import evaluate
 from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
 from pellucid.jit import set_threads

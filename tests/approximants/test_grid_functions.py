@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
-from pellucid.approximants.axis import affine_weights, axis_weights
-from pellucid.approximants.gimp import Gimp
+from pellucid.approximants.grid_functions import Gimp, affine_weights, axis_weights
 from pellucid.grid.lattice import LARGEST_STENCIL, PAD
 
 ROUNDING = 1e-12  # a few dozen operations on numbers of order one

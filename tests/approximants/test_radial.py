@@ -5,9 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
-from pellucid.approximants.radial.neighbourhoods import along_curve, on_surface
-from pellucid.approximants.radial.polynomials import Monomials
-from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants
+from pellucid.approximants.radial.stencils import Monomials, StencilError, along_curve, functions_at, interpolants, on_surface
 from pellucid.geometry.surfaces.icosphere import Icosphere
 
 STENCILS = 30

@@ -5,9 +5,8 @@ import pytest
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.blending import Simplices, blended
-from pellucid.approximants.radial.neighbourhoods import Stencils, along_curve, on_surface
-from pellucid.approximants.radial.stencils import interpolants
-from pellucid.approximants.radial.windows import windows_on_line
+from pellucid.approximants.radial.stencils import Stencils, along_curve, interpolants, on_surface
+from pellucid.bodies.diffusing_field.weak_forms import windows_on_line
 from pellucid.geometry.surfaces.icosphere import Icosphere
 
 RADIAL = RADIAL_FUNCTIONS.entries["polyharmonic"]()

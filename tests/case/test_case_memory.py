@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
-from pellucid.bodies.meshless_solid.tables import make_tables
+from pellucid.bodies.meshless_solid.functions import make_tables
 from pellucid.case import Case, check_memory, loads, memory
 from pellucid.cli import app
 from pellucid.errors import CaseError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.grid_functions import axis_weights
 from pellucid.conditions.open_faces.columns import OpenFace, columns, why_apart
 from pellucid.conditions.open_faces.opening import layers, nodes_across
 from pellucid.conditions.open_faces.profiles import across_tube, across_walls

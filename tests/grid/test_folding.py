@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.grid_functions import axis_weights
 from pellucid.contact.detection import allocate_numbers, mark_stencils
 from pellucid.grid.folding import Walled, beyond_span, in_period
 from pellucid.grid.lattice import Grid, row_edges

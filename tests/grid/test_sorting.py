@@ -7,7 +7,7 @@ import pytest
 from small_cases import SLIP, advance, box, case, place, shear_flow, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.grid_functions import axis_weights
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import VECTORS
 from pellucid.grid.sorting import EACH_SORTING, ShortRuns, slabs_of, sort_by_nodes

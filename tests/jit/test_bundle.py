@@ -9,7 +9,7 @@ import pytest
 
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_for
 from pellucid.jit.sources import sources_of
 
 

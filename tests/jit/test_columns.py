@@ -1,12 +1,11 @@
-"""Columns of a block: tuples of numbers go in and out, one number a point or a vector of points."""
-
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
-from pellucid.jit.local import numbers
+from pellucid.jit.columns import BLOCK, WIDTH, moved, no_sums, outer, plus, put, size, take, take_lanes
+from pellucid.jit.memory import numbers
 from pellucid.jit.vector import LANES, larger, load, nothing, row, store, total
 
 
@@ -75,3 +74,25 @@ def test_a_tuple_takes_a_column_for_each_of_its_numbers():
         return size(((0.0, (1.0, 2.0)), 3.0))
 
     assert count() == 4
+
+
+@kernel()
+def summed(a, rows, out):
+    weights = outer((a[0], a[1], a[2]), (a[3], a[4]))
+    sums = no_sums(weights)
+    one, step = load(rows, 0), load(rows, LANES)
+    for _ in range(2):
+        sums = plus(sums, weights, one)
+    sums = plus(sums, weights, moved((one, step), (0.0, 0.0, 0.0), step))
+    for k in range(6):
+        store(out, LANES * k, sums[k])
+
+
+def test_sums_are_those_of_arrays():
+    rng = np.random.default_rng(3)
+    a, rows, out = rng.normal(size=5), rng.normal(size=2 * LANES), np.zeros(6 * LANES)
+    summed(a, rows, out)
+    weights, (one, step) = np.outer(a[:3], a[3:]).ravel(), rows.reshape(2, LANES)
+    others = [one, step, one + step, step + step, one + 2.0 * step, step + 2.0 * step]
+    expected = [w * (2.0 * one + other) for w, other in zip(weights, others, strict=True)]
+    assert out == pytest.approx(np.concatenate(expected), rel=1e-14, abs=1e-15)

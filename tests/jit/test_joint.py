@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_for
+from pellucid.jit.loops import joint_by_colour, joint_for, joint_region, parallel_for
 from pellucid.jit.region import MOST
 
 COUNTS = [0, 1, 2, 3, 7, 1000]

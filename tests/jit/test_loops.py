@@ -13,8 +13,7 @@ import pytest
 
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
+from pellucid.jit.loops import joint_region, parallel_loop, parallel_loop_by_colour
 from pellucid.jit.registry import kernels
 
 compiled_only = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")

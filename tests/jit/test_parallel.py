@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.parallel import _plain, _plain_by_colour, parallel_by_colour, parallel_for
+from pellucid.jit.loops import _plain, _plain_by_colour, parallel_by_colour, parallel_for
 from pellucid.jit.region import make_known
 
 

@@ -13,7 +13,7 @@ from membranes import sheet
 from registries import forgotten_afterwards
 from small_cases import GAS, advance, box, case
 
-from pellucid.bodies.meshless_solid.tables import quadrature_places
+from pellucid.bodies.meshless_solid.functions import quadrature_places
 from pellucid.bodies.models import BODIES
 from pellucid.case import Case
 from pellucid.case.probe import quantity, reduction

@@ -6,13 +6,12 @@ import numpy as np
 from controls import EXACT, gradient_mode, icosphere, jittered
 
 from pellucid.approximants.radial import PolyharmonicModel
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
-from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
-from pellucid.bodies.fluid_film.forms.nodal_sums import NodalSums, rows
-from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
-from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
-from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface
-from pellucid.bodies.fluid_film.surfaces.radial_surface import RadialSurface
+from pellucid.bodies.fluid_film.assembly import NodalSums, rows
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, Led
+from pellucid.bodies.fluid_film.forces import Drag, FilmPhysics
+from pellucid.bodies.fluid_film.loop_surface import LoopSurface
+from pellucid.bodies.fluid_film.radial_surface import RadialSurface
+from pellucid.bodies.fluid_film.solvers import SparseSolver
 from pellucid.materials.lipid_film import LipidFilm
 
 

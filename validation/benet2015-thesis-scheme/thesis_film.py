@@ -18,13 +18,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.balance import FIRST_SHARE, Driving, FilmBalance, StepDone, is_still, too_thin
 from pellucid.bodies.fluid_film.body import FluidFilm
-from pellucid.bodies.fluid_film.forms.film_forces import in_space
+from pellucid.bodies.fluid_film.curve import Curve, segment_functions
+from pellucid.bodies.fluid_film.film_geometry import Operators
+from pellucid.bodies.fluid_film.forces import in_space
 from pellucid.bodies.fluid_film.model import FluidFilmCase
-from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, is_still, too_thin
-from pellucid.bodies.fluid_film.surfaces.curve import Curve, segment_functions
-from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.errors import CaseError, Problem
 from pellucid.extend import register
 from pellucid.findings import Finding, Path
@@ -63,7 +62,7 @@ class ThesisSteps:
         self.fault: str | None = None
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """See `pellucid.bodies.fluid_film.own_steps.OwnSteps`."""
+        """See `pellucid.bodies.fluid_film.balance.OwnSteps`."""
         arrays, left = self._arrays, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         while left > 0.0 and self.fault is None:
@@ -87,7 +86,7 @@ class ThesisSteps:
         return self._curve.operators(arrays["x"])
 
     def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """See `pellucid.bodies.fluid_film.own_steps.OwnSteps`."""
+        """See `pellucid.bodies.fluid_film.balance.OwnSteps`."""
         span = FIRST_SHARE * dt
         done = self._motion(span, driving._replace(after=0.0))[0]
         return np.zeros_like(done.velocity) if is_still(done, span) else done.velocity

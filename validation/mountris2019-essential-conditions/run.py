@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
+from pellucid.approximants.nodal.maximum_entropy import CellMaximumEntropyModel
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.case import Case
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh

@@ -1,16 +1,19 @@
-"""Shape functions of points on the grid and of bodies with their own nodes, one file each."""
+"""Shape functions of points on the grid and of bodies with their own nodes."""
 
 from collections.abc import Callable
 
-from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
-from pellucid.approximants.axis import GridFunction as GridFunction
-from pellucid.approximants.axis import GridFunctions as GridFunctions
-from pellucid.approximants.cubic_bspline import CubicBSpline
-from pellucid.approximants.flat import Flat
-from pellucid.approximants.gimp import Gimp
-from pellucid.approximants.periodic_axis import PeriodicAxis as PeriodicAxis
-from pellucid.approximants.quadratic_bspline import QuadraticBSpline
-from pellucid.approximants.trilinear import Trilinear
+from pellucid.approximants.grid_functions import (
+    CubicBSpline,
+    CurvedFunctions,
+    Flat,
+    Gimp,
+    LinearFunctions,
+    QuadraticBSpline,
+    Trilinear,
+)
+from pellucid.approximants.grid_functions import GridFunction as GridFunction
+from pellucid.approximants.grid_functions import GridFunctions as GridFunctions
+from pellucid.approximants.grid_functions import PeriodicAxis as PeriodicAxis
 
 # functions along one axis, by name in the case; the argument is the number of points per cell along the axis
 GRID_FUNCTIONS: dict[str, Callable[[int], GridFunction]] = {

@@ -7,7 +7,7 @@ from typing import Any, cast
 from pellucid.bench.machine import peak_bytes
 from pellucid.bench.problem import problem
 from pellucid.bodies.fluid_film.body import FluidFilm
-from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.solvers import SparseSolver
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
+from pellucid.approximants.nodal.maximum_entropy import CellMaximumEntropyModel
 from pellucid.bench.machine import peak_bytes
 from pellucid.bench.problem import SOLID
 from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
+from pellucid.bodies.meshless_solid.functions import Tables, make_tables
 from pellucid.bodies.meshless_solid.solid import Solid
-from pellucid.bodies.meshless_solid.tables import Tables, make_tables
 from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.box import box_mesh

@@ -71,7 +71,7 @@ def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
 
     The kernels are not executed. Code that depends on their results may fail; the kernels after this failure are then missing.
     """
-    from pellucid.jit.kernel_tracing import record_kernel_calls
+    from pellucid.jit.calls import record_kernel_calls
     from pellucid.simulation.simulation import Simulation
 
     with record_kernel_calls() as calls, suppress(Exception), warnings.catch_warnings(action="ignore"):

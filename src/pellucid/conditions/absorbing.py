@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.approximants.axis import GridFunction, GridFunctions, axis_weights
+from pellucid.approximants.grid_functions import GridFunction, GridFunctions, axis_weights
 from pellucid.conditions.support import Face
 from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path

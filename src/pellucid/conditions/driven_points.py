@@ -20,9 +20,8 @@ from pellucid.grid.stencil import add_shares, node_at
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
-from pellucid.jit.joint import joint_region
-from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import joint_by_colour, parallel_by_colour
+from pellucid.jit.loops import joint_by_colour, joint_region, parallel_by_colour
+from pellucid.jit.memory import indices, numbers, zeros
 from pellucid.jit.vector import LANES, load, splat, store, total
 from pellucid.tensors import ZERO_VECTOR
 

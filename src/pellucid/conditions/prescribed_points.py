@@ -56,7 +56,7 @@ class PrescribedPoints(StepPart):
 
     by_slabs = True
     """True, since the points of a slab are updated independently of other points, in loops that bodies share
-    (`pellucid.jit.joint`)."""
+    (`pellucid.jit.loops`)."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]", assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout

@@ -14,7 +14,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.proximity import CLEAR, Candidates
 from pellucid.jit import kernel
-from pellucid.jit.local import indices
+from pellucid.jit.memory import indices
 
 SIGHT = sqrt(2.0)  # radius that contains all points with weight, in reaches
 MARGIN = 0.25  # margin of the search, in reaches

@@ -23,8 +23,8 @@ from numpy import uintp
 
 from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.memory import zeros
 
 CHUNK = 256  # number of points per chunk of a thread
 CLEAR = 0.5  # largest distance from the plane of the nearest point for an overlap, in reaches

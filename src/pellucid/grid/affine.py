@@ -10,7 +10,7 @@ of the time.
 from typing import Any
 
 from pellucid.approximants import GridFunctions
-from pellucid.approximants.axis import affine_weights
+from pellucid.approximants.grid_functions import affine_weights
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.stencil import Stencil, gather_gradient, node_at
 from pellucid.grid.transfer_heat import renewed

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.approximants import PeriodicAxis
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.grid_functions import axis_weights
 
 PARTS = 120  # a multiple of 2, 3, 4 and 5: functions averaged over such a fraction of a cell have kinks at ends of parts only
 """Number of parts of a cell for the integration, each by two-point Gauss quadrature (exact for cubics)."""
@@ -24,7 +24,7 @@ class AxisIntegrals(NamedTuple):
 
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
     """Compute the integrals of a shape function along an axis, and of its derivative, over each of its n cells; function: see
-    `pellucid.approximants.axis.GridFunction`."""
+    `pellucid.approximants.grid_functions.GridFunction`."""
     if isinstance(function, PeriodicAxis):
         far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
         starts = (np.arange(n) + far.first[NEAR] - NEAR) % n

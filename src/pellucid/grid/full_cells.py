@@ -37,8 +37,7 @@ from pellucid.grid.stencil import node_behind
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_by_colour, parallel_loop, parallel_loop_by_colour
 from pellucid.ranks.domain import domain
 from pellucid.step.part import StepPart
 

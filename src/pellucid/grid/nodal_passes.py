@@ -8,8 +8,7 @@ from pellucid.grid.momentum import add_separate_forces_chunk, advance_chunk, sum
 from pellucid.grid.nodal_works import count_works_chunk, sum_strain_lag_chunk
 from pellucid.grid.projection import project_chunk
 from pellucid.jit import kernel
-from pellucid.jit.loops import parallel_loop
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_for, parallel_loop
 
 
 @kernel(inner=True)

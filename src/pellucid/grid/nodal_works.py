@@ -18,7 +18,7 @@ from pellucid.grid.momentum import (
     what_acts,
 )
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.local import numbers
+from pellucid.jit.memory import numbers
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 NOWHERE = np.zeros(0, np.uint8)

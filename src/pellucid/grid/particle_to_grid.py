@@ -22,8 +22,8 @@ from pellucid.grid.passes.gifts import (
 from pellucid.grid.passes.points_pass import arrays_in
 from pellucid.grid.points import PRESSURE, FullCells, MappedPoints, cell_of
 from pellucid.jit import point_function, pointwise
-from pellucid.jit.point_rows import symmetric_at_point, tensor_at_point, vector_at_point
-from pellucid.jit.products import moved
+from pellucid.jit.columns import moved
+from pellucid.jit.rows import symmetric_at_point, tensor_at_point, vector_at_point
 from pellucid.jit.vector import row
 
 

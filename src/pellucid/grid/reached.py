@@ -26,9 +26,7 @@ from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.loops import parallel_loop
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import joint_region, parallel_by_colour, parallel_loop
 from pellucid.jit.vector import load, row, splat, store
 
 WORD = 8  # flags that are read at once as one integer

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from pellucid.approximants import GridFunction, GridFunctions, PeriodicAxis
-from pellucid.approximants.axis import axis_numbers
+from pellucid.approximants.grid_functions import axis_numbers
 from pellucid.errors import UsageError
 from pellucid.grid.lattice import MOST_ROWS, Grid, Lattice, row_edges
 from pellucid.grid.points import COLUMNS, Slabs

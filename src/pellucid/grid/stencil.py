@@ -7,7 +7,7 @@ unsigned, so numba need not check for negative indices.
 
 from typing import Any, NamedTuple
 
-from pellucid.approximants.axis import axis_numbers, axis_values
+from pellucid.approximants.grid_functions import axis_numbers, axis_values
 from pellucid.grid.folding import real_node
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, store

@@ -13,8 +13,7 @@ from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
 from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel, point_function
-from pellucid.jit.loops import parallel_loop
-from pellucid.jit.parallel import joint_by_colour
+from pellucid.jit.loops import joint_by_colour, parallel_loop
 
 
 class ByNodes(NamedTuple):

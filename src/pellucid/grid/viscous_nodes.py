@@ -16,8 +16,7 @@ from pellucid.grid.momentum import (
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.loops import parallel_loop
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_for, parallel_loop
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)

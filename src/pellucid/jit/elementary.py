@@ -44,14 +44,14 @@ NOTHING_BESIDE_ONE, ONE_BESIDE_NOTHING = -40.0, 60.0
 compared with exp(x)."""
 
 
-@compiled_by("pellucid.jit.exponent")
+@compiled_by("pellucid.jit.vector")
 def exponent_and_rest(x: float) -> tuple[float, float]:
     """Return the exponent k and the mantissa m, √½ ≤ m < √2, of a positive normal number x = m 2ᵏ."""
     m, k = frexp(x)
     return (float(k - 1), 2.0 * m) if m < sqrt(0.5) else (float(k), m)
 
 
-@compiled_by("pellucid.jit.exponent")
+@compiled_by("pellucid.jit.vector")
 def two_to(k: float) -> float:
     """Return 2ᵏ for an integer k between -1022 and 1023."""
     return 2.0**k

@@ -28,7 +28,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
 
     inner: True for a kernel called only by other kernels, compiled without the interface to Python. inline: True for an
     inner kernel that is inlined in each calling loop. allocates: True for a kernel that creates arrays other than by
-    `pellucid.jit.local`; the compiled kernel then counts references to all arrays.
+    `pellucid.jit.memory`; the compiled kernel then counts references to all arrays.
     """
 
     def decorate(function: Any) -> Any:
@@ -45,7 +45,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
             from pellucid.jit.cache import KernelCache
-            from pellucid.jit.compile_lock import held
+            from pellucid.jit.cache_folder import held
 
             compiled._cache = KernelCache(function)
             compiled.compile = signals_held()(_without_collection()(held.compiling()(compiled.compile)))

@@ -13,6 +13,8 @@ from pellucid.model import parameter
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
 
+THINNEST = 0.05  # smallest density of a film, relative to its rest density
+
 
 class LipidFilm(BodyMaterial):
     """Lipid film with the surface pressure p = a sgn(ρ - ρ₀) |ρ - ρ₀|^c at the surface density ρ. Source: Benet 2015, eq.

@@ -55,7 +55,7 @@ class GridBody(Body):
     @abstractmethod
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
         """Run the loops over points of `grid_to_particle` over a step dt [s] in the joint parallel region of all bodies,
-        see `pellucid.jit.joint`; remap: True to map the momentum of the points to the nodes again."""
+        see `pellucid.jit.loops`; remap: True to map the momentum of the points to the nodes again."""
 
     @abstractmethod
     def end_grid_to_particle(self, remap: bool) -> None:
@@ -70,7 +70,7 @@ class GridBody(Body):
     @abstractmethod
     def begin_stress(self, dt: float, move: bool) -> None:
         """Run the loops over points of `update_stress` over a step dt [s] in the joint parallel region of all bodies, see
-        `pellucid.jit.joint`; move: True to move the points as well."""
+        `pellucid.jit.loops`; move: True to move the points as well."""
 
     @abstractmethod
     def end_stress(self, dt: float, move: bool) -> None:

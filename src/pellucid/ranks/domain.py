@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.errors import PellucidError
-from pellucid.jit.joint import joint_region, leaving_out
+from pellucid.jit.loops import joint_region, leaving_out
 from pellucid.jit.region import EVEN_ROWS, ODD_ROWS
 from pellucid.ranks.group import processes
 

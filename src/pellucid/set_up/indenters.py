@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
-from pellucid.bodies.own_nodes.overlong import PASSES, describe_passage
+from pellucid.bodies.own_nodes.contact_surface import PASSES, describe_passage
 from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.images import Plane

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from pellucid.energy import StepWork
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.jit.joint import joint_region
+from pellucid.jit.loops import joint_region
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.step.part import StepParts

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pellucid.bodies.own_nodes.overlong import find_places_beside, passes_between
+from pellucid.bodies.own_nodes.contact_surface import find_places_beside, passes_between
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.rigid.model import Rigid

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
-from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
+from pellucid.approximants.radial.functions import PolyharmonicModel
 from pellucid.bodies.diffusing_field.weak_forms import on_closed_surface
 from pellucid.case import Case, dumps, loads
 from pellucid.errors import CaseError, RunStopped

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from films import case
 
-from pellucid.bodies.fluid_film.surfaces.triangle_surface import TriangleSurface
+from pellucid.bodies.fluid_film.triangle_surface import TriangleSurface
 from pellucid.simulation.simulation import Simulation
 
 ROUNDING = 1e-13  # of the energy: of its sums and of the work of what holds volume and area

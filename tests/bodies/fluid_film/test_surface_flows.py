@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from film_surfaces import BOTH, sphere
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
-from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
-from pellucid.bodies.fluid_film.forms.nodal_sums import NodalSums, rows
-from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics, Tension, bending_energies, forms
-from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
-from pellucid.bodies.fluid_film.surfaces.initial_surface import film_surface
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.bodies.fluid_film.assembly import NodalSums, rows
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, Led
+from pellucid.bodies.fluid_film.forces import Drag, FilmPhysics, Tension, bending_energies, forms
+from pellucid.bodies.fluid_film.loop_surface import LoopSurface
+from pellucid.bodies.fluid_film.model import FluidFilmCase
+from pellucid.bodies.fluid_film.solvers import SparseSolver
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import ActingTraction
 
@@ -147,13 +146,16 @@ def test_a_prolate_vesicle_finds_its_energy():
 
 
 def test_a_start_from_a_mesh():
-    triangles, places = sphere(2)
-    surface, x = film_surface(Triangulation(places, triangles), "loop")
+    sphere_of_radius_one = {"surface": {"icosphere": {"centre": (0.0, 0.0, 0.0), "radius": 1.0, "refinements": 2}}}
+    lipid = {"kind": "lipid-film", "density": 1.0, "viscosity": 1.0, "dilatational_viscosity": 1.0, "stiffness": 1.0}
+    film = FluidFilmCase.model_validate({"name": "film", "shape": sphere_of_radius_one, "material": lipid})
+    surface, x = film.geometry()
     assert surface.operators(x).volume() == pytest.approx(4.0 * pi / 3.0, rel=2e-3)
+    triangles = film.shape.surface.triangulate().triangles
     near = np.abs(np.diff(surface.rings.triangles, axis=1))
     assert np.median(near) < 0.5 * np.median(np.abs(np.diff(triangles, axis=1)))
     with pytest.raises(ValueError, match="is not closed"):
-        film_surface(Triangulation(places, triangles[1:]), "loop")
+        LoopSurface(triangles[1:], len(x))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.2])

@@ -8,7 +8,7 @@ from elements import body_of, bring, element_sheet, places
 from membranes import sheet
 from small_cases import advance, box, simulation
 
-from pellucid.bodies.own_nodes.overlong import LONGEST
+from pellucid.bodies.own_nodes.contact_surface import LONGEST
 
 
 def stretched(times, **more):

@@ -8,8 +8,8 @@ from meshes import irregular, l_shape
 from solids import advance_alone, held, solid
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
+from pellucid.bodies.meshless_solid.functions import make_tables
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
-from pellucid.bodies.meshless_solid.tables import make_tables
 
 CUBE, L = irregular(5, 3), l_shape(2)
 LEAST_SQUARES = ("cell-based-least-squares", "moving-least-squares", "modified-moving-least-squares")

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from closed_surfaces import CLOSED, red_cell
 
-from pellucid.approximants.nodal.faces import face_shares
-from pellucid.approximants.nodal.table import evaluate
+from pellucid.approximants.nodal.table import evaluate, face_shares
+from pellucid.bodies.meshless_solid.functions import quadrature_places
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.bodies.meshless_solid.prescribed import values_at_nodes
-from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.case import Case
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.simulation.simulation import Simulation

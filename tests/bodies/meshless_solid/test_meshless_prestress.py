@@ -10,7 +10,7 @@ from registries import forgotten_afterwards
 from scipy.optimize import brentq
 from solids import EDGE, Tissue, block, layer
 
-from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial import InitialField
 from pellucid.bodies.meshless_solid.body import MeshlessSolid
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.materials.law import first_piola_kirchhoff

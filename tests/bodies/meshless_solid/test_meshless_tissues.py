@@ -9,8 +9,8 @@ from samples import HYPERELASTIC
 from solids import block, thrown
 
 from pellucid.bodies.meshless_solid.forces import _elastic_stresses, in_kernels, internal_forces
+from pellucid.bodies.meshless_solid.functions import make_tables
 from pellucid.bodies.meshless_solid.solid import CHUNK, COLUMN, COLUMNS, ENERGY
-from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.law import energy
 from pellucid.simulation.simulation import Simulation

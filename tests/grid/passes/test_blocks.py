@@ -21,7 +21,7 @@ from pellucid.grid.points import ByIndex, InOrder
 from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, size
-from pellucid.jit.local import indices, numbers
+from pellucid.jit.memory import indices, numbers
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import ZERO_VECTOR
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_cases import GAS, box, place, simulation
 
-from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
+from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
 from pellucid.grid.particle_to_grid import ParticleToGrid
 from pellucid.grid.points import PRESSURE
 

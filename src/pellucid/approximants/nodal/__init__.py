@@ -1,11 +1,13 @@
-"""Meshless shape functions (approximants) of bodies with their own nodes, one file each."""
+"""Meshless shape functions (approximants) of bodies with their own nodes."""
 
-from pellucid.approximants.nodal.cell_least_squares import CellLeastSquaresModel
-from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.approximants.nodal.contract import NODAL_APPROXIMANTS as NODAL_APPROXIMANTS
+from pellucid.approximants.nodal.least_squares import (
+    CellLeastSquaresModel,
+    ModifiedMovingLeastSquaresModel,
+    MovingLeastSquaresModel,
+)
 from pellucid.approximants.nodal.linear_simplex import LinearSimplexModel
-from pellucid.approximants.nodal.local_maximum_entropy import LocalMaximumEntropyModel
-from pellucid.approximants.nodal.moving_least_squares import ModifiedMovingLeastSquaresModel, MovingLeastSquaresModel
+from pellucid.approximants.nodal.maximum_entropy import CellMaximumEntropyModel, LocalMaximumEntropyModel
 
 NODAL_APPROXIMANTS.add(CellMaximumEntropyModel)
 NODAL_APPROXIMANTS.add(CellLeastSquaresModel)

@@ -8,11 +8,26 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import generic
 from pellucid.model import Model
 from pellucid.registry import Family, OneOf
+
+
+class Lists(NamedTuple):
+    """A list of indices for each of n objects: the list of object i is `items[first[i]:first[i + 1]]`."""
+
+    first: np.ndarray  # (n + 1,) start of each list, and the end of the last
+    items: np.ndarray  # entries of all lists, one list after the other
+
+    def of(self, things: np.ndarray) -> "Lists":
+        """Return the lists of the objects with the numbers `things`, shape (m,), in the order of `things`."""
+        count = np.diff(self.first)[things]
+        first = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+        return Lists(
+            first, np.asarray(self.items[np.repeat(self.first[things] - first[:-1], count) + np.arange(int(first[-1]))])
+        )
+
 
 FACE_BLOCK, FACE_COLUMNS = 32, 5  # number of faces per vectorised block, and of values stored for each
 
@@ -91,3 +106,13 @@ def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any
     functions: parameters, see `Evaluator`; active: numbers of the nodes, shape (n,); scratch: memory, see `Scratch`.
     Gradients are skipped if their array has no columns.
     """
+
+
+class FacedApproximant(NodalApproximant):
+    """Base class of approximants whose shape functions can be made zero on given faces: the parameters of the functions
+    include `distances` from faces."""
+
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+        from pellucid.approximants.nodal.rings import with_faces  # scipy is slow to import
+
+        return with_faces(evaluator, mesh, nodes, faces)

@@ -6,11 +6,23 @@ Mountris et al. 2019, eqs. 5 to 9).
 """
 
 from math import exp, inf, log, sqrt
-from typing import ClassVar
+from typing import ClassVar, Literal, NamedTuple
 
-from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK
-from pellucid.approximants.nodal.faced import FacedApproximant
-from pellucid.jit import pointwise
+import numpy as np
+
+from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK, Evaluator, FacedApproximant, shape_functions
+from pellucid.approximants.nodal.face_distances import (
+    SHAPE,
+    VANISHING,
+    FaceDistances,
+    face_distances,
+    inverse_square,
+    no_faces,
+    share_before_faces,
+)
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.jit import point_function, pointwise
+from pellucid.model import parameter
 
 MOST_ITERATIONS = 100
 CLOSE = 1e-13  # tolerance of Σ p_a (x - x_a), in units of the offsets; off the faces one more step squares the error
@@ -216,3 +228,127 @@ def entropy_functions(length, flat, scratch, values, gradients):
         entropy_gradients(n, flat, scratch.offset, scratch.slope, values, gradients)
         to_lengths(gradients, length)
     return failure
+
+
+class CellMaximumEntropy(NamedTuple):
+    """Parameters of cell-based maximum-entropy shape functions for kernels. The prior (weight) of a node depends on the
+    distance from the faces that bound the ring of cells around the node."""
+
+    smoothness: float  # exponent s of the priors
+    position: np.ndarray  # (n, 3) node positions [m]
+    distances: FaceDistances  # faces that bound the ring of cells around each node
+
+
+class CellMaximumEntropyModel(MaximumEntropyModel):
+    """Cell-based maximum entropy: smooth, positive shape functions with supports of rings of cells.
+
+    Lengths in a prior are divided by the size of the ring of its node (the largest distance from the node to a vertex of the
+    ring), so that the functions do not depend on the unit of length.
+
+    Source: Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712, in two dimensions; Mountris et al. 2019,
+    section 3, in three.
+    """
+
+    kind: Literal["cell-based-maximum-entropy"] = "cell-based-maximum-entropy"
+    rings: int = parameter(
+        "", "size of a node's support: number of rings of cells around it; 1 gives linear simplex functions", 2, ge=1, le=3
+    )
+    smoothness: float = parameter(
+        "", "exponent s: the prior weight of a node is the distance to the edge of its support to the power s", 2.0, ge=1, le=8
+    )
+    shape: float = parameter(
+        "", "smoothing factor α of the distance function of a triangle, which has kinks for α = 0", 0.2, gt=0, le=8
+    )
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        return {1: 4.0, 2: 35.0, 3: 116.0}[self.rings]  # measured
+
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is slow to import
+
+        bounds, size = ring_boundaries(mesh, self.rings)
+        distances = face_distances(mesh, self.shape, size, bounds)
+        return Evaluator(nodes_of_cells(mesh, self.rings), CellMaximumEntropy(self.smoothness, mesh.nodes, distances))
+
+
+@pointwise
+def _prior(fn, x, a, faces):
+    """Return ln w_a = s ln D_a, the logarithm of the prior (weight) of node a at x [m], and the gradient of this logarithm
+    times the ring size.
+
+    D_a: smooth distance of x from the faces that bound the ring of cells around the node, divided by the ring size; faces:
+    scratch memory for a block of faces. fn: `CellMaximumEntropy`, with the exponent s.
+    """
+    total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
+    if total == 0.0:  # the ring covers the whole mesh
+        return 0.0, 0.0, 0.0, 0.0
+    if total * VANISHING * VANISHING >= 1.0:
+        return -inf, 0.0, 0.0, 0.0
+    factor = fn.smoothness / total
+    return -0.5 * fn.smoothness * log(total), factor * gx, factor * gy, factor * gz
+
+
+@point_function(shape_functions, CellMaximumEntropy)
+def _cell_maximum_entropy_functions(functions, cell, x, active, scratch, values, gradients):
+    n = len(active)
+    length = offsets(functions.position, x, active, scratch.offset)
+    for i in range(n):
+        prior, gx, gy, gz = _prior(functions, x, active[i], scratch.faces)
+        factor = length / functions.distances.size[active[i]]
+        scratch.log_prior[i] = prior
+        scratch.slope[i, 0], scratch.slope[i, 1], scratch.slope[i, 2] = factor * gx, factor * gy, factor * gz
+    return entropy_functions(length, functions.distances.flat, scratch, values, gradients)
+
+
+NEGLIGIBLE = 1e-8  # prior relative to its value at the node, at which the support is cut off
+
+
+class LocalMaximumEntropy(NamedTuple):
+    """Parameters of the priors: nodes, widths of the Gaussian priors, and distances from faces on which priors vanish (most
+    nodes have no such faces)."""
+
+    position: np.ndarray  # (n, 3) node positions [m]
+    width: np.ndarray  # (n,) width of the Gaussian prior of each node, h/sqrt(γ) [m]
+    distances: FaceDistances  # in units of the mean edge length at a node
+
+
+class LocalMaximumEntropyModel(MaximumEntropyModel):
+    """Local maximum entropy with priors exp(-γ|x - x_a|²/h²), where h is the mean edge length at the node (Arroyo & Ortiz
+    2006)."""
+
+    kind: Literal["local-maximum-entropy"] = "local-maximum-entropy"
+    locality: float = parameter("", "locality γ: larger values give smaller supports", 2.4, ge=0.5, le=10)
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        return 262.0 * (2.4 / self.locality) ** 1.5  # measured at γ = 2.4; the radius of a support is proportional to γ^(-1/2)
+
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is slow to import
+
+        width = mesh.spacing / sqrt(self.locality)
+        active = nodes_in_reach(mesh, width * sqrt(-log(NEGLIGIBLE)))
+        distances = face_distances(mesh, SHAPE, mesh.spacing, no_faces(len(mesh.nodes)))
+        return Evaluator(active, LocalMaximumEntropy(mesh.nodes, width, distances))
+
+
+@point_function(shape_functions, LocalMaximumEntropy)
+def _local_maximum_entropy_functions(functions, cell, x, active, scratch, values, gradients):
+    n, distances = len(active), functions.distances
+    length = offsets(functions.position, x, active, scratch.offset)
+    for i in range(n):
+        ratio = length / functions.width[active[i]]
+        square = 0.0
+        for d in range(3):
+            square += scratch.offset[i, d] * scratch.offset[i, d]
+            scratch.slope[i, d] = -2.0 * ratio * ratio * scratch.offset[i, d]
+        scratch.log_prior[i] = -ratio * ratio * square
+        if distances.first[active[i]] < distances.first[active[i] + 1]:
+            share, gx, gy, gz = share_before_faces(distances, x, active[i], scratch.faces)
+            scratch.log_prior[i] += log(share) if share > 0.0 else -inf
+            factor = length / (distances.size[active[i]] * share) if share > 0.0 else 0.0
+            scratch.slope[i, 0] += factor * gx
+            scratch.slope[i, 1] += factor * gy
+            scratch.slope[i, 2] += factor * gz
+    return entropy_functions(length, distances.flat, scratch, values, gradients)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.radial.neighbourhoods import Stencils
-from pellucid.approximants.radial.stencils import Interpolants, functions_at
+from pellucid.approximants.radial.stencils import Interpolants, Stencils, functions_at
 
 
 class BlendedRows(NamedTuple):

@@ -10,12 +10,56 @@ of the complement of the polynomials at the nodes, it is
 As w is of order one and Zᵀ annihilates polynomials, these are reproduced to round-off, however ill-conditioned A is.
 """
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.polynomials import Monomials
+from pellucid.approximants.radial.functions import RadialModel
+
+
+def exponents(degree: int, dimension: int) -> np.ndarray:
+    """Return the exponents of all p monomials up to a degree in d variables (`dimension`), ordered by degree, shape (p, d)."""
+    every = [powers for powers in product(range(degree + 1), repeat=dimension) if sum(powers) <= degree]
+    return np.array(sorted(every, key=lambda powers: (sum(powers), powers[::-1])), dtype=np.int64).reshape(-1, dimension)
+
+
+class Monomials:
+    """All monomials up to a degree at positions, shape (..., d); derivatives are computed on access."""
+
+    def __init__(self, places: np.ndarray, degree: int) -> None:
+        self._dimension = places.shape[-1]
+        self._powers = exponents(degree, self._dimension)
+        # x^k, k x^(k-1) and k (k-1) x^(k-2) of each coordinate, shape (..., d, degree + 1)
+        k = np.arange(degree + 1)
+        whole = places[..., None] ** k
+        once = np.concatenate([np.zeros_like(whole[..., :1]), k[1:] * whole[..., :-1]], axis=-1)
+        twice = np.concatenate([np.zeros_like(whole[..., :1]), k[1:] * once[..., :-1]], axis=-1)
+        self._factors = whole, once, twice
+
+    @property
+    def value(self) -> np.ndarray:
+        """Values of the p monomials at the positions, shape (..., p)."""
+        return self._derivative()
+
+    @property
+    def first(self) -> np.ndarray:
+        """Gradients of the p monomials at the positions, shape (..., d, p)."""
+        return np.stack([self._derivative(a) for a in range(self._dimension)], axis=-2)
+
+    @property
+    def second(self) -> np.ndarray:
+        """Second derivatives of the p monomials at the positions, shape (..., d, d, p)."""
+        axes = range(self._dimension)
+        return np.stack([np.stack([self._derivative(a, b) for b in axes], axis=-2) for a in axes], axis=-3)
+
+    def _derivative(self, *axes: int) -> np.ndarray:
+        result = np.ones(1)
+        for axis in range(self._dimension):
+            result = result * self._factors[axes.count(axis)][..., axis, self._powers[:, axis]]
+        return result
+
 
 WORST_CONDITION = 1e12
 RAISE = 1.25  # factor by which a shape parameter is increased
@@ -169,3 +213,79 @@ def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray
     rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
     w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]
     return (p @ found.fit[which] + w @ found.across[which]).reshape(shape)
+
+
+FOLDED = "is too wide for the curvature of the {what}: projected along the normal, the stencil overlaps itself; use more nodes"
+
+
+class Stencils(NamedTuple):
+    """Stencils of m nodes around each of n points in k dimensions, with coordinates of the nodes along d tangents at the
+    point."""
+
+    nodes: np.ndarray  # (n, m) numbers of the points; on a surface the nearest first, on a curve in their order along it
+    tangents: np.ndarray  # (n, d, k) orthonormal tangents at the points
+    coordinates: np.ndarray  # (n, m, d) coordinates of the nodes along the tangents, relative to the point [m]
+
+
+def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
+    """Return stencils of `size` neighbours along a curve through ordered points, shape (n, k) [m]; closed: True if the last
+    point is a neighbour of the first.
+
+    Stencils are centred, except at the ends of an open curve. Raises StencilError if there are too few points, or if a
+    stencil bends back.
+    """
+    n = len(points)
+    if n < size:
+        raise StencilError(0, f"needs {size} points, but the curve has {n}; use more points, or decrease `neighbours`")
+    first = np.arange(n) - size // 2
+    if not closed:
+        first = np.clip(first, 0, n - size)
+    nodes = (first[:, None] + np.arange(size)) % n
+    number = np.arange(n)
+    back, on = number - 1, (number + 1) % n
+    if not closed:
+        back, on = np.maximum(number - 1, 0), np.minimum(number + 1, n - 1)
+    secant = points[on] - points[back]
+    tangents = (secant / np.linalg.norm(secant, axis=1)[:, None])[:, None]
+    coordinates = _coordinates(points, nodes, tangents)
+    folded = np.flatnonzero((np.diff(coordinates[:, :, 0], axis=1) <= 0.0).any(axis=1))
+    if folded.size:
+        raise StencilError(int(folded[0]), FOLDED.format(what="curve"))
+    return Stencils(nodes, tangents, coordinates)
+
+
+def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
+    """Return stencils of the `size` nearest points on a surface through points [m] with unit normals, shape (n, 3) each.
+
+    Points whose normals differ by more than a right angle lie on another part of the surface, and are not neighbours. Raises
+    StencilError if too few are left.
+    """
+    tree, n, wanted = cKDTree(points), len(points), size
+    if n < size:
+        raise StencilError(0, f"needs {size} points, but the surface has {n}; use more points, or decrease `neighbours`")
+    while True:
+        found = tree.query(points, wanted)[1].reshape(n, wanted)
+        alike = np.einsum("nmk,nk->nm", normals[found], normals) > 0.0
+        lacking = np.flatnonzero(alike.sum(axis=1) < size)
+        if not lacking.size:
+            break
+        if wanted == n:
+            raise StencilError(int(lacking[0]), FOLDED.format(what="surface"))
+        wanted = min(2 * wanted, n)
+    order = np.argsort(~alike, axis=1, kind="stable")[:, :size]
+    nodes = np.take_along_axis(found, order, axis=1)
+    tangents = tangents_across(normals)
+    return Stencils(nodes, tangents, _coordinates(points, nodes, tangents))
+
+
+def tangents_across(normals: np.ndarray) -> np.ndarray:
+    """Return two unit vectors, perpendicular to each unit normal, that form a right-handed frame with it, shape (n, 2, 3);
+    normals: shape (n, 3)."""
+    least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    one = np.cross(normals, least)
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    return np.stack([one, np.cross(normals, one)], axis=1)
+
+
+def _coordinates(points: np.ndarray, nodes: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+    return np.einsum("nmk,ndk->nmd", points[nodes] - points[:, None], tangents)

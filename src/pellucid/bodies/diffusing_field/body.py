@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from pellucid.approximants.radial.stencils import StencilError
 from pellucid.bodies.diffusing_field.weak_forms import WeakForm, on_closed_surface, on_line
-from pellucid.bodies.initial.state import add_initial_state
+from pellucid.bodies.initial import add_initial_state
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.cells import Cells

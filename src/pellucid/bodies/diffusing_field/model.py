@@ -1,29 +1,72 @@
 """Settings of a diffusing field in a case file, and their checks."""
 
 from collections.abc import Iterator, Mapping
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from pellucid.approximants.radial import AnyRadial
-from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
-from pellucid.bodies.diffusing_field.domain import Domain
-from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import initial_problems
+from pellucid.approximants.radial.functions import PolyharmonicModel
+from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
-from pellucid.model import parameter
+from pellucid.model import Model, parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.state import Field
+
+
+class Line(Model):
+    """An interval of the x-axis with equally spaced nodes, including one at each end."""
+
+    lower: float = parameter("m", "x of the lower end of the line")
+    upper: float = parameter("m", "x of the upper end of the line")
+    nodes: int = parameter("", "number of nodes", ge=3, le=1_000_000)
+    at_lower: float | None = parameter("", "fixed concentration at the lower end; default: no flux", None)
+    at_upper: float | None = parameter("", "fixed concentration at the upper end; default: no flux", None)
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> Self:
+        if self.upper <= self.lower:
+            raise ValueError(f"the line extends from {self.lower:g} to {self.upper:g} m: set `upper` above `lower`")
+        return self
+
+    def places(self) -> np.ndarray:
+        """Return the positions of the nodes along x [m], shape (n,)."""
+        return np.linspace(self.lower, self.upper, self.nodes)
+
+
+class Domain(Choice):
+    """A line or a closed surface with the nodes on which a field diffuses."""
+
+    what: ClassVar[str] = "a domain"
+
+    line: Line | None = None
+    surface: Surface | None = None
+
+    def positions(self) -> np.ndarray:
+        """Return the positions of the nodes [m], shape (n, 3)."""
+        if self.line is None:
+            return np.asarray(self.chosen().triangulate().vertices)
+        x = self.line.places()
+        return np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=1)
+
+    @property
+    def dimension(self) -> int:
+        """Return the dimension of the domain: 1 for a line, 2 for a surface."""
+        return 1 if self.line is not None else 2
+
 
 STENCIL_BYTES = 60  # memory per node and squared number of stencil nodes, measured on a sphere of 10 242 nodes
 WIDEST = 1.0

@@ -9,22 +9,114 @@ factor c satisfies 1 - 2/c + α/c² = 0, so that a mode that relaxes instantly h
 method of Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); of its two roots the smaller one has the smaller error.
 """
 
-from collections.abc import Sequence
-from math import sqrt
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from math import ceil, inf, sqrt
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.conditions.nodal_frames import Frames, Led
-from pellucid.bodies.fluid_film.conditions.unbalanced_loads import why_unbalanced
-from pellucid.bodies.fluid_film.forms.film_forces import FilmForces
-from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, dissipation, turning
-from pellucid.bodies.fluid_film.solvers.contract import Border, FilmSolver, IncompatibleLoad, Solution, System
-from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
-from pellucid.bodies.fluid_film.surfaces.operators import Operators
+from pellucid.bodies.fluid_film.assembly import ElementRows, SharedRows
+from pellucid.bodies.fluid_film.film_geometry import FilmGeometry, Operators
+from pellucid.bodies.fluid_film.forces import FilmForces, FilmPhysics, Forms, dissipation, in_space, turning
+from pellucid.bodies.fluid_film.solvers import Border, FilmSolver, IncompatibleLoad, Solution, System
 from pellucid.energy import GRAVITY
-from pellucid.materials.lipid_film import LipidFilm
+from pellucid.materials.lipid_film import THINNEST, LipidFilm
 from pellucid.parts.surface_load import ActingTraction
+from pellucid.smooth_step import risen
+from pellucid.system.linear_algebra import on_one_thread
+
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
+
+
+class Led(NamedTuple):
+    """Nodes of a film whose velocity along the normal is prescribed, with these velocities."""
+
+    nodes: np.ndarray  # (n,) True for these nodes
+    rate: np.ndarray  # (n,) prescribed velocity along the outward normal [m/s]
+    before: np.ndarray  # (n, d) nodal velocities in the previous step [m/s]
+
+
+class Frames:
+    """Orthonormal directions at n nodes, along which vectors are resolved into components: the axes of space, except at nodes
+    with a prescribed velocity along the normal n, the mask `led`.
+
+    At these nodes the axes are reflected so that the last one lies along n: by I - 2 w wᵀ/w², with w = e + sgn(n·e) n and the
+    last axis e. On an axis of symmetry the first component remains perpendicular to it. normal: normals at the nodes, shape
+    (n, d).
+    """
+
+    def __init__(self, normal: np.ndarray, led: np.ndarray) -> None:
+        d = normal.shape[1]
+        self._way = np.where(normal[:, -1] < 0.0, 1.0, -1.0)  # sign of the last direction relative to the normal
+        w = np.eye(d)[-1] - self._way[:, None] * normal
+        mirrored = np.eye(d) - 2.0 * w[:, :, None] * w[:, None] / np.einsum("ni,ni->n", w, w)[:, None, None]
+        self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
+
+    def of(self, vectors: np.ndarray) -> np.ndarray:
+        """Return the components of nodal vectors along the orthonormal directions stored for each node, from their components
+        along the axes of space, shape (n, d) both. The transformation is its own inverse.
+        """
+        return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
+
+    def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
+        """Convert linear forms of nodal vectors to the components of these vectors along the orthonormal directions stored for
+        each node, instead of the axes of space.
+
+        forms: coefficients of the linear forms of each element; nodes: nodes of the elements, shape (e, m).
+        """
+        e, m = nodes.shape
+        d, directions = self.directions.shape[2], self.directions[nodes]
+        whole = [form.of_components(d) for form in forms]
+        found = [np.einsum("ermd,emcd->ermc", form.rows.reshape(e, -1, m, d), directions) for form in whole]
+        return [
+            ElementRows(np.ascontiguousarray(rows.reshape(form.rows.shape)), form.factor)
+            for rows, form in zip(found, whole, strict=True)
+        ]
+
+    def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return a mask of the prescribed velocity components along the orthonormal directions stored for each node, and their
+        values [m/s], shape (n, d) each.
+
+        led: nodes with a prescribed normal velocity; rate: these velocities [m/s], shape (n,); known, velocity: mask and values
+        [m/s] of the components along the axes that supports prescribe, shape (n, d).
+        """
+        last = np.zeros(known.shape, bool)
+        last[:, -1] = led.nodes
+        return known | last, np.where(last, (self._way * rate)[:, None], velocity)
+
+
+ROUNDING = 1e-9  # smallest resultant that is reported, relative to the driving forces
+
+
+def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
+    """Return a text that describes the loads on motions without resistance; it continues a sentence that starts with the name
+    of the film.
+
+    driven: forces of the loads on these motions [N], shape (n, d); x: nodal positions [m], shape (n, d); axes: the d axes of
+    space of the components; loads: nodal forces of each load by name, shape (n, d) each [N].
+    """
+    size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
+    shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}
+    most = max(shares, key=lambda label: shares[label])
+    forces, places = in_space(driven, axes), in_space(x - x.mean(axis=0), axes)
+    resultant, torque = np.linalg.norm(forces.sum(axis=0)), np.linalg.norm(np.cross(places, forces).sum(axis=0))
+    reach = float(np.linalg.norm(places, axis=1).max())
+    parts = [f"a resultant of {resultant:.3g} N"] if resultant > ROUNDING * size else []
+    parts += [f"a torque of {torque:.3g} N m"] if torque > ROUNDING * size * reach else []
+    has = f", with {' and '.join(parts)}" if parts else ""
+    plane = tuple(axes) == (0, 1)
+    balance = "its tension must balance the loads on a curve" if plane else "resultant forces and torques cannot be balanced"
+    return (
+        f"is driven along motions without resistance, mainly by {most}: forces of {size:.3g} N, {100.0 * size / whole:.2g} % "
+        f"of the loads{has}; without drag {balance}; add `drag`, or change the loads"
+    )
+
+
+def _size(forces: np.ndarray) -> float:
+    """Return the sum of the magnitudes of nodal forces [N], which approximates ∫|b| dA for a load b per unit area."""
+    return float(np.linalg.norm(forces, axis=1).sum())
+
 
 ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # relative errors of iterative solutions for the second and the first velocity
 
@@ -242,3 +334,146 @@ def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
     if driving.area is not None:
         rows.append(np.einsum("eq,eqmd->emd", o.area, o.dilatation()))
     return rows
+
+
+GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # largest and smallest factor between substeps, and safety factor
+SHORTEST = 1e-9  # length of a substep, relative to the step of the run, at which the film fails
+GENTLER = "apply loads and volume changes more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
+STILL = 1e-14  # displacement in a substep, relative to the largest coordinate, below which the film is at rest
+FIRST_SHARE = 1e-3  # length of the first substep, relative to the first step of the run
+
+
+class Goals(NamedTuple):
+    """Prescribed volume and area of a film over time.
+
+    Attributes: start, volume: initial and final enclosed volume [m³]; over: duration of the change [s]; area: constant area
+    [m²]. None if volume or area are free.
+    """
+
+    start: float
+    volume: float | None
+    over: float
+    area: float | None
+
+    def at(self, time: float) -> tuple[float | None, float | None]:
+        """Return the prescribed volume [m³] and area [m²] at a time [s]; None if free."""
+        volume = None if self.volume is None else self.start + (self.volume - self.start) * risen(time, self.over)
+        return volume, self.area
+
+
+def is_still(done: StepDone, span: float) -> bool:
+    """Return True if a substep of length span [s] moves the nodes by no more than the round-off of their positions. done:
+    result of the substep.
+    """
+    return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
+
+
+class OwnSteps:
+    """Moves a film by substeps.
+
+    Updates the arrays `x` (nodal positions), `v` (nodal velocities), `part_mass`, `own_step` (length of a substep) and
+    `unspread` (displacement of the nodes with the film since they were last redistributed [m]). balance: computes the
+    velocities; goals: prescribed volume and area over time; how: settings of the film.
+    """
+
+    def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
+        self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
+        self.fault: str | None = None
+        """Reason why the film cannot be moved further; None if it can."""
+
+    def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
+        """Move the film over a step of the run from time `elapsed` to `elapsed` + dt [s]; return the geometry and strain
+        operators at the end.
+
+        driving: loads and constraints; count: function called with the result of each substep and its length [s].
+        """
+        arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
+        own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
+        o = geometry.operators(arrays["x"])
+        with on_one_thread():
+            while left > 0.0 and self.fault is None:
+                span = left / ceil(left / own * (1.0 - 1e-12))
+                volume, area = self._goals.at(elapsed + dt - left + span)
+                done = self._try(o, span, driving._replace(volume=volume, area=area, after=dt - left))
+                if done is None:
+                    break
+                error = span * done.change / float(geometry.spacing(geometry.places(arrays["x"])).min())
+                factor = SAFETY * (accuracy / error) ** 0.5 if error > 0.0 else inf
+                own = span * min(max(factor, SHRINKAGE), GROWTH)
+                if not error <= accuracy:  # nor is it a number
+                    own = own if np.isfinite(error) else SHRINKAGE * span
+                    if own < SHORTEST * dt:
+                        self.fault = f"moves or stretches without bound: its substep became too small; {GENTLER}"
+                    continue
+                left -= span
+                if is_still(done, span):
+                    arrays["v"][:] = 0.0
+                    count(done.at_rest, span)
+                    continue
+                o = self._take(o, done, span)
+                count(done, span)
+                self.fault = too_thin(self._balance, arrays, o)
+        arrays["own_step"][0] = own
+        return o
+
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """Return the nodal velocities at the start of a step dt [s] of the run [m/s], shape (n, d), from its first substep;
+        zero if the loads cannot be balanced (the step itself reports this). elapsed: time at the start of the step [s];
+        driving: loads and constraints.
+        """
+        x, span = self._arrays["x"], FIRST_SHARE * dt
+        volume, area = self._goals.at(elapsed + span)
+        with on_one_thread():
+            done = self._try(self._balance.geometry.operators(x), span, driving._replace(volume=volume, area=area, after=0.0))
+        self.fault = None
+        return np.zeros_like(x) if done is None or is_still(done, span) else done.velocity
+
+    def _try(self, o: Operators, dt: float, driving: Driving) -> StepDone | None:
+        arrays = self._arrays
+        try:
+            return self._balance.step(arrays["x"], o, arrays["part_mass"], dt, self._how.time_weight, driving)
+        except Unbalanced as found:
+            self.fault = str(found)
+        except np.linalg.LinAlgError:
+            self.fault = "has no equilibrium of forces: its system of equations is singular"
+        return None
+
+    def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
+        """Accept the result `done` of a substep of length span [s], redistribute the nodes evenly, and return the geometry and
+        strain operators at the end. o: operators at the start.
+
+        The surface through the redistributed nodes differs from the surface before by the interpolation error, and may store
+        more energy. Redistribution that can wait is done only if the stored energy grows by at most the work done on the film.
+        """
+        arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
+        mass, moved = arrays["part_mass"], arrays["unspread"] + (done.x - arrays["x"])
+        arrays["v"][:], arrays["x"][:], arrays["unspread"][:] = done.velocity, done.x, moved
+        if self._how.nodes == "even":
+            waits, functions = geometry.can_wait(done.x), geometry.state_arrays()
+            allowed = balance.stored_energy(o, mass) + span * done.power_received if waits else inf
+            spread = geometry.redistributed(done.x, mass, moved)
+            there = geometry.operators(spread.x)
+            if not waits or balance.stored_energy(there, spread.mass) <= allowed:
+                arrays["x"][:], mass[:], arrays["unspread"][:] = *spread, 0.0
+                return there
+            geometry.restore(functions)
+        return geometry.operators(arrays["x"])
+
+
+def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
+    """Return a message about the place where the film is stretched so much that its density is too low for the model; None
+    if there is no such place.
+
+    balance: forces and densities of the film; arrays: state of the film; o: geometry of the film in this state.
+    """
+    geometry, rest = balance.geometry, balance.material.density
+    density = balance.densities(o, arrays["part_mass"])
+    if density.min() >= THINNEST * rest:
+        return None
+    places = geometry.places(arrays["x"])
+    node = min(int(density.argmin()), len(places) - 1)
+    place = ", ".join(f"{value:.6g}" for value in in_space(places, geometry.axes)[node])
+    return (
+        f"is stretched to {density.min() / rest:.2g} of its rest density near ({place}) m: its tension cannot carry the loads; "
+        "reduce the loads, or increase `stiffness`"
+    )

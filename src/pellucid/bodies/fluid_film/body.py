@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.conditions.held_nodes import HeldNodes
-from pellucid.bodies.fluid_film.forms.film_forces import in_space
-from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
-from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
-from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
-from pellucid.bodies.fluid_film.surfaces.operators import Operators
-from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
-from pellucid.errors import RunStopped
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, Led, StepDone
+from pellucid.bodies.fluid_film.film_geometry import FilmGeometry, Operators
+from pellucid.bodies.fluid_film.forces import FilmForces, bending_energies, in_space
+from pellucid.bodies.fluid_film.solvers import FilmSolver
+from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT, VISCOUS, StepWork, Totals, no_work
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.capabilities import (
     Membrane,
@@ -27,10 +24,169 @@ from pellucid.parts.capabilities import (
 )
 from pellucid.parts.families import NodalBody
 from pellucid.parts.placement import Placement
+from pellucid.parts.support_precedence import find_owners
 from pellucid.parts.surface_load import ActingTraction, Traction
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase
+
+
+FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
+
+
+class NodalFields:
+    """Computes nodal fields of a fluid film for the stored results. forces: forces and densities of the film; arrays:
+    arrays of the film, of which `position`, `velocity` and `mass` are updated here; is_around: True for a surface of
+    revolution."""
+
+    def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
+        self._forces, self._arrays, self._is_around = forces, arrays, is_around
+        cells = forces.geometry.cells()
+        self._corners = cells.lines if len(cells.lines) else cells.triangles
+
+    def show(self, o: Operators) -> None:
+        """Update the positions [m], velocities [m/s] and masses [kg] at the nodes in the results. o: geometry of the film at
+        its present positions.
+        """
+        arrays, geometry = self._arrays, self._forces.geometry
+        arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
+        self.show_velocities(arrays["v"])
+        density = self._forces.at_points(self._forces.densities(o, arrays["part_mass"]))
+        arrays["mass"][:] = self._shared(o.area * density)
+
+    def show_velocities(self, v: np.ndarray) -> None:
+        """Update the velocities of the film at its nodes. v: velocities of the nodes (of a Loop surface: control points) [m/s],
+        shape (n, d)."""
+        geometry = self._forces.geometry
+        self._arrays["velocity"][:] = in_space(geometry.places(v), geometry.axes)
+
+    def field(self, name: str) -> np.ndarray:
+        """Return the field of this name at the nodes; fields of elements are averaged by area over the elements around each
+        node.
+        """
+        arrays, forces = self._arrays, self._forces
+        if name == "kinetic_energy":
+            return np.zeros(len(arrays["mass"]))
+        if name in arrays:
+            return arrays[name]
+        if name == "distance":
+            return self._distances()
+        o = forces.geometry.operators(arrays["x"])
+        if name == "curvature":
+            return self._at_nodes(o.area, o.curvature)
+        if name == "bending_energy":
+            return self._shared(bending_energies(o, forces.physics))
+        density = forces.densities(o, arrays["part_mass"])
+        if name == "areal_density":
+            return self._at_nodes(o.area, forces.at_points(density))
+        if name == "tension":
+            return self._at_nodes(o.area, forces.at_points(-forces.material.pressure(density)))
+        raise KeyError(name)
+
+    def areas(self, o: Operators) -> np.ndarray:
+        """Return the area of the film that belongs to each node [m²], shape (n,). o: geometry of the film at its present
+        positions.
+        """
+        return self._shared(o.area)
+
+    def _distances(self) -> np.ndarray:
+        """Return the distances of the nodes from the centre of mass [m]; for a surface of revolution the centre is on the
+        axis."""
+        places, mass = self._forces.geometry.places(self._arrays["x"]), self._arrays["mass"]
+        centre = mass @ places / float(mass.sum())
+        if self._is_around:
+            centre[0] = 0.0
+        return np.asarray(np.linalg.norm(places - centre, axis=1))
+
+    def _shared(self, of_points: np.ndarray) -> np.ndarray:
+        """Distribute values at the quadrature points of the elements, `of_points`, shape (e, q), equally among the corners of
+        each element, and return the sums at the nodes, shape (n,).
+        """
+        corners = self._corners
+        share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])
+        return np.bincount(corners.ravel(), share, len(self._arrays["mass"]))
+
+    def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the area-weighted averages at the nodes, shape (n,), of values at the quadrature points.
+
+        area: areas of the quadrature points [m²]; values: any quantity there; shape (e, q) both.
+        """
+        return np.asarray(self._shared(area * values) / self._shared(area))
+
+
+class HeldNodes:
+    """Stores the prescribed velocities of n film nodes and records the work of prescribing them.
+
+    axes: the d axes of space along which the film extends; is_around: True for a surface of revolution, on which forces
+    perpendicular to the axis cancel.
+    """
+
+    def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
+        self._n, self._axes, self._across = n, list(axes), 0.0 if is_around else 1.0
+        self.supports: Sequence[NodalSupport] = ()
+        self._owner = np.zeros((n, 3), np.int64)
+        self.motions: Sequence[str] = ()
+        self.numbers = np.zeros(n, np.int64)  # of each node: 1 + index of its motion, or 0 without a motion
+        self.rates = np.zeros(0)  # of the motions along the normal [m/s]
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """Set the supports that prescribe velocities of nodes."""
+        self.supports, self._owner = supports, find_owners(supports, self._n, may_leave=True)
+
+    def check(self, name: str) -> None:
+        """Raise CaseError if a node has both a support and a prescribed motion along the normal. name: name of the film."""
+        for number, support in enumerate(self.supports):
+            both = np.flatnonzero(self._constrained(number).any(axis=1) & (self.numbers > 0))
+            if len(both):
+                motion = self.motions[self.numbers[both[0]] - 1]
+                text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow this motion"
+                remedy = "move or shrink its `part` or the `where` of the support, so that they do not overlap"
+                raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
+
+    def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return a mask of the velocity components prescribed by supports and their values [m/s], shape (n, d) each."""
+        known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))
+        for number, support in enumerate(self.supports):
+            chosen = self._constrained(number)
+            known |= chosen
+            velocity = np.where(chosen, np.array(support.velocity)[self._axes], velocity)
+        return known, velocity
+
+    def led(self, before: np.ndarray) -> Led:
+        """Return the nodes with a prescribed velocity along the normal, and these velocities. before: nodal velocities in the
+        previous step [m/s], shape (n, d).
+        """
+        return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
+
+    def no_work(self, columns: int) -> StepWork:
+        """Return a `StepWork` (work and impulses of a step) with all entries zero. columns: length of its array of works."""
+        motions = {name: np.zeros(3) for name in self.motions}
+        return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
+
+    def count(self, done: StepDone, dt: float, work: StepWork) -> None:
+        """Add the work and the impulses of supports and motions in one substep of the film to `work`.
+
+        done: velocities and forces of the substep; dt: its length [s].
+        """
+        for number in range(len(self.supports)):
+            forces = np.where(self._constrained(number), done.prescribed, 0.0)
+            work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)
+        for number, name in enumerate(self.motions, start=1):
+            forces = np.where((self.numbers == number)[:, None], done.leading, 0.0)
+            work.motions[name][:] += self._counted(forces, done, dt, MOTION, work)
+
+    def _counted(self, forces: np.ndarray, done: StepDone, dt: float, column: int, work: StepWork) -> np.ndarray:
+        """Add the work of forces on the nodes [N], shape (n, d), over a substep dt [s] to `work.works[column]`, and return
+        their impulse [N s], shape (3,). done: velocities of the substep.
+        """
+        worked = dt * float(np.sum(forces * done.velocity))
+        work.works[column] += worked
+        work.works[INTERNAL] -= worked
+        return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
+
+    def _constrained(self, number: int) -> np.ndarray:
+        """Return a mask of the velocity components that the support with this number prescribes, shape (n, d)."""
+        return np.asarray(self._owner[:, self._axes] == number + 1)
 
 
 class FluidFilm(

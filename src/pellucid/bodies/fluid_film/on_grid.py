@@ -13,11 +13,9 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.forms.film_forces import FilmForces, in_space
-from pellucid.bodies.fluid_film.forms.virtual_power import dissipation
-from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
-from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface, limit_matrix
-from pellucid.bodies.fluid_film.wave_speeds import Signals
+from pellucid.bodies.fluid_film.body import FIELDS, NodalFields
+from pellucid.bodies.fluid_film.forces import FilmForces, Signals, dissipation, in_space
+from pellucid.bodies.fluid_film.loop_surface import LoopSurface, limit_matrix
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power

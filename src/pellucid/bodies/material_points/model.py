@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot
 from typing import ClassVar, Literal
 
-from pellucid.bodies.initial.state import initial_problems, plane_velocity_problems
+from pellucid.bodies.initial import initial_problems, plane_velocity_problems
 from pellucid.bodies.material_points.checks import (
     cell_pressure_problems,
     cut_problems,

@@ -8,9 +8,15 @@ import numpy as np
 from pydantic import PrivateAttr, field_validator
 
 from pellucid.bodies.damped_model import DampedModel
-from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.sine_wave import SineWave
-from pellucid.bodies.initial.state import Stress, add_initial_state, added_velocities, initial_velocity
+from pellucid.bodies.initial import (
+    INITIAL_MEANING,
+    Initial,
+    SineWave,
+    Stress,
+    add_initial_state,
+    added_velocities,
+    initial_velocity,
+)
 from pellucid.bodies.material_points.edge_points import EdgePoints, edge_points
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed

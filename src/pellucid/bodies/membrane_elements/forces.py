@@ -19,8 +19,8 @@ from pellucid.bodies.membrane_elements.quadrilateral import (
 from pellucid.bodies.membrane_elements.strain import elements_of
 from pellucid.bodies.membrane_elements.triangle import press_triangle, triangle_forces, triangle_stress
 from pellucid.jit.columns import BLOCK, WIDTH
-from pellucid.jit.local import numbers
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.memory import numbers
 
 
 @parallel_loop()

@@ -14,8 +14,8 @@ from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import OK
 from pellucid.jit import pointwise
 from pellucid.jit.columns import BLOCK, WIDTH
-from pellucid.jit.local import numbers, zeros
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.memory import numbers, zeros
 from pellucid.jit.vector import LANES, load, total
 
 CHUNK = 512  # elements

@@ -25,7 +25,7 @@ from pellucid.bodies.membrane_elements.strain import (
 from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
-from pellucid.bodies.own_nodes.overlong import find_overlong
+from pellucid.bodies.own_nodes.contact_surface import find_overlong
 from pellucid.energy import Totals
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.lattice import Grid

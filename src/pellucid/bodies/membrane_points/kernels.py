@@ -35,9 +35,9 @@ from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, take
-from pellucid.jit.local import numbers, zeros
 from pellucid.jit.loops import parallel_loop
-from pellucid.jit.point_rows import cross, vector_at_point, with_last
+from pellucid.jit.memory import numbers, zeros
+from pellucid.jit.rows import cross, vector_at_point, with_last
 from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pellucid.bodies.damped_model import DampedModel
-from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import initial_problems, initial_velocity, plane_velocity_problems
+from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems, initial_velocity, plane_velocity_problems
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable

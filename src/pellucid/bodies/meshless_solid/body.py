@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.functions import SolidFunctions
+from pellucid.bodies.meshless_solid.functions import SolidFunctions, quadrature_places
+from pellucid.bodies.meshless_solid.material_forces import ElasticForces, ViscousForces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
-from pellucid.bodies.meshless_solid.skin.skin import Skin
+from pellucid.bodies.meshless_solid.skin import Skin
 from pellucid.bodies.meshless_solid.solid import inversion
-from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
-from pellucid.bodies.meshless_solid.stable_step import PowerIteration
-from pellucid.bodies.meshless_solid.tables import quadrature_places
-from pellucid.bodies.meshless_solid.viscous_forces import ViscousForces
-from pellucid.bodies.meshless_solid.volume_inertia import VolumeInertia, pays
+from pellucid.bodies.meshless_solid.stable_step import PowerIteration, VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
-from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
+from pellucid.bodies.own_nodes.contact_surface import LONGEST_EDGE, PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
-from pellucid.bodies.own_nodes.overlong import LONGEST
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
@@ -243,7 +239,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
     # contact
 
     def _make_skin(self, coupling: GridCoupling) -> Skin:
-        longest = LONGEST * coupling.velocity_field.grid.lattice.cell
+        longest = LONGEST_EDGE * coupling.velocity_field.grid.lattice.cell
         points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
         return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.deformation import deform, deform_block, displacements, pull
 from pellucid.bodies.meshless_solid.solid import (
     BATCH,
     CHUNK,
@@ -29,11 +28,15 @@ from pellucid.bodies.meshless_solid.solid import (
     WEIGHT,
     Elastic,
     Solid,
+    deform,
+    deform_block,
+    displacements,
+    pull,
 )
 from pellucid.jit import generic, kernel, point_function
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.linked import call_kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.calls import call_kernel
+from pellucid.jit.loops import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store, total
 from pellucid.materials.law import energy_and_stress, volumetric_energy, volumetric_stress
 from pellucid.tensors import cofactor, determinant

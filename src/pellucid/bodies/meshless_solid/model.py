@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from pellucid.approximants.nodal.cell_least_squares import CellLeastSquaresModel
 from pellucid.approximants.nodal.contract import AnyNodalApproximant
+from pellucid.approximants.nodal.least_squares import CellLeastSquaresModel
 from pellucid.bodies.damped_model import DampedModel
-from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
+from pellucid.bodies.initial import INITIAL_MEANING, Initial, Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.algorithms.spatial_order import spatial_order
@@ -32,7 +31,7 @@ from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
-    from pellucid.bodies.meshless_solid.viscous_forces import Viscous
+    from pellucid.bodies.meshless_solid.material_forces import Viscous
     from pellucid.parts.body import Body
     from pellucid.parts.placement import Placement
 
@@ -106,7 +105,7 @@ class MeshlessSolidCase(DampedModel):
 
     def viscous(self) -> "Viscous | None":
         """Return the material law with history variables and the initial state of a point; None for a hyperelastic solid."""
-        from pellucid.bodies.meshless_solid.viscous_forces import Viscous
+        from pellucid.bodies.meshless_solid.material_forces import Viscous
 
         if isinstance(self.material, HyperelasticMaterial):
             return None

@@ -1,5 +1,5 @@
 """Estimate of the largest natural frequency of a solid in its present state, by power iteration; it limits the time step of
-central differences.
+central differences. In a relaxation, an inertia against changes of volume reduces this frequency.
 
 The iteration continues during a run: one iteration every `INTERVAL` steps, starting from the vector of the last one, and one in
 each step while the frequency grows, for example while a solid is compressed.
@@ -8,6 +8,16 @@ each step while the frequency grows, for example while a solid is compressed.
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from pellucid.bodies.meshless_solid.solid import PACKS, Solid, components
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop
+from pellucid.jit.vector import LANES, load, total
+from pellucid.materials.law import volumetric_stress
+from pellucid.tensors import cofactor
 
 ITERATIONS = 30  # number of iterations from a random vector
 INTERVAL = 20  # steps between iterations while the frequency does not grow
@@ -115,3 +125,159 @@ def converge(
             forces(displacement, here, told)
         forces(displacement + iteration.trial(), there, told)
         iteration.learn(here - there)
+
+
+SOFT = 100.0  # smallest ratio of U'' to the shear modulus for which the factors save time
+MOST_NODES = 10_000  # largest number of nodes, with factors of some seconds and some 100 MB
+WORN = 1.0  # change of a deformation gradient, over √(shear modulus / U''), after which B is recomputed
+CALMS = 0.9  # smallest ratio of `rate` between steps
+CALM = 0.1  # ratio of `rate` to the largest frequency below which it no longer limits the step
+STRAIN = 1e-6  # strain of the finite difference for U''
+
+
+def pays(solid: Solid, shear: float) -> bool:
+    """Return True if a solid of this shear modulus [Pa] relaxes faster with an inertia against changes of volume."""
+    return len(solid.block_volume) > 0 and len(solid.volume) <= MOST_NODES and stiffness_of_volume(solid) > SOFT * shear
+
+
+class VolumeInertia:
+    """Inertia β Kᵥ against changes of volume (virtual mass), in addition to the masses M, for a solid with averaged volume
+    ratio in a relaxation to a steady state; Kᵥ is the stiffness against changes of the volumes around the nodes .
+
+    inertia: nodal masses M [kg], shape (n,); free: mask of the components that are not prescribed, shape (n, 3); shear:
+    shear modulus at rest [Pa]; frequency: largest natural frequency with M alone [rad/s].
+
+    The step of a relaxation is limited by the bulk modulus, but the motion to equilibrium is governed by the shear modulus.
+    The number of steps is proportional to the square root of their ratio. Equilibria do not depend on inertia, so that the
+    nodes get M + β Kᵥ instead of M, where Kᵥ = Bᵀ D B is the stiffness against changes of the volumes around the nodes, B =
+    ∂(V_a J̄_a)/∂u, D = U''/V_a. No volumetric frequency then exceeds β^(-1/2). The effective forces are M (M + β Kᵥ)⁻¹ f = f -
+    Bᵀ y, (1/(β D) + B M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of one row per node, which is factored once, and again
+    when the deformation has made it inaccurate.
+    """
+
+    def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
+        self._solid, self._inertia, self._free = solid, inertia[:, None], free
+        self._found = VolumeRates(solid)
+        self._bulk = stiffness_of_volume(solid)
+        squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: squared frequency of shear alone
+        self._compliance = squared * solid.volume / self._bulk
+        self.displacement = np.zeros_like(free, float)
+        """Nodal displacements at which the derivatives B of the volumes around the nodes were computed [m], shape (n, 3)."""
+        self._alone, self.rate = 0.5 * frequency, 0.0
+        """After a release of nodes, the rate at which B becomes inaccurate [1/s], which limits the step until it is small;
+        otherwise 0."""
+        self._tolerated = WORN * (shear / self._bulk) ** 0.5
+        self.renew()
+
+    def renew(self) -> None:
+        """Recompute the derivatives B of the volumes around the nodes with respect to the nodal displacements in the present
+        state, and factor the matrix of the effective forces again.
+        """
+        self.displacement[:] = self._solid.displacement
+        self._deformation, self._change = self._solid.deformation.copy(), 0.0
+        self._rates = self._found.find()
+        self._rates.data *= self._free.ravel()[self._rates.indices]
+        over = np.repeat(1.0 / self._inertia.ravel(), 3)
+        system = sparse.diags_array(self._compliance) + (self._rates * over) @ self._rates.T
+        self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def wears(self, dt: float, frequency: float) -> bool:
+        """Return True if the solid has deformed so much that the volume derivatives B have become inaccurate. Called after each
+        step dt [s]; frequency: present largest frequency [rad/s]."""
+        before, self._change = self._change, float(abs(self._solid.deformation - self._deformation).max())
+        if self.rate:
+            wear = (self._change - before) / (self._tolerated * dt)
+            self.rate = max(wear, CALMS * self.rate)
+            if self.rate < CALM * frequency:
+                self.rate = 0.0
+        return self._change > self._tolerated
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return, for a checkpoint, the nodal displacements at which the volume derivatives B were computed, and indicators of
+        their error."""
+        return {"volume_inertia": self.displacement, "volume_wear": np.array([self._change, self.rate])}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Restore the arrays of a checkpoint; the solid must have the displacements at which the volume derivatives B were
+        computed."""
+        self.renew()
+        self._change, self.rate = arrays["volume_wear"].tolist()
+
+    def release(self, free: np.ndarray) -> None:
+        """Release constrained nodes. free: 1 for components of the nodes that are not prescribed, else 0, shape (n, 3). The
+        time step is reduced to the limit without volume inertia, since released nodes accelerate suddenly.
+        """
+        self._free, self.rate = free, self._alone
+        self.renew()
+
+    def shift(self, force: np.ndarray) -> np.ndarray:
+        """Return the addition to forces on the nodes [N], shape (n, 3), that turns them into effective forces for the nodal
+        masses: with these forces the masses have the accelerations that the nodes have with the inertia against changes of
+        volume."""
+        y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
+        return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
+
+
+def stiffness_of_volume(solid: Solid) -> float:
+    """Return the second derivative U'' of the volumetric energy of the solid's law at rest [Pa]."""
+    higher, lower = (volumetric_stress(solid.law, 1.0 + strain) for strain in (STRAIN, -STRAIN))
+    return float(higher - lower) / (2.0 * STRAIN)
+
+
+@kernel(inner=True)
+def _rates_of_pack(pack, block, solid, at, values):
+    """Write the contributions of the points of a pack (four quadrature points) to the derivatives of the volumes around the
+    nodes with respect to the nodal coefficients [m²] to `values`, one row for each pair of nodes, from row `at` on.
+
+    block: the block of the pack; solid: data of `Solid`.
+    """
+    k = 9 * LANES * pack
+    C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns
+    one, two, three = k, k + 3 * LANES, k + 6 * LANES
+    gradients, corners = solid.gradients, solid.corners
+    for entry in range(gradients.first[pack], gradients.first[pack + 1]):
+        g = 3 * LANES * entry
+        x, y, z = load(gradients.numbers, g), load(gradients.numbers, g + LANES), load(gradients.numbers, g + 2 * LANES)
+        X = x + x * load(K, one) + y * load(K, two) + z * load(K, three)  # ∇p = Kᵀ g
+        Y = y + x * load(K, one + LANES) + y * load(K, two + LANES) + z * load(K, three + LANES)
+        Z = z + x * load(K, one + 2 * LANES) + y * load(K, two + 2 * LANES) + z * load(K, three + 2 * LANES)
+        a, b = C[0] * X + C[1] * Y + C[2] * Z, C[3] * X + C[4] * Y + C[5] * Z
+        c = C[6] * X + C[7] * Y + C[8] * Z
+        for corner in range(corners.first[pack], corners.first[pack + 1]):
+            share = load(corners.numbers, LANES * corner)
+            values[at, 0], values[at, 1], values[at, 2] = total(share * a), total(share * b), total(share * c)
+            at += 1
+
+
+@parallel_loop()
+def _find_rates(block, solid, first, values):
+    for pack in range(PACKS * block, min(PACKS * (block + 1), len(first) - 1)):
+        _rates_of_pack(pack, block, solid, first[pack], values)
+
+
+class VolumeRates:
+    """Computes B, the derivatives of the volumes around the nodes [m³] with respect to the nodal coefficients [m]: a matrix
+    with a constant sparsity pattern.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        self._solid, n = solid, len(solid.volume)
+        gradients, corners = solid.gradients, solid.corners
+        of_pack = np.diff(gradients.first), np.diff(corners.first)
+        self._first = np.concatenate([[0], np.cumsum(of_pack[0] * of_pack[1])])
+        pack = np.repeat(np.arange(len(of_pack[0])), of_pack[0] * of_pack[1])
+        entry, corner = np.divmod(np.arange(int(self._first[-1])) - self._first[pack], of_pack[1][pack])
+        start = solid.blocks.first[pack // PACKS]
+        row = solid.blocks.nodes[start + corners.place[corners.first[pack] + corner] // LANES]
+        column = solid.blocks.nodes[start + gradients.place[gradients.first[pack] + entry] // LANES]
+        pairs, self._place = np.unique(row * n + column, return_inverse=True)
+        self._columns = (3 * (pairs % n)[:, None] + np.arange(3)).ravel()
+        self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)
+
+    def find(self) -> sparse.csr_array:
+        """Return the matrix B of the derivatives of the volumes around the nodes with respect to the nodal coefficients in
+        the present state [m²], shape (n, 3 n)."""
+        values, n = np.empty((int(self._first[-1]), 3)), len(self._solid.volume)
+        _find_rates(len(self._solid.sums), Bundle(self._solid), self._first, values)
+        sums = [np.bincount(self._place, values[:, d], len(self._columns) // 3) for d in range(3)]
+        return sparse.csr_array((np.stack(sums, axis=1).ravel(), self._columns, self._rows), shape=(n, 3 * n))

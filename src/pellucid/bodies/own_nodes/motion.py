@@ -3,11 +3,11 @@ the grid, and records the works.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
-from pellucid.bodies.own_nodes.field_condition import FieldCondition
 from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
@@ -17,6 +17,20 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import NodalSupport
 from pellucid.parts.support_precedence import find_owners, in_order
 from pellucid.reductions import ordered_sum
+
+
+class FieldCondition(Protocol):
+    """Conditions that prescribe the interpolated displacement of a body at its nodes, if this displacement differs from the
+    nodal coefficients.
+    """
+
+    def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the impulses that enforce the prescribed velocities [N s]: on the nodes, shape (2, n, 3), for supports and
+        for motions; and the sum for each support and motion, shape (rows, 3).
+
+        velocity: velocities of the nodes at the end of the step dt [s] without these conditions [m/s], shape (n, 3); inertia:
+        nodal inertia [kg], shape (n,); rows: prescribed velocities of each support and motion [m/s], shape (rows, 3).
+        """
 
 
 class NodalMotion:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.axis import GridFunction, GridFunctions, axis_weights
+from pellucid.approximants.grid_functions import GridFunction, GridFunctions, axis_weights
 from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.grid.lattice import Grid
 

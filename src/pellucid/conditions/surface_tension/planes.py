@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.grid_functions import axis_weights
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.grid.lattice import Grid
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from pellucid.approximants.radial.windows import windows_on_line
-from pellucid.bodies.diffusing_field.domain import Line
-from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
+from pellucid.bodies.diffusing_field.model import DiffusingFieldCase, Line
+from pellucid.bodies.diffusing_field.weak_forms import windows_on_line
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.annotations import Array
 from pellucid.references.diffusion import between_zero_ends

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
-from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
+from pellucid.bodies.initial import SphericalHarmonic
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.annotations import Array
 from pellucid.references.diffusion import harmonic_decay

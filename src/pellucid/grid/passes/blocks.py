@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy import uintp
 
-from pellucid.approximants.axis import axis_numbers
+from pellucid.approximants.grid_functions import axis_numbers
 from pellucid.grid.points import ByIndex, InOrder, place_of
 from pellucid.grid.stencil import functions_at, stencil_of
 from pellucid.jit import generic, kernel, point_function, pointwise

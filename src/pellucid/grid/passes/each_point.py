@@ -32,11 +32,10 @@ from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gath
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.calls import call_kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, put_like, size, take, take_lanes
-from pellucid.jit.joint import joint_region
-from pellucid.jit.linked import call_kernel
-from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import joint_by_colour, joint_for
+from pellucid.jit.loops import joint_by_colour, joint_for, joint_region
+from pellucid.jit.memory import indices, numbers, zeros
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import ZERO_VECTOR
 

@@ -12,18 +12,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
+from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
 from pellucid.grid.stencil import node_at, node_behind
 from pellucid.jit import default_function, generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
-from pellucid.jit.joint import joint_region
-from pellucid.jit.linked import call_kernel
-from pellucid.jit.local import indices, numbers
-from pellucid.jit.parallel import joint_by_colour
-from pellucid.jit.products import no_sums, outer, plus
+from pellucid.jit.calls import call_kernel
+from pellucid.jit.columns import BLOCK, WIDTH, no_sums, outer, plus, put, size, take
+from pellucid.jit.loops import joint_by_colour, joint_region
+from pellucid.jit.memory import indices, numbers
 from pellucid.jit.vector import LANES, load, row, store
 from pellucid.tensors import ZERO_VECTOR
 

@@ -8,7 +8,7 @@ from pellucid.grid.passes.places import bounds_of, comes_first, placed
 from pellucid.grid.points import MappedPoints, place_of
 from pellucid.jit import generic, kernel, point_function
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import joint_for, parallel_for
+from pellucid.jit.loops import joint_for, parallel_for
 
 
 class MovingPoints(NamedTuple):

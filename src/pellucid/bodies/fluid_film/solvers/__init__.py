@@ -1,1 +1,0 @@
-"""Solvers of the linear systems of equations from which the nodal velocities of a film follow."""
