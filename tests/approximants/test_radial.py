@@ -8,7 +8,7 @@ from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.neighbourhoods import along_curve, on_surface
 from pellucid.approximants.radial.polynomials import Monomials
 from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 STENCILS = 30
 OTHERS = {

@@ -8,7 +8,7 @@ from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.neighbourhoods import Stencils, along_curve, on_surface
 from pellucid.approximants.radial.stencils import interpolants
 from pellucid.approximants.radial.windows import windows_on_line
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 RADIAL = RADIAL_FUNCTIONS.entries["polyharmonic"]()
 

@@ -11,11 +11,9 @@ from pellucid.geometry.algorithms.crossing import self_crossing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.checks.quality import dihedral_angles, quad_qualities, tetrahedron_qualities, triangle_qualities
 from pellucid.geometry.checks.solid_checks import apart, solid_faults
-from pellucid.geometry.checks.surface_checks import mesh_faults
-from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.checks.surface_checks import mesh_faults, rims
 from pellucid.geometry.checks.words import Fault
-from pellucid.geometry.files.contents import Contents
-from pellucid.geometry.files.first_order import counted, first_order
+from pellucid.geometry.files.contents import Contents, counted, first_order
 from pellucid.geometry.files.read import ANY, read_file
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh

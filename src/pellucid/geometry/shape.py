@@ -1,16 +1,13 @@
-"""Selection of a shape in a case by one key. To add a shape, define its class in its own file and add a field with its key to
-`Shape`."""
+"""Selection of a shape in a case by one key. To add a shape, define its class in a module of `shapes` and add a field with its
+key to `Shape`."""
 
 from typing import ClassVar
 
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.cushion import Cushion
-from pellucid.geometry.shapes.hollow import Pipe, Shell
-from pellucid.geometry.shapes.rotated import Rotated
-from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter
-from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
-from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.shapes.rotation import Rotated, Rotations, rotate_parameter
+from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
+from pellucid.geometry.surfaces.surface import Inside
 
 
 class Shape(Choice):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights, inside, signed_volume
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 # a unit cube, two triangles a face, normals outward
 CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])

@@ -5,8 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of, surface_area, volume_with_lids
-from pellucid.geometry.algorithms.lids import capped
+from pellucid.geometry.algorithms.enclosure import capped, ellipse_of, ellipsoid_of, surface_area, volume_with_lids
+from pellucid.geometry.surfaces.quadrilaterals import SphereSurface
 from pellucid.geometry.surfaces.surface import Surface
 
 BOX = Surface(box={"lower": [1, 2, 3], "upper": [2, 4, 6], "points": [3, 4, 5]}).triangulate()
@@ -60,3 +60,25 @@ def test_a_flat_surface_has_no_ellipsoid():
     disc = Surface(disc={"centre": [1, 2, 3], "normal": [0, 0, 1], "radius": 1, "rings": 3}).triangulate()
     assert abs(volume_with_lids(*disc)) < 1e-14
     assert np.isnan(ellipsoid_of(*disc).axes).all()
+
+
+def test_the_ellipse_of_a_polygon_converges():
+    """A polygon through n places of an ellipse is less by order 1/n²."""
+    errors = []
+    for n in (40, 80):
+        angle, turn = 2.0 * np.pi * np.arange(n) / n, np.radians(30.0)
+        places = np.stack([3.0 * np.cos(angle), np.sin(angle)], axis=1)
+        places = places @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]) + (5.0, -7.0)
+        found = ellipse_of(places)
+        errors.append(abs(found.axes[0] - 3.0))
+        assert found.inclination == pytest.approx(30.0)
+        assert found.deformation == pytest.approx(0.5, rel=1e-12)
+    assert errors[1] == pytest.approx(0.25 * errors[0], rel=0.02)
+
+
+def test_an_ellipsoid_of_quadrilaterals_is_found():
+    vertices, triangles = SphereSurface(centre=(0.0, 0.0, 0.0), radius=1.0, divisions=20).triangulate()
+    found = ellipsoid_of(vertices * (1.0, 2.0, 4.0) + (3.0, 2.0, 1.0), triangles)
+    assert found.axes == pytest.approx((4.0, 2.0, 1.0), rel=5e-3)
+    assert found.deformation == pytest.approx(0.6, rel=1e-3)
+    assert abs(found.directions[0, 2]) == pytest.approx(1.0)

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure import signed_volume
-from pellucid.geometry.algorithms.enclosure_shape import volume_with_lids
-from pellucid.geometry.algorithms.lids import BENT, Lids, capped, rims_of
+from pellucid.geometry.algorithms.enclosure import BENT, Lids, capped, rims_of, signed_volume, volume_with_lids
 from pellucid.geometry.meshes.cells import corner_areas
-from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.geometry.surfaces.surface import Surface
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 SHIFT = np.array([3.3, -2.1, 5.7])
 BALL = {"centre": [0, 0, 0], "radius": 1, "divisions": 16}

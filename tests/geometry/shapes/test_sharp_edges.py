@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.sharp_edges import edges_of_triangles
+from pellucid.geometry.shapes.contract import edges_of_triangles
 
 SPACE, PLANE, LINE = (True, True, True), (True, True, False), (True, False, False)
 

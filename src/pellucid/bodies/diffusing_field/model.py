@@ -15,7 +15,7 @@ from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
-from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.surfaces.surface import Inside
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import parameter

@@ -9,7 +9,7 @@ from pellucid.bodies.fluid_film.conditions.volume_constraints import reduced_to_
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.coincident import coincident
+from pellucid.geometry.meshes.points import coincident
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 

@@ -16,7 +16,7 @@ from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.points import spatial_order
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces.film_shapes import FilmShape

@@ -19,8 +19,8 @@ from pellucid.geometry.region import images, within
 from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.shifted import Shifted
-from pellucid.geometry.surfaces.box import Face
+from pellucid.geometry.shapes.rotation import Shifted
+from pellucid.geometry.surfaces.quadrilaterals import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter

@@ -15,8 +15,7 @@ from pellucid.bodies.meshless_solid.skin.points import SkinPoints, skin_points
 from pellucid.bodies.meshless_solid.tables import Tables, at_quadrature_points, make_tables
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Refusal
-from pellucid.geometry.meshes.cells import cells_of_faces
-from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import FaceShares, cells_of_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
 from pellucid.parts.body import in_metres

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.gallery.exact_curves import column, compared, energy_metric
-from pellucid.geometry.surfaces.rectangle import Rectangle
+from pellucid.geometry.surfaces.quadrilaterals import Rectangle
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.references.elastica import heavy_elastica
 from pellucid.results.metrics import Metric

@@ -8,7 +8,7 @@ follows from tan θ = B/L, and φ' = -γ̇ L B/(L² + B²) for any width of the 
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared
-from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of
+from pellucid.geometry.algorithms.enclosure import ellipsoid_of
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.strips import triangles_of_fan, triangles_of_strip
+from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks, triangles_of_fan, triangles_of_strip
 from pellucid.geometry.files.words import floats, integers, text_of
 
 TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}

@@ -9,9 +9,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.sets import GROUPS, marked_places
-from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.contents import (
+    CORNERS,
+    GROUPS,
+    Block,
+    Contents,
+    Damaged,
+    flat_blocks,
+    marked_places,
+    triangles_of_strip,
+)
 
 _KINDS = {1: "vertex", 3: "line", 5: "triangle", 8: "quad", 9: "quad", 10: "tetra", 11: "hexahedron", 12: "hexahedron"}
 _KINDS |= {13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import spread
 from pellucid.geometry.checks.quality import tetrahedron_qualities
-from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.checks.surface_checks import rims
 from pellucid.geometry.mesh_survey import surface_qualities
 from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh

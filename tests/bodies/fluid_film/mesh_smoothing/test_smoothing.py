@@ -6,7 +6,7 @@ from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
 from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import check_quality, rigid_part
 from pellucid.errors import RunStopped
 from pellucid.geometry.checks.quality import triangle_qualities
-from pellucid.geometry.meshes.rings import rings
+from pellucid.geometry.meshes.triangulation import rings
 
 
 def cell_areas(surface, x):

@@ -3,7 +3,7 @@ import pytest
 
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.solid_meshes.box import box_mesh
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.results.pictures.rendering.creases import split_at_creases
 from pellucid.results.pictures.rendering.drawables import vertex_normals
 

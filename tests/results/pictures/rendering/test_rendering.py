@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.solid_meshes.box import box_mesh
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.results.pictures.rendering.axes import coloured
 from pellucid.results.pictures.rendering.camera import Plane, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Mesh, Section

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from pellucid.geometry.meshes.rings import Rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.triangulation import Rings, vertex_normals
 
 
 class CellFluxes:

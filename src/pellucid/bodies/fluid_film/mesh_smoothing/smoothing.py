@@ -7,8 +7,7 @@ import numpy as np
 from pellucid.errors import RunStopped
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import vector_areas
-from pellucid.geometry.meshes.rings import Rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.triangulation import Rings, vertex_normals
 
 SMOOTHING = 0.3  # displacement of a node per step, relative to its distance from the centroid of its triangles
 LONGEST = 0.4  # largest displacement of a node along the surface, relative to the distance to its nearest neighbour

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pellucid.geometry.meshes.rings import Rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.triangulation import Rings, vertex_normals
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 

@@ -8,7 +8,7 @@ from pellucid.approximants.radial.contract import RadialModel
 from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface
 from pellucid.bodies.fluid_film.surfaces.radial_surface import RadialSurface
 from pellucid.bodies.fluid_film.surfaces.triangle_surface import TriangleSurface
-from pellucid.geometry.algorithms.spatial_order import side_by_side
+from pellucid.geometry.meshes.points import side_by_side
 from pellucid.geometry.meshes.triangulation import Triangulation
 
 

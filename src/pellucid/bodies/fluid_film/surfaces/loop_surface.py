@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from pellucid.bodies.fluid_film.surfaces import loop_patch as patch
 from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables
 from pellucid.bodies.fluid_film.surfaces.triangle_surface import THREE, TriangleRule, TriangleSurface
-from pellucid.geometry.meshes.rings import Rings
+from pellucid.geometry.meshes.triangulation import Rings
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 

@@ -15,8 +15,7 @@ from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables
 from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.rings import rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.triangulation import rings, vertex_normals
 
 
 class TriangleRule(NamedTuple):
