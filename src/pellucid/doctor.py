@@ -39,7 +39,7 @@ print(numba.threading_layer(), numba.get_num_threads())
 _DRAWING = """
 import io, time
 import numpy as np
-from pellucid.results.pictures.rendering.axes import show
+from pellucid.results.pictures.rendering.camera import show
 from pellucid.results.pictures.rendering.camera import View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls
 from pellucid.results.pictures.rendering.render import render

@@ -8,7 +8,7 @@ import pytest
 import pellucid
 from pellucid.case import Case
 from pellucid.case.judgement import Check
-from pellucid.results.checks import metric_of
+from pellucid.results.metrics import metric_of
 from pellucid.results.readings import Readings, mean_columns
 from pellucid.studies.measured import read_curve
 

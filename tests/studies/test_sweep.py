@@ -8,8 +8,7 @@ import pellucid
 from pellucid.cli import app
 from pellucid.errors import UsageError
 from pellucid.studies import extra
-from pellucid.studies.sensitivities import Sensitivity
-from pellucid.studies.sweep_page import write_sweep_page
+from pellucid.studies.sweep import Sensitivity, write_sweep_page
 from pellucid.system import extras
 
 

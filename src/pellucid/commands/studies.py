@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
-from pellucid.commands.table import print_table
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, print_table, read_case, read_time
 from pellucid.errors import Interrupted, RunStopped, Terminated, UsageError
 
 WorkersOption = Annotated[
@@ -74,8 +73,7 @@ def sweep(
     from pellucid.progress import watching
     from pellucid.studies.members import DONE
     from pellucid.studies.pool import Workers, read_slurm
-    from pellucid.studies.ranges import read_rows, read_values, with_units
-    from pellucid.studies.samples import rows_of
+    from pellucid.studies.ranges import read_rows, read_values, rows_of, with_units
     from pellucid.studies.sweep import run_sweep
 
     values, members = read_values(over or []), read_rows(listed) if listed else []

@@ -124,7 +124,7 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
     """
     from pellucid.case import check_memory
     from pellucid.case.memory import n_points, table_bytes
-    from pellucid.running.forecast.words import foretell_case, foretell_simulation
+    from pellucid.running.forecast import foretell_case, foretell_simulation
     from pellucid.set_up.contact_offsets import contact_offsets
     from pellucid.set_up.first_look import look
 
@@ -285,7 +285,7 @@ def _simulation(
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
     from pellucid.compilation.ahead import compiled_ahead
-    from pellucid.compilation.kernel_key import kernel_key
+    from pellucid.compilation.reporting import kernel_key
     from pellucid.simulation.simulation import Simulation
 
     check_memory(case)

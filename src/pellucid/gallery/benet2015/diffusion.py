@@ -7,10 +7,9 @@ from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.annotations import Array
-from pellucid.references.diffusion import between_zero_ends
+from pellucid.references.flows import between_zero_ends
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",

@@ -10,7 +10,7 @@ from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 

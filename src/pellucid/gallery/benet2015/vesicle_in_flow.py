@@ -6,10 +6,9 @@ from typing import Any, NamedTuple
 from pellucid.gallery.benet2015.films import kept
 from pellucid.gallery.exact_curves import compared
 from pellucid.geometry.algorithms.enclosure import ellipsoid_of
-from pellucid.references.drops import approach, deformation
+from pellucid.references.flows import drop_approach, drop_deformation
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
 
@@ -32,8 +31,8 @@ class Drop(NamedTuple):
     def expected(self, time: float) -> float:
         """Return the deformation (L - B)/(L + B) of the drop by small-deformation theory at a time [s]; L and B: largest and
         smallest diameter."""
-        steady = deformation(self.capillary, self.ratio, self.confinement)
-        return steady * approach(self.capillary, self.ratio, self.shear * time)
+        steady = drop_deformation(self.capillary, self.ratio, self.confinement)
+        return steady * drop_approach(self.capillary, self.ratio, self.shear * time)
 
 
 def drop_of(run: Run) -> Drop:
@@ -79,7 +78,7 @@ def _deformation(run: Run) -> Figure:
     figure, (left, right) = new_panels(1, 2, height=3.4)
     left.plot(times, [shape.deformation for shape in shapes], "o-", color=COLOURS[0], markersize=3, label="drop")
     left.plot(times, [drop.expected(float(time)) for time in times], "--", color=COLOURS[1], label="small-deformation theory")
-    free = deformation(drop.capillary, drop.ratio)
+    free = drop_deformation(drop.capillary, drop.ratio)
     left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="steady state without plates")
     label(left, "time", "deformation", "s", "", legend=True)
     for axis, name, colour in zip((2, 1, 0), ("shortest", "middle", "longest"), COLOURS, strict=False):

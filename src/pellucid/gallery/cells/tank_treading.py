@@ -11,8 +11,7 @@ from pellucid.gallery.exact_curves import compared
 from pellucid.geometry.algorithms.enclosure import ellipsoid_of
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 NAME, SHEAR_RATE = "capsule", 1.0
 DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its shape [s]

@@ -9,8 +9,7 @@ from pellucid.gallery.mountris2019.curves import form_of
 from pellucid.references import finite_elements
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 DISTANCE = 0.05
 

@@ -1,7 +1,8 @@
 """Reader of Gmsh's mesh formats 1, 2, 4.0 and 4.1, text and binary: nodes, elements and physical groups.
 
 Other sections, such as data and periodic links, are skipped. Source: Gmsh reference manual, file formats: MSH 4.1, and legacy
-formats 4.0, 2 and 1."""
+formats 4.0, 2 and 1.
+"""
 
 import re
 from collections.abc import Callable, Iterator

@@ -12,12 +12,10 @@ from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh as SurfaceMesh
 from pellucid.geometry.meshes.triangulation import directed_edges
-from pellucid.results.pictures.annotations import Figure
-from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
+from pellucid.results.pictures.rendering.camera import Camera, View, camera_for, coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, house_style, new_figure
+from pellucid.results.pictures.style import SEQUENTIAL, Figure, colour_bar, house_style, new_figure
 
 FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
 MOST_PIXELS = 1000  # of a view, along and across

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pellucid.results.pictures.rendering import raster
-from pellucid.results.pictures.rendering.raster import DEPTHS, REACH, Canvas, ball_fragments, triangle_fragments
+from pellucid.results.pictures.rendering import drawables
+from pellucid.results.pictures.rendering.drawables import DEPTHS, REACH, Canvas, ball_fragments, triangle_fragments
 
 SHAPE = (40, 60)
 
@@ -33,7 +33,7 @@ def test_triangles_cover_the_pixels_within_them_at_their_depth():
 def test_many_triangles_are_looked_at_in_parts(monkeypatch):
     corners = np.random.default_rng(5).uniform(-10.0, 70.0, (50, 3, 3))
     whole = together(triangle_fragments(corners, SHAPE))
-    monkeypatch.setattr(raster, "MOST", 3000)
+    monkeypatch.setattr(drawables, "MOST", 3000)
     parts = list(triangle_fragments(corners, SHAPE))
     assert len(parts) > 5
     for one, other in zip(whole, together(iter(parts)), strict=True):

@@ -9,7 +9,7 @@ from membranes import sheet
 from small_cases import GAS, SLIP, SOLID, box, case
 
 from pellucid import load
-from pellucid.running.forecast.steps import of_case, of_simulation
+from pellucid.running.forecast import of_case, of_simulation
 from pellucid.simulation.simulation import Simulation
 
 WIDE = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}

@@ -1,13 +1,97 @@
-"""Drawing of walls (rigid planes that bound the bodies and have no points) in pictures and in the interactive view."""
+"""Surroundings of bodies in pictures: mirror images, images in a periodic grid, and walls."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.results.pictures.annotations import Axes
-from pellucid.results.pictures.mirrors import Mirror
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.grid.model import GridCase
 from pellucid.results.pictures.rendering.drawables import Mesh
-from pellucid.results.storage.stored_case import StoredWall
+from pellucid.results.pictures.style import Axes
+from pellucid.results.storage.run_folder import StoredWall
+from pellucid.state import COMPONENT_NAMES, FIELDS
+
+
+class Mirror(NamedTuple):
+    """A plane of symmetry normal to an axis."""
+
+    axis: int
+    place: float  # position of the plane along the axis [m]
+
+
+def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, ...]:
+    """Return the planes of symmetry at the named faces of the grid, such as "x-lower" (normal to x at the lower end of the
+    grid)."""
+    if grid is None:
+        return ()
+    ends = {"lower": grid.lower, "upper": grid.extent_upper()}
+    named = [(("xyz".index(face[0])), ends[face[2:]]) for face in faces]
+    return tuple(Mirror(axis, float(end[axis])) for axis, end in named)
+
+
+def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -> dict[str, np.ndarray]:
+    """Return the fields of points, shape (n, ...), and of their images in all k planes, shape (2^k n, ...).
+
+    Positions, vectors and symmetric tensors are mirrored; fields in the local frame of a membrane are copied.
+    """
+    found = dict(fields)
+    for axis, place in mirrors:
+        for name, values in found.items():
+            image = values.copy()
+            if name == "position":
+                image[:, axis] = 2.0 * place - image[:, axis]
+            elif values.ndim == 2 and FIELDS[name].names == COMPONENT_NAMES.get(values.shape[1]):
+                odd = [component.count("xyz"[axis]) == 1 for component in COMPONENT_NAMES[values.shape[1]]]
+                image[:, odd] *= -1.0
+            found[name] = np.concatenate([values, image])
+    return found
+
+
+def cells_with_images(cells: Cells, n: int, mirrors: tuple[Mirror, ...]) -> Cells:
+    """Return the cells of n points together with the cells of their mirror images, in the order of points of `with_images`."""
+    copies = range(2 ** len(mirrors))
+    return Cells(*(np.concatenate([corners + n * copy for copy in copies]) for corners in cells))
+
+
+SEAM = "seam"
+"""Name of the additional field with the displacement of points into the periodic box [m], shape (n, 3)."""
+
+
+def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
+    """Return the fields of a body after moving its positions into the box of the periodic grid; unchanged if the grid is
+    not periodic.
+
+    Points without cells are moved one by one; a body with a mesh is moved as a whole, according to the centre of its
+    points. The displacement is added as the field `seam` [m]. cells: function that returns the cells of the body.
+    """
+    if grid is None or not grid.periodic:
+        return fields
+    moved = way_into_box(fields["position"], cells(), grid)
+    return {**fields, "position": fields["position"] + moved, SEAM: moved}
+
+
+def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> np.ndarray:
+    """Return the displacement that moves points into the box of a periodic grid [m], shape (n, 3): multiples of its periods.
+
+    position: [m], shape (n, 3). cells: cells of the body; a body with cells is moved as a whole.
+    """
+    way = np.zeros_like(position)
+    for axis, period in enumerate(grid.periods() if grid is not None else ()):
+        if period == 0.0:
+            continue
+        x = position[:, axis]
+        if any(len(corners) for corners in (cells.lines, cells.triangles, cells.quadrilaterals, cells.tetrahedra)):
+            x = np.full(len(x), np.mean(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0)
+        way[:, axis] = -period * np.floor((x - grid.lower[axis]) / period) if grid is not None else 0.0
+    return way
+
+
+def places_unmoved(fields: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the positions of the points before `in_box` moved them into the periodic box [m], shape (n, 3). Displacements are
+    computed from these."""
+    return fields["position"] - fields.get(SEAM, 0.0)
+
 
 INK, HATCH = "#5f6570", "////"
 PALE = (0.86, 0.87, 0.90)  # of a wall in space

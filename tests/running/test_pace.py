@@ -4,10 +4,7 @@ import pytest
 from small_cases import GAS, SOLID, box, case
 
 from pellucid.errors import UsageError
-from pellucid.running.forecast.on_the_way import ToldOnTheWay
-from pellucid.running.forecast.pace import Pace, Paces, size_of
-from pellucid.running.forecast.steps import Foretold
-from pellucid.running.forecast.words import lines, pace_of
+from pellucid.running.forecast import Foretold, Paces, StepTime, ToldOnTheWay, lines, pace_of, size_of
 
 UNKNOWN = (
     "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run"
@@ -33,7 +30,7 @@ def test_nothing_is_known_at_first(tmp_path):
 
 
 def test_the_same_case_takes_the_same_time(tmp_path):
-    assert taught(tmp_path, [block(10)], [3e-3]).seconds_of_a_step(block(10, name="other")) == Pace(3e-3, 3e-3)
+    assert taught(tmp_path, [block(10)], [3e-3]).seconds_of_a_step(block(10, name="other")) == StepTime(3e-3, 3e-3)
 
 
 def test_a_size_between_two_takes_a_time_between_theirs(tmp_path):
@@ -85,7 +82,7 @@ def test_without_a_folder_nothing_is_known(monkeypatch):
     def homeless():
         raise UsageError("there is no home folder")
 
-    monkeypatch.setattr("pellucid.running.forecast.pace.cache_folder", homeless)
+    monkeypatch.setattr("pellucid.running.forecast.cache_folder", homeless)
     assert pace_of(block(10)) is None
 
 
@@ -97,9 +94,9 @@ def test_the_size_goes_with_the_points():
     ("each", "words"),
     [
         (None, UNKNOWN),
-        (Pace(0.01, 0.01), "time: about 2.0 s on this machine, excluding set-up, compilation and report"),
-        (Pace(0.01, 0.02), "time: about 2.8 s on this machine, excluding set-up, compilation and report"),
-        (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.01), "time: about 2.0 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.02), "time: about 2.8 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, excluding set-up, compilation and report"),
     ],
 )
 def test_steps_and_time_are_said_in_two_lines(each, words):
@@ -109,7 +106,7 @@ def test_steps_and_time_are_said_in_two_lines(each, words):
 
 
 def test_of_a_relaxation_the_time_of_a_step_is_told():
-    steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), Pace(4e-3, 4e-3))
+    steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
     assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
 
 
@@ -124,7 +121,7 @@ def test_what_was_not_known_is_told_after_a_second(monkeypatch):
             self.texts.append(text)
 
     notes, now = Notes(), [0.0]
-    monkeypatch.setattr("pellucid.running.forecast.on_the_way.monotonic", lambda: now[0])
+    monkeypatch.setattr("pellucid.running.forecast.monotonic", lambda: now[0])
     progress = ToldOnTheWay(notes)
     progress.begin("running", 10.0)
     for step in range(12):
