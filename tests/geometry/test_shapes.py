@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Shape
 from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
 from pellucid.geometry.surfaces.surface import Inside
 

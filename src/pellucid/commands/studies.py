@@ -138,7 +138,7 @@ def fit(
     An interrupted fit continues when the same command is run again."""
     from pellucid.progress import watching
     from pellucid.studies.fit import run_fit
-    from pellucid.studies.measured import read_curve
+    from pellucid.studies.misfit import read_curve
     from pellucid.studies.pool import Workers, read_slurm
     from pellucid.studies.ranges import range_of, read_ends, split_setting
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from pellucid.geometry.algorithms.crossing import self_crossing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.checks import Fault
 from pellucid.geometry.checks.quality import dihedral_angles, quad_qualities, tetrahedron_qualities, triangle_qualities
 from pellucid.geometry.checks.solid_checks import apart, solid_faults
 from pellucid.geometry.checks.surface_checks import mesh_faults, rims
-from pellucid.geometry.checks.words import Fault
 from pellucid.geometry.files.contents import Contents, counted, first_order
 from pellucid.geometry.files.read import ANY, read_file
 from pellucid.geometry.meshes.cells import outer_faces

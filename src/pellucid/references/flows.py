@@ -9,7 +9,7 @@ from math import exp, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pellucid.references.annotations import Array, Case
+from pellucid.references import Array, Case
 
 
 def martin_moyce(quantity: str) -> tuple[Array, Array]:

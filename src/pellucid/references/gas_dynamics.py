@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pellucid.references.annotations import Array, Case
+from pellucid.references import Array, Case
 
 if TYPE_CHECKING:
     from pellucid.case import Case

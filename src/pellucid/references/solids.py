@@ -13,8 +13,7 @@ from scipy.special import j0, j1
 
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
-from pellucid.references import finite_elements
-from pellucid.references.annotations import Array, Case
+from pellucid.references import Array, Case, finite_elements
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Run a case in a folder, and resume a run from its folder."""
+"""Run a case in a folder, resume a run from its folder, and record the steps of a simulation in a script of the user."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -28,6 +28,7 @@ from pellucid.system.processes import helped
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.simulation.simulation import Simulation
 
 
 class _Size(NamedTuple):
@@ -398,3 +399,29 @@ def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> No
         error.add_note(f"Curves and last pictures of the run: {draw_report(Run(folder.path), progress=progress)}")
     except Exception as trouble:
         error.add_note(f"The report of the run could not be drawn: {trouble}")
+
+
+def recorded(
+    simulation: "Simulation", out: Path | str, until: float | None = None, progress: Progress | bool | None = None
+) -> Iterator["Simulation"]:
+    """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to the
+    folder `out`.
+
+    Yields the simulation after each step. progress: True to show the progress, or a progress object. `pellucid.Run(out)`
+    reads the results. If the loop ended early, `pellucid.resume(out)` continues the run. Raises the errors of
+    `pellucid.run`.
+    """
+    case, folder = simulation.case, RunFolder(out)
+    check_until(until, case)
+    check_probes(case.probe, simulation.bodies, case.periods)
+    recorder = Recorder(folder, case, lambda: 0.0)
+    if not domain.group.is_first:
+        yield from simulation.recorded(recorder, until)
+        return
+    with explained(folder.path), folder.made():
+        folder.start(case)
+        try:
+            yield from simulation.recorded(recorder, until, seen(progress))
+        finally:
+            folder.write_summary(recorder.facts, {})
+        folder.write_summary(recorder.facts, Run(folder.path).metrics)

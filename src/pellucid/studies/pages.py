@@ -13,7 +13,7 @@ from pellucid.errors import PellucidError, shown
 from pellucid.results.report.html import number, page_of, section, table_of
 from pellucid.results.storage.files import explained, replacing, write_text
 from pellucid.results.storage.run import Run
-from pellucid.studies.extra import need
+from pellucid.studies import need
 from pellucid.studies.members import DONE, Member, Outcome, places
 from pellucid.studies.ranges import at_key, unit_at, with_units
 

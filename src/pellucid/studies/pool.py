@@ -20,7 +20,7 @@ from pellucid.progress import Progress
 from pellucid.results.storage.files import refuse_locked
 from pellucid.results.storage.run_folder import RunFolder
 from pellucid.running.forecast import of_case
-from pellucid.studies.extra import need
+from pellucid.studies import need
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, Outcome, outcome, places, prepare
 from pellucid.system.processes import free_cores
 

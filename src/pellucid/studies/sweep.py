@@ -11,7 +11,7 @@ from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.pictures.style import COLOURS, LINES, SEQUENTIAL, WIDTH, house_style, label, panels, pretty
 from pellucid.results.report.html import number, table_of
 from pellucid.results.storage.run import Run
-from pellucid.studies.extra import need
+from pellucid.studies import need
 from pellucid.studies.members import DONE, FAILED, Member, Outcome, members_of, places
 from pellucid.studies.pages import figure, frame_table, keys_of, outputs_of, tabulated, titled, write_page, write_table
 from pellucid.studies.pool import Pool, Workers

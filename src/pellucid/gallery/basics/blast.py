@@ -4,7 +4,7 @@ the similarity solution."""
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.references.gas_dynamics import MEASURE, Blast
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels

@@ -4,7 +4,7 @@ with Coulomb's law."""
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 

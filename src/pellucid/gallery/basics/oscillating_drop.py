@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 

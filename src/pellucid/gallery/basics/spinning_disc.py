@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, energy_metric
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.references.solids import SpinningDisc
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 

@@ -6,7 +6,7 @@ from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.references.flows import between_zero_ends
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels

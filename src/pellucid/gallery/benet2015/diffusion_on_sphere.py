@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.references.flows import harmonic_decay
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels

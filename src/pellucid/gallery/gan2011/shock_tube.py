@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.references.gas_dynamics import QUANTITIES, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_figure

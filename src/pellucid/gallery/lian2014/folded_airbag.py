@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import Run
 

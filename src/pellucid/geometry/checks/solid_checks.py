@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pellucid.geometry.checks.words import REPAIR, Fault, counted, in_file
+from pellucid.geometry.checks import REPAIR, Fault, counted, in_file
 from pellucid.geometry.meshes.cells import outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells, in_parts
 from pellucid.geometry.meshes.triangulation import first_of_each, pieces

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import is_inside_out, signed_volume
-from pellucid.geometry.checks.words import REPAIR, Fault, counted
+from pellucid.geometry.checks import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, layers_parted
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces

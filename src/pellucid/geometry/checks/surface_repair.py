@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import inside, is_inside_out
+from pellucid.geometry.checks import counted, in_file
 from pellucid.geometry.checks.surface_checks import MOST_FOLDED, crooked_quads, empty_elements, rims
-from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.points import width_of_place
 from pellucid.geometry.meshes.surface_mesh import Mesh, joined

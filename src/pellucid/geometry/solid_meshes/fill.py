@@ -18,7 +18,7 @@ from pellucid.geometry.checks.quality import dihedral_angles
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Shape
 from pellucid.geometry.solid_meshes.box import Counts, box_mesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.surfaces.surface import Inside, Surface, closed_triangles

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import inside
+from pellucid.geometry.checks import Fault
 from pellucid.geometry.checks.solid_checks import solid_faults
-from pellucid.geometry.checks.words import Fault
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh

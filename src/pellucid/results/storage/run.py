@@ -15,8 +15,7 @@ from pellucid.errors import UnknownName, UsageError
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.named import Named
-from pellucid.results.metrics import Metric, metric_of
-from pellucid.results.readings import Readings
+from pellucid.results.metrics import Metric, Readings, metric_of
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder
 

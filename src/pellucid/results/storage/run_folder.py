@@ -21,8 +21,7 @@ from pellucid.case.stages import SteadyCase
 from pellucid.errors import UsageError
 from pellucid.grid.model import GridCase
 from pellucid.named import Named
-from pellucid.results.metrics import Metric, finite
-from pellucid.results.readings import mean_columns
+from pellucid.results.metrics import Metric, finite, mean_columns
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import (
     LOCK,
@@ -96,7 +95,7 @@ class StoredCase(BaseModel):
     probes: tuple[str, ...]
     """Names of the probes."""
     means: tuple[str, ...] = ()
-    """Names of the probes whose values are means since the previous row, see `pellucid.results.readings`."""
+    """Names of the probes whose values are means since the previous row, see `pellucid.results.metrics`."""
     walls: tuple[StoredWall, ...] = ()
     others: dict[str, int] = {}
     """Number of entries of the other tables, such as supports, by key."""
