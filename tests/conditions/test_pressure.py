@@ -5,7 +5,7 @@ import pytest
 from small_cases import advance
 
 from pellucid.case import Case
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.geometry.surfaces.quadrilaterals import CushionSurface
 from pellucid.simulation.simulation import Simulation
 

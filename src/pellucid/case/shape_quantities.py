@@ -7,7 +7,7 @@ Every point has the value of the whole body, so that any reduction of the probe 
 import numpy as np
 
 from pellucid.case.probe import TRIANGLES, Fetch, quantity, surface_quantity
-from pellucid.geometry.algorithms.enclosure import ellipsoid_of, surface_area, volume_with_lids
+from pellucid.geometry.meshes.enclosure import ellipsoid_of, surface_area, volume_with_lids
 
 ROUND = 1e-4  # smallest relative difference of two axes that defines a direction: meshes of balls differ less
 

@@ -37,7 +37,9 @@ def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
     helpers: list[Helper] = []
 
     def begin() -> None:
-        if not helpers and _is_small(case):
+        from pellucid.case.memory import PROGRAM_BYTES, memory_estimate, physical_memory
+
+        if not helpers and memory_estimate(case) - PROGRAM_BYTES < MOST_MEMORY * (physical_memory() or 0):
             number = min(MOST_HELPERS, free_cores())
             with suppress(Exception):
                 from pellucid.case import dumps
@@ -46,12 +48,6 @@ def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
 
     with helped(helpers):
         yield begin
-
-
-def _is_small(case: "Case") -> bool:
-    from pellucid.case.memory import PROGRAM_BYTES, memory_estimate, physical_memory
-
-    return memory_estimate(case) - PROGRAM_BYTES < MOST_MEMORY * (physical_memory() or 0)
 
 
 def compile_from_the_end(text: str, first: int, step: int) -> None:

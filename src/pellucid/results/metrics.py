@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.case.judgement import Check, Passing, in_si
+from pellucid.case.judgement import Check, in_si
 from pellucid.case.measured import CurveError
 
 
@@ -157,7 +157,9 @@ def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Met
     """
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
-        instant = asked.at if asked.when is None else _passed(asked.when, readings, units)
+        instant = asked.at
+        if (event := asked.when) is not None:
+            instant = readings.first_time(event.column, in_si(event.reaches, _unit(units, event.column)))
         found, wanted, error, size, words = _compared(asked, readings, instant, unit)
     except CurveError as gone:  # the run is done and its results are whole, whatever became of a file beside
         return Metric(nan, nan, inf, 0.0, unit, f"could not be evaluated: {gone}")
@@ -168,12 +170,6 @@ def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Met
 
 def _unit(units: Mapping[str, str], column: str) -> str:
     return "" if units[column] == "1" else units[column]
-
-
-def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
-    """Return the first time [s] at which a column of the history reaches a value (the event `passing` of a check); NaN if
-    the column never reaches the value. units: unit of each column, by name."""
-    return readings.first_time(passing.column, in_si(passing.reaches, _unit(units, passing.column)))
 
 
 def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:

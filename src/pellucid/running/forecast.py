@@ -24,7 +24,6 @@ from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 from pellucid.materials.contract import PointMaterial
-from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 from pellucid.progress import Pace, Progress, clock
@@ -345,13 +344,9 @@ def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: 
     for body in rigid:
         if body.name in walled:
             yield body.name, limit(speeds[body.name])
-        for other in _others(case, body):
-            if other.name in speeds:
+        for other in case.body:
+            if other.field != body.field and other.name in speeds:
                 yield body.name, limit(speeds[body.name] + speeds[other.name])
-
-
-def _others(case: "Case", body: BodyModel) -> list[BodyModel]:
-    return [other for other in case.body if other.field != body.field]
 
 
 FEWEST_STEPS, LEAST_SECONDS = 20, 0.2

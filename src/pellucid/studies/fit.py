@@ -99,7 +99,8 @@ def fit(
 
     Raises `CaseError` and `UsageError` before any run, and `UsageError` if runs within the ranges fail.
     """
-    pairs = [(probe, Path(path)) for probe, paths in measured.items() for path in _several(paths)]
+    lists = {probe: [paths] if isinstance(paths, (str, Path)) else paths for probe, paths in measured.items()}
+    pairs = [(probe, Path(path)) for probe, paths in lists.items() for path in paths]
     stated = dict(deviation or {})
     if unknown := set(stated) - set(measured):
         raise UsageError(absent("there is no measured curve for the probe", min(unknown), measured))
@@ -181,10 +182,6 @@ def _write(out: Path, best: "Case", found: Estimates) -> None:
     }
     write_text(out / "estimates.json", json.dumps(data, indent=2) + "\n")
     write_text(out / "fitted.toml", dumps(best))
-
-
-def _several(paths: Path | str | Sequence[Path | str]) -> Sequence[Path | str]:
-    return [paths] if isinstance(paths, (str, Path)) else paths
 
 
 CONFIDENCE = 0.95

@@ -8,7 +8,7 @@ from small_cases import SOLID, advance, box, simulation
 from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
 from pellucid.errors import CaseError
-from pellucid.geometry.algorithms.enclosure import ellipse_of
+from pellucid.geometry.meshes.enclosure import ellipse_of
 
 LIPID = {"kind": "lipid-film", "density": 0.05, "viscosity": 0.1, "stiffness": 400.0, "bending_rigidity": 0.2}
 EOS = {"kind": "tait", "sound_speed": 60.0, "carries_tension": True}

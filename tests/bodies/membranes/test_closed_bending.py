@@ -11,7 +11,7 @@ from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.geometry.algorithms.enclosure import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.running.forecast import of_case
 from pellucid.simulation.simulation import Simulation

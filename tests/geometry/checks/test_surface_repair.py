@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.checks.surface_checks import mesh_faults, rims
 from pellucid.geometry.checks.surface_repair import repaired, turned_alike, without_holes
+from pellucid.geometry.meshes.enclosure import signed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh
 from pellucid.geometry.surfaces.file import mended
 from pellucid.geometry.surfaces.quadrilaterals import BoxSurface, CylinderSurface, Rectangle

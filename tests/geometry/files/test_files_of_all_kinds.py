@@ -7,9 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from pellucid.cli import app
-from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.files.writing import write_solid, write_surface
+from pellucid.geometry.meshes.enclosure import signed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.checks.surface_checks import mesh_faults
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.geometry.meshes.surface_mesh import grid_quads
 from pellucid.geometry.surfaces.quadrilaterals import (
     BoxSurface,

@@ -4,8 +4,8 @@ import numpy as np
 
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.table import evaluate
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.cells import FaceShares, vector_areas
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
 SMALLEST = 1e-16  # smaller values are dropped: functions of nodes off a face vanish on it up to rounding
 

@@ -11,7 +11,7 @@ from pellucid.approximants.radial.neighbourhoods import on_surface
 from pellucid.approximants.radial.stencils import interpolants
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.triangulation import Triangulation, vertex_normals
 
 CHUNK = 2048  # triangles that are processed together

@@ -22,8 +22,8 @@ from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.faces import unit_normals
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
 LARGEST_CONDITION = 1e10  # of V, above which forces are mostly round-off
 

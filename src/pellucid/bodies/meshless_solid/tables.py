@@ -14,7 +14,7 @@ from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.simd_packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
+from pellucid.geometry.meshes.quadrature import TETRAHEDRON
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.vector import LANES

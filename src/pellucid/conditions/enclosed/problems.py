@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pellucid.findings import Finding, Path
-from pellucid.geometry.algorithms.enclosure import BENT, Lids, volume_with_lids
+from pellucid.geometry.meshes.enclosure import BENT, Lids, volume_with_lids
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 

@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.geometry.algorithms.enclosure import Ellipsoid, ellipse_of, enclosed_volume
+from pellucid.geometry.meshes.enclosure import Ellipsoid, ellipse_of, enclosed_volume
 from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.materials.lipid_film import LipidFilm

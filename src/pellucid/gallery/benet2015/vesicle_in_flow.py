@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from pellucid.gallery.benet2015.films import kept
 from pellucid.gallery.exact_curves import compared
-from pellucid.geometry.algorithms.enclosure import ellipsoid_of
+from pellucid.geometry.meshes.enclosure import ellipsoid_of
 from pellucid.references.flows import drop_approach, drop_deformation
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels

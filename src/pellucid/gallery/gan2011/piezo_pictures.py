@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_points.model import MembranePointsCase
-from pellucid.results.pictures.films import Animation, evenly, recorded
-from pellucid.results.pictures.rendering.camera import Camera, Plane, View, camera_for, coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.drawables import (
+from pellucid.results.pictures.camera import Camera, Plane, View, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.drawables import (
     Balls,
     Colour,
     Drawable,
@@ -20,7 +19,8 @@ from pellucid.results.pictures.rendering.drawables import (
     bricks,
     lattice_sides,
 )
-from pellucid.results.pictures.rendering.render import render, rim, section
+from pellucid.results.pictures.films import Animation, evenly, recorded
+from pellucid.results.pictures.render import render, rim, section
 from pellucid.results.pictures.style import WIDTH, Axes, Figure, Run, colour_bar, new_figure, panels, settle
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.geometry.algorithms.enclosure import heights
+from pellucid.geometry.meshes.enclosure import heights
 from pellucid.references.membranes import HEIGHT, PAPER_BAG, POISSON_RATIO_OF_BAG, SIDE, bag_at_rest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.films import recorded

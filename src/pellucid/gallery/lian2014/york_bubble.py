@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
+from pellucid.geometry.meshes.enclosure import enclosed_volume, heights
 from pellucid.references.membranes import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import Run

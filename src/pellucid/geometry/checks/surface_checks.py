@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import is_inside_out, signed_volume
 from pellucid.geometry.checks import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.enclosure import is_inside_out, signed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, layers_parted
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
@@ -39,7 +39,11 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     yield from _lone(elements)
     empty, repeated = list(_empty(elements)), list(_repeated(elements))
     # edges that are crowded only by repeated or degenerate elements are not reported again
-    sound = _Elements(_without_empty_and_repeated(mesh)) if empty or repeated else elements
+    sound = elements
+    if empty or repeated:
+        no_quads, no_triangles = np.split(empty_elements(mesh), [len(mesh.quads)])
+        quads, triangles = mesh.quads[~no_quads], mesh.triangles[~no_triangles]
+        sound = _Elements(Mesh(mesh.vertices, quads[first_of_each(quads)], triangles[first_of_each(triangles)]))
     for fault in (*empty, *repeated, *_crowded(sound)):
         ambiguous = True
         yield fault
@@ -55,12 +59,6 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
             volume = signed_volume(*mesh.triangulated())
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
             yield text, f"reverse the {elements.many}; for a mesh file, set `repair = true` or `reverse = true`"
-
-
-def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
-    no_quads, no_triangles = np.split(empty_elements(mesh), [len(mesh.quads)])
-    quads, triangles = mesh.quads[~no_quads], mesh.triangles[~no_triangles]
-    return Mesh(mesh.vertices, quads[first_of_each(quads)], triangles[first_of_each(triangles)])
 
 
 class _Elements:

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import inside, is_inside_out
 from pellucid.geometry.checks import counted, in_file
 from pellucid.geometry.checks.surface_checks import MOST_FOLDED, crooked_quads, empty_elements, rims
 from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.enclosure import inside, is_inside_out
 from pellucid.geometry.meshes.points import width_of_place
 from pellucid.geometry.meshes.surface_mesh import Mesh, joined
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.geometry.files.abaqus_keywords import Keyword, keywords
-from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged, with_points
+from pellucid.geometry.files.contents import Block, Contents, Damaged, nodes_of_kind, with_points
 from pellucid.geometry.files.words import floats, integers
 
 _SIDES = ("SPOS", "SNEG")
@@ -101,8 +101,7 @@ class _Model:
         if kind is None:
             self._left_out[keyword.parameters.get("TYPE", "no name")[:20]] = None
             return
-        digits = re.sub(r"\D", "", kind)
-        rows = _rows(keyword, 1 + (int(digits) if digits else CORNERS[kind]))
+        rows = _rows(keyword, 1 + nodes_of_kind(kind))
         scope.elements.append((kind, rows))
         self._define(scope, "E", keyword.parameters.get("ELSET"), rows[:, 0])
 

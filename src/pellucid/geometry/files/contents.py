@@ -77,6 +77,12 @@ class Contents:
         return sets
 
 
+def nodes_of_kind(kind: str) -> int:
+    """Return the number of nodes of an element of a kind such as "tetra10" or "hexahedron"."""
+    digits = re.sub(r"\D", "", kind)
+    return int(digits) if digits else CORNERS[kind]
+
+
 def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
     """Return faces with any number of corners as blocks of quadrilaterals and triangles; larger faces are divided. points
     [unit of the file], shape (n, 3); faces: point numbers; where: word for a face in messages. Raises Damaged."""

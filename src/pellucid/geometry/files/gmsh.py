@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged, with_points
+from pellucid.geometry.files.contents import Block, Contents, Damaged, nodes_of_kind, with_points
 from pellucid.geometry.files.words import floats, integers, text_of
 
 _VERSIONS = ("2", "2.0", "2.1", "2.2", "4", "4.0", "4.1")
@@ -422,8 +422,7 @@ def corners_of(kind: int) -> int:
     """Return the number of nodes of an element whose kind has this number in Gmsh files. Raises Damaged for an unknown kind."""
     if kind not in KINDS:
         raise Damaged(f"it has an element of kind {kind}, which is not one of the {len(KINDS)} supported kinds")
-    digits = re.sub(r"\D", "", KINDS[kind])
-    return int(digits) if digits else CORNERS[KINDS[kind]]
+    return nodes_of_kind(KINDS[kind])
 
 
 def once(elements: Elements) -> tuple[Elements, np.ndarray]:

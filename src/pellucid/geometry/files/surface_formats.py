@@ -1,7 +1,6 @@
 """Readers of the surface formats OBJ, OFF and STL: vertices and faces; colours, normals and texture are ignored."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -71,7 +70,8 @@ class _Line(NamedTuple):
 
 def read_off(data: bytes) -> Contents:
     """Return the mesh in the bytes of an OFF file. Raises Damaged if they do not follow the format."""
-    lines = _lines(text_of(data))
+    split = ((number, line.split("#", 1)[0].split()) for number, line in enumerate(text_of(data).splitlines(), 1))
+    lines = [_Line(number, words) for number, words in split if words]
     is_homogeneous = _read_header(lines)
     n_vertices, n_faces = _read_counts(lines)
     missing = n_vertices + n_faces - len(lines)
@@ -85,14 +85,11 @@ def read_off(data: bytes) -> Contents:
     rows = [numbers(line.words[:columns], line.number, columns) for line in lines[:n_vertices]]
     points = _divided(np.array(rows, float).reshape(-1, columns))
     faces = [_corners(line) for line in lines[n_vertices:]]
-    flat = flat_blocks(points, [face for face in faces if len(face) > 2])
-    return Contents("OFF, text", points, (*flat, *_small_blocks(faces)))
-
-
-def _lines(text: str) -> list[_Line]:
-    """Return the lines that are neither blank nor a comment, each as a list of words without its comment."""
-    split = ((number, line.split("#", 1)[0].split()) for number, line in enumerate(text.splitlines(), 1))
-    return [_Line(number, words) for number, words in split if words]
+    blocks = flat_blocks(points, [face for face in faces if len(face) > 2])
+    for count, kind in SMALL.items():
+        if some := [face for face in faces if len(face) == count]:
+            blocks = (*blocks, Block(kind, np.array(some, np.int64)))
+    return Contents("OFF, text", points, blocks)
 
 
 def _read_header(lines: list[_Line]) -> bool:
@@ -149,13 +146,6 @@ def _corners(line: _Line) -> list[int]:
     if count < 1 or len(corners) < count:
         raise Damaged(f"the face in line {line.number} has {len(corners)} corners instead of {count}")
     return corners
-
-
-def _small_blocks(faces: list[list[int]]) -> Iterator[Block]:
-    for count, kind in SMALL.items():
-        some = [face for face in faces if len(face) == count]
-        if some:
-            yield Block(kind, np.array(some, np.int64))
 
 
 BEGIN_OF_STL = 1000  # number of bytes that identify a text file

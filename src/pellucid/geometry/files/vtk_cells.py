@@ -3,7 +3,6 @@
 Source: Schroeder, Martin & Lorensen, The VTK User's Guide, file formats; vtkCellType.h.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
@@ -17,6 +16,7 @@ from pellucid.geometry.files.contents import (
     Damaged,
     flat_blocks,
     marked_places,
+    nodes_of_kind,
     triangles_of_strip,
 )
 
@@ -99,8 +99,7 @@ def _kind(number: int, length: int) -> str:
     if number not in _KINDS:
         return "polyhedron" if number in (41, 42) else f"VTK {number}"
     kind = _KINDS[number]
-    digits = re.sub(r"\D", "", kind)
-    if length != (needed := int(digits) if digits else CORNERS[kind]):
+    if length != (needed := nodes_of_kind(kind)):
         raise Damaged(f"a cell of type {number} has {length} points, but needs {needed}")
     return kind
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.crossing import self_crossing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.checks.quality import dihedral_angles
 from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.crossing import self_crossing
+from pellucid.geometry.meshes.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.region import Shape

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.geometry.checks import Fault
 from pellucid.geometry.checks.solid_checks import solid_faults
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.meshes.enclosure import inside
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry

@@ -7,9 +7,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.meshes.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry, SharpEdges, edges_of_triangles

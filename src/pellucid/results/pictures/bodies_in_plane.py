@@ -7,6 +7,7 @@ from itertools import repeat
 import numpy as np
 
 from pellucid.errors import UsageError
+from pellucid.results.pictures.camera import INK, UNCOLOURED
 from pellucid.results.pictures.quantities import (
     BY_BODY,
     Fields,
@@ -18,7 +19,6 @@ from pellucid.results.pictures.quantities import (
     there,
     values_of,
 )
-from pellucid.results.pictures.rendering.camera import INK, UNCOLOURED
 from pellucid.results.pictures.style import COLOURS, Axes, Figure, Run, instant, label, new_panels
 from pellucid.results.pictures.surroundings import (
     cells_with_images,

@@ -9,6 +9,8 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.triangulation import bounding_box, vertex_normals
+from pellucid.results.pictures.camera import INK, Camera, Plane, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.drawables import Balls, Drawable, Faceted, Mesh, ball_radii, split_at_creases
 from pellucid.results.pictures.quantities import (
     BY_BODY,
     NORMAL_VELOCITY,
@@ -20,9 +22,7 @@ from pellucid.results.pictures.quantities import (
     there,
     values_of,
 )
-from pellucid.results.pictures.rendering.camera import INK, Camera, Plane, camera_for, coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Faceted, Mesh, ball_radii, split_at_creases
-from pellucid.results.pictures.rendering.render import cut_face, render, rim
+from pellucid.results.pictures.render import cut_face, render, rim
 from pellucid.results.pictures.style import Axes, Figure, Run, instant
 from pellucid.results.pictures.surroundings import (
     around,

@@ -15,9 +15,9 @@ from pellucid.case.plot import Panel, Plot
 from pellucid.errors import UsageError
 from pellucid.results.pictures.bodies_in_plane import CurveStage, PlaneStage, are_curves
 from pellucid.results.pictures.bodies_in_space import SpaceStage, through_the_middle
+from pellucid.results.pictures.camera import INK, Plane, View
 from pellucid.results.pictures.films import Animation, Stage, evenly, film_of, recorded, side_by_side
 from pellucid.results.pictures.quantities import Look, Slice
-from pellucid.results.pictures.rendering.camera import INK, Plane, View
 from pellucid.results.pictures.stopped import mark_stop
 from pellucid.results.pictures.style import COLOURS, LINES, Axes, Figure, Run, new_panels, plain, with_unit
 from pellucid.results.pictures.surroundings import mirrors_at

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.models import BODIES
-from pellucid.results.pictures.rendering.camera import Plane, View
+from pellucid.results.pictures.camera import Plane, View
 from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, Figure, colour_bar, with_unit
 from pellucid.results.pictures.surroundings import Mirror, places_unmoved
 from pellucid.results.storage.probes import scalar

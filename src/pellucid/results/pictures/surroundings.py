@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
-from pellucid.results.pictures.rendering.drawables import Mesh
+from pellucid.results.pictures.drawables import Mesh
 from pellucid.results.pictures.style import Axes
 from pellucid.results.storage.run_folder import StoredWall
 from pellucid.state import COMPONENT_NAMES, FIELDS

@@ -9,9 +9,9 @@ import numpy as np
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.results.pictures.bodies_in_space import Box, faceted, opening
+from pellucid.results.pictures.camera import View
+from pellucid.results.pictures.drawables import Faceted, ball_radii
 from pellucid.results.pictures.quantities import VIEW, Limits, limits, there
-from pellucid.results.pictures.rendering.camera import View
-from pellucid.results.pictures.rendering.drawables import Faceted, ball_radii
 from pellucid.results.pictures.style import COLOURS, pretty
 from pellucid.results.pictures.surroundings import SEEN as SEEN_WALL
 from pellucid.results.pictures.surroundings import around, fan_of, polygon_of, way_into_box

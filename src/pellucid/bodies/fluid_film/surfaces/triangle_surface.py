@@ -12,9 +12,9 @@ from pellucid.bodies.fluid_film.mesh_smoothing.surface_point_location import pla
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
 from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables, surface_areas, surface_operators
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.triangulation import rings, vertex_normals
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure import BENT, Lids, capped, rims_of, signed_volume, volume_with_lids
 from pellucid.geometry.meshes.cells import corner_areas
+from pellucid.geometry.meshes.enclosure import BENT, Lids, capped, rims_of, signed_volume, volume_with_lids
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.geometry.surfaces.triangles import Icosphere
 

@@ -5,7 +5,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
+from pellucid.geometry.meshes.quadrature import TETRAHEDRON
 
 EXACT_DEGREE = {1: 1, 4: 2, 8: 1, 16: 2, 32: 2}
 

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure import capped, ellipse_of, ellipsoid_of, surface_area, volume_with_lids
+from pellucid.geometry.meshes.enclosure import capped, ellipse_of, ellipsoid_of, surface_area, volume_with_lids
 from pellucid.geometry.surfaces.quadrilaterals import SphereSurface
 from pellucid.geometry.surfaces.surface import Surface
 

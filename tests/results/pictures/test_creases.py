@@ -4,7 +4,7 @@ import pytest
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.surfaces.triangles import Icosphere
-from pellucid.results.pictures.rendering.drawables import split_at_creases, vertex_normals
+from pellucid.results.pictures.drawables import split_at_creases, vertex_normals
 
 
 def test_a_box_is_split_along_its_edges():

@@ -9,8 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from pellucid.geometry.algorithms.enclosure import spread
-from pellucid.results.pictures.rendering.camera import Camera, Plane
+from pellucid.geometry.meshes.enclosure import spread
+from pellucid.results.pictures.camera import Camera, Plane
 
 LEAST_RADIUS = 0.75  # pixels: smaller balls would fall between the pixels
 

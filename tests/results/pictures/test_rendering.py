@@ -3,9 +3,9 @@ import pytest
 
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.surfaces.triangles import Icosphere
-from pellucid.results.pictures.rendering.camera import Plane, View, camera_for, coloured
-from pellucid.results.pictures.rendering.drawables import Balls, Mesh, Section, box_corners, bricks, lattice_sides
-from pellucid.results.pictures.rendering.render import _between, cut_face, inside, render, rim, section
+from pellucid.results.pictures.camera import Plane, View, camera_for, coloured
+from pellucid.results.pictures.drawables import Balls, Mesh, Section, box_corners, bricks, lattice_sides
+from pellucid.results.pictures.render import _between, cut_face, inside, render, rim, section
 
 TEAL, RED = (0.1, 0.6, 0.6), (1.0, 0.0, 0.0)
 ABOVE = View(-90.0, 60.0)

@@ -24,7 +24,10 @@ def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> n
     """
     if len(points) == 0 or len(triangles) == 0:
         return np.zeros(len(points), dtype=bool)
-    rays, ray_of = _rays(points[:, 1:])
+    y, row = np.unique(points[:, 1], return_inverse=True)
+    z, column = np.unique(points[:, 2], return_inverse=True)
+    codes, ray_of = np.unique(row * len(z) + column, return_inverse=True)
+    rays = np.stack([y[codes // len(z)], z[codes % len(z)]], axis=1)
     lower = vertices.min(axis=0)
     extent = (vertices.max(axis=0) - lower).max()
     ray, x = _crossings((rays - lower[1:]) / extent + NUDGE, (vertices - lower) / extent, triangles)
@@ -65,15 +68,6 @@ def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
     """Return True if the normals of a closed surface point inward; False if the volume inside is zero up to rounding (a
     flat bag). vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
     return signed_volume(vertices, triangles) < -NO_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3
-
-
-def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct pairs (y, z) of coordinates of points, one for each ray along x, shape (m, 2), and for each point
-    the number of its ray, shape (n,). yz: coordinates y and z of the points, shape (n, 2)."""
-    y, row = np.unique(yz[:, 0], return_inverse=True)
-    z, column = np.unique(yz[:, 1], return_inverse=True)
-    codes, ray_of = np.unique(row * len(z) + column, return_inverse=True)
-    return np.stack([y[codes // len(z)], z[codes % len(z)]], axis=1), ray_of
 
 
 def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from pellucid.results.pictures import drawables
 
-from pellucid.results.pictures.rendering import drawables
-from pellucid.results.pictures.rendering.drawables import DEPTHS, REACH, Canvas, ball_fragments, triangle_fragments
+from pellucid.results.pictures.drawables import DEPTHS, REACH, Canvas, ball_fragments, triangle_fragments
 
 SHAPE = (40, 60)
 

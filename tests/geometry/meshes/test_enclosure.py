@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights, inside, signed_volume
+from pellucid.geometry.meshes.enclosure import enclosed_volume, heights, inside, signed_volume
 from pellucid.geometry.surfaces.triangles import Icosphere
 
 # a unit cube, two triangles a face, normals outward

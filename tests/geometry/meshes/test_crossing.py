@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.crossing import BoundingTree, crossing, self_crossing
+from pellucid.geometry.meshes.crossing import BoundingTree, crossing, self_crossing
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.surfaces.surface import Surface
 

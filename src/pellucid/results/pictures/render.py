@@ -7,8 +7,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 
-from pellucid.results.pictures.rendering.camera import Camera, Plane
-from pellucid.results.pictures.rendering.drawables import Balls, Canvas, Colour, Drawable, Mesh, vertex_normals
+from pellucid.results.pictures.camera import Camera, Plane
+from pellucid.results.pictures.drawables import Balls, Canvas, Colour, Drawable, Mesh, vertex_normals
 
 LIGHT = np.array([0.25, 0.50, 0.83]) / np.linalg.norm([0.25, 0.50, 0.83])
 """Direction towards the light in the axes of the camera: from the upper right, behind the viewer."""
