@@ -1,6 +1,7 @@
 """Sweeps: run a case for many values of its parameters; results in one table and one page."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -59,47 +60,28 @@ def sweep(
     Columns: `member`, `state` ("done" or "failed"), the settings in SI units, `steps`, `wall_seconds`, metrics, for each
     probe `_last`, `_min`, `_max` and `_mean`, and `message`. Raises `CaseError` and `UsageError` before any run.
     """
-    parts = Workers(workers, threads, scheduler, dict(slurm or {}))
     drawn = rows_of(required(case), over or {}, samples, rows, seed)
-    if out is not None:
-        return run_sweep(case, drawn, Path(out), until, parts, progress, samples is not None)
-    with TemporaryDirectory(prefix="pellucid-") as scratch:
-        return run_sweep(case, drawn, Path(scratch), until, parts, progress, samples is not None)
-
-
-def run_sweep(
-    case: "Case",
-    rows: Sequence[Mapping[str, Any]],
-    out: Path,
-    until: float | None,
-    workers: Workers,
-    progress: Progress | None,
-    at_random: bool,
-) -> Any:
-    """Run the members with these settings (values by dotted key), write the results to `out` and return the pandas table of
-    members.
-
-    until: time at which the runs end [s]. workers: options of parallel runs. at_random: True if the settings are a random
-    sample, from which sensitivities can be computed.
-    """
-    workers.check()
+    parts, at_random = Workers(workers, threads, scheduler, dict(slurm or {})), samples is not None
+    parts.check()
     for module in ("distributed", "pandas", "pyarrow", *(["SALib"] if at_random else [])):
         need(module)
     progress = progress or WarningsOnly()
-    members = members_of(case, rows, until)
+    members = members_of(case, drawn, until)
 
     def told(member: Member, ended: Outcome) -> None:
         if ended.state == FAILED:
             progress.message(f"member {member.digest} ({named(member.settings)}) failed: {ended.message}")
 
-    with Pool(out, workers, progress) as pool:
-        ended = pool.compute(members, told)
-    table, keys = tabulated(out, members, ended), keys_of(members)
-    numeric = [key for key in keys if table[key].dtype.kind in "fiu" and table[key].nunique() > 1]
-    found = sensitivities(table, numeric, outputs_of(table, keys)) if at_random else []
-    progress.begin("report")
-    write_table(table, out)
-    write_sweep_page(out, case.title, members, table, keys, found)
+    with nullcontext(out) if out is not None else TemporaryDirectory(prefix="pellucid-") as folder:
+        place = Path(folder)
+        with Pool(place, parts, progress) as pool:
+            ended = pool.compute(members, told)
+        table, keys = tabulated(place, members, ended), keys_of(members)
+        numeric = [key for key in keys if table[key].dtype.kind in "fiu" and table[key].nunique() > 1]
+        found = sensitivities(table, numeric, outputs_of(table, keys)) if at_random else []
+        progress.begin("report")
+        write_table(table, place)
+        write_sweep_page(place, case.title, members, table, keys, found)
     return table
 
 
