@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 CLOSED = {
     "icosphere": {"centre": (0, 0, 0), "radius": 1e-5, "refinements": 2},

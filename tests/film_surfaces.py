@@ -7,7 +7,7 @@ from pellucid.approximants.radial import PolyharmonicModel
 from pellucid.bodies.fluid_film.loop_surface import LoopSurface
 from pellucid.bodies.fluid_film.radial_surface import RadialSurface
 from pellucid.bodies.fluid_film.triangle_surface import TriangleSurface
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 
 def sphere(refinements: int) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from pellucid.commands.arguments import read_case
 from pellucid.commands.cases import validate
 from pellucid.errors import CONTROL, PellucidError
 from pellucid.geometry.solid_meshes.box import BoxMesh
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 NUMBERS = [
     *("0", "-1", "-0.0", "1", "2", "3", "7", "50", "1e-9", "1e-300", "5e-324", "1e9", "1e300", "1.8e308", "nan", "inf", "-inf"),

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.bodies.meshless_solid.body import MeshlessSolid
 from pellucid.case import Case
-from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.points import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.materials.elastic import lame

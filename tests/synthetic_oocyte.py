@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.case import loads
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.results.storage import frames
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.run_folder import RunFolder

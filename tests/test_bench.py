@@ -15,7 +15,7 @@ from rich.console import Console
 
 from pellucid import Simulation
 from pellucid.approximants import GRID_FUNCTIONS
-from pellucid.bench import bench, peers, table, whole
+from pellucid.bench import bench, table, whole
 from pellucid.bench.contact import WHICH, contact_case
 from pellucid.bench.machine import triad_bandwidth
 from pellucid.bench.measure import measure
@@ -211,9 +211,9 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     bare = tmp_path / "python"
     bare.write_text("#!/bin/sh\necho \"ModuleNotFoundError: No module named 'taichi'\" >&2\nexit 1\n")
     bare.chmod(0o755)
-    monkeypatch.setenv(peers.INTERPRETER_VARIABLE, str(bare))
-    rows = peers.run_peers(points=1000, steps=1, threads=1)
-    assert {row["peer"] for row in rows} == set(peers.PEERS)
+    monkeypatch.setenv(whole.INTERPRETER_VARIABLE, str(bare))
+    rows = whole.run_peers(points=1000, steps=1, threads=1)
+    assert {row["peer"] for row in rows} == set(whole.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
     assert "not run" in shown(
         {

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from pellucid import Run, load
 from pellucid.case import parse_setting
 from pellucid.cli import app
-from pellucid.references.stretched_block import stretched
+from pellucid.references.solids import stretched
 from pellucid.running.launch import run_case
 
 FOLDER = Path(__file__).parents[1] / "docs" / "tutorials"

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from pellucid.errors import PellucidError as PellucidError
     from pellucid.errors import RunStopped as RunStopped
     from pellucid.results.run import Run as Run
+    from pellucid.running.launch import recorded as recorded
     from pellucid.running.launch import resume_case, run_case
-    from pellucid.running.loop import recorded as recorded
     from pellucid.simulation.simulation import Simulation as Simulation
     from pellucid.studies.fit import fit as fit
     from pellucid.studies.sweep import sweep as sweep
@@ -37,7 +37,7 @@ _HOMES = {
     "Run": "results.run.Run",
     "run": "running.launch.run_case",
     "resume": "running.launch.resume_case",
-    "recorded": "running.loop.recorded",
+    "recorded": "running.launch.recorded",
     "Simulation": "simulation.simulation.Simulation",
     "fit": "studies.fit.fit",
     "sweep": "studies.sweep.sweep",

@@ -39,10 +39,10 @@ print(numba.threading_layer(), numba.get_num_threads())
 _DRAWING = """
 import io, time
 import numpy as np
-from pellucid.results.pictures.rendering.axes import show
-from pellucid.results.pictures.rendering.camera import View, camera_for
-from pellucid.results.pictures.rendering.drawables import Balls
-from pellucid.results.pictures.rendering.render import render
+from pellucid.results.pictures.camera import show
+from pellucid.results.pictures.camera import View, camera_for
+from pellucid.results.pictures.drawables import Balls
+from pellucid.results.pictures.render import render
 from pellucid.results.pictures.style import new_figure
 begun, places = time.perf_counter(), np.random.default_rng(1).uniform(size=(2000, 3))
 camera, figure = camera_for(View(-50.0, 22.0), places, 400), new_figure()

@@ -8,7 +8,7 @@ from scipy import sparse
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS, two_level
 from pellucid.approximants.nodal.consistency import boundary_integrals, correct, make_fits, system
 from pellucid.approximants.nodal.table import evaluate
-from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
+from pellucid.geometry.meshes.quadrature import TETRAHEDRON
 from pellucid.jit import set_threads
 
 # of the gradients themselves: quadratic moments are regular by a penalty of 1e-7, which costs that many digits

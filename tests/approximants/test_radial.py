@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.stencils import Monomials, StencilError, along_curve, functions_at, interpolants, on_surface
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 STENCILS = 30
 OTHERS = {

@@ -7,7 +7,7 @@ from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.stencils import Stencils, along_curve, interpolants, on_surface
 from pellucid.bodies.diffusing_field.weak_forms import windows_on_line
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 RADIAL = RADIAL_FUNCTIONS.entries["polyharmonic"]()
 

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from pellucid.cli import app
 from pellucid.geometry.files.writing import write_surface
-from pellucid.geometry.surfaces.box import BoxSurface
 from pellucid.geometry.surfaces.file import SurfaceFile
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
 
 CUBE = BoxSurface(lower=(0, 0, 0), upper=(1, 1, 1), points=(3, 3, 3)).mesh()
 

@@ -5,8 +5,8 @@ import pytest
 from small_cases import advance
 
 from pellucid.case import Case
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
-from pellucid.geometry.surfaces.cushion import CushionSurface
+from pellucid.geometry.meshes.enclosure import enclosed_volume
+from pellucid.geometry.surfaces.quadrilaterals import CushionSurface
 from pellucid.simulation.simulation import Simulation
 
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}

@@ -5,7 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
 
 from pellucid.contact.overlap import SHEET_STIFF
-from pellucid.running.forecast.steps import of_simulation
+from pellucid.running.forecast import of_simulation
 
 G = 9.81
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e7, "poisson_ratio": 0.3}

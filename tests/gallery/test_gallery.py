@@ -14,7 +14,7 @@ from pellucid.case import load
 from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import bodies_in_space, figures, painter
-from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.own import drawn_by_module
 
 WIDTHS = [
     (bodies_in_space, "COLUMNS"),

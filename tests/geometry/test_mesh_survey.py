@@ -6,8 +6,8 @@ import pytest
 from pellucid.geometry.files.writing import write_solid, write_surface
 from pellucid.geometry.mesh_survey import survey
 from pellucid.geometry.solid_meshes.box import box_mesh
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 CUBE = BoxSurface(lower=(0, 0, 0), upper=(40, 20, 10), points=(5, 3, 2)).mesh()
 

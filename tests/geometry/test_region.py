@@ -10,8 +10,7 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.region import Region, Selectable, Where, chosen_faces, chosen_nodes, faults
 from pellucid.geometry.solid_meshes.box import box_mesh
-from pellucid.geometry.surfaces.disc import Disc
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Disc, Icosphere
 
 ADAPTER = TypeAdapter(Where)
 EDGE = 0.1

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.cushion import Cushion
-from pellucid.geometry.shapes.hollow import Pipe, Shell
-from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
-from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.region import Shape
+from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
+from pellucid.geometry.surfaces.surface import Inside
 
 SHAPES = {
     "box": Box(lower=(-0.2, 0.1, -0.5), upper=(0.6, 0.4, 0.7)),

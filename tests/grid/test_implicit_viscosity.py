@@ -9,7 +9,7 @@ from small_cases import SLIP, SOLID, advance, box, case
 from pellucid.errors import RunStopped
 from pellucid.grid import implicit_viscosity
 from pellucid.grid.passes.gifts import scatter
-from pellucid.running.forecast.words import foretell_case
+from pellucid.running.forecast import foretell_case
 from pellucid.set_up.slip import slipped_past
 from pellucid.simulation.simulation import Simulation
 

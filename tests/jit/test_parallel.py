@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.loops import _plain, _plain_by_colour, parallel_by_colour, parallel_for
+from pellucid.jit.loops import _plain_by_colour, parallel_by_colour, parallel_for
 from pellucid.jit.region import make_known
+from pellucid.studies.pages import _plain
 
 
 @kernel(inner=True)

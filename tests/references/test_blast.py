@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.references.blast import Blast, similarity
+from pellucid.references.gas_dynamics import Blast, similarity
 
 
 @pytest.mark.parametrize(("dimensions", "alpha"), [(1, 1.077), (2, 0.984), (3, 0.851)])

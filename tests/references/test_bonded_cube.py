@@ -1,8 +1,7 @@
 import pytest
 
-from pellucid.references.bonded_cube import BONDED_CUBE
 from pellucid.references.finite_elements import read
-from pellucid.references.stretched_block import stretched
+from pellucid.references.solids import BONDED_CUBE, stretched
 
 VOLUME, AREA, SIDE = 1e-3, 1e-2, 0.1
 

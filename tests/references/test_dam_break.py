@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.references.dam_break import Column, martin_moyce
+from pellucid.references.flows import Column, martin_moyce
 
 
 @pytest.mark.parametrize(("quantity", "rows", "first", "last"), [("front", 15, 1.11, 4.11), ("height", 17, 0.94, 0.06)])

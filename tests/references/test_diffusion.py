@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.references.diffusion import between_zero_ends, harmonic_decay
+from pellucid.references.flows import between_zero_ends, harmonic_decay
 
 
 def test_the_bar_of_the_thesis():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.references.elastic_wave import StandingWave, period_of
-from pellucid.references.spinning_disc import SpinningDisc
+from pellucid.references.solids import SpinningDisc, StandingWave, period_of
 
 
 def test_standing_wave_satisfies_the_wave_equation():

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from pellucid.references.elastica import heavy_elastica
+from pellucid.references.solids import heavy_elastica
 
 
 def test_small_deflections_are_those_of_a_beam():

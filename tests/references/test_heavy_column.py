@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.references.heavy_column import HeavyColumn
+from pellucid.references.solids import HeavyColumn
 
 COLUMN = HeavyColumn(1.0, 1000.0, 9.81, 3e4, 2e4)
 

@@ -4,7 +4,7 @@ import pytest
 
 from pellucid.case import load
 from pellucid.references import finite_elements
-from pellucid.references.indented import indented
+from pellucid.references.solids import indented
 from pellucid.simulation.simulation import Simulation
 
 

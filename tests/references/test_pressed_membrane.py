@@ -5,7 +5,7 @@ from types import ModuleType
 
 import pytest
 
-from pellucid.references.pressed_membrane import INFLATION, POISSON_RATIO, PressedSphere
+from pellucid.references.membranes import INFLATION, POISSON_RATIO, PressedSphere
 
 SCRIPT = Path(__file__).parents[2] / "validation" / "cells-oocyte-between-plates" / "exact.py"
 SPHERE = PressedSphere(young_modulus=17.9e3, thickness=8e-6, radius=50e-6)

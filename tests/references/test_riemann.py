@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pellucid.references.riemann import GasState, VacuumError, solve
+from pellucid.references.gas_dynamics import GasState, VacuumError, solve
 
 # Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics, tables 4.1 and 4.2:
 # left (rho, u, p), right (rho, u, p), p*, u*, rho*_L, rho*_R

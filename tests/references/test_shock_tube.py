@@ -7,7 +7,7 @@ import pytest
 
 from pellucid.case import load
 from pellucid.gallery.gan2011.shock_tube import figures, metrics
-from pellucid.references.shock_tube import Profile, Tube, points_of
+from pellucid.references.gas_dynamics import Profile, Tube, points_of
 
 
 class ExactRun:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from pellucid.references.stretched_block import stretched
+from pellucid.references.solids import stretched
 
 Form = Literal["coupled", "decoupled"]
 YOUNG, POISSON = 3000.0, 0.49

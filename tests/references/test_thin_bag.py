@@ -2,7 +2,7 @@
 
 import pytest
 
-from pellucid.references.thin_bag import least_energy
+from pellucid.references.membranes import least_energy
 
 RUBBER = {"thickness": 0.001, "young_modulus": 1e6, "poisson_ratio": 0.45}
 

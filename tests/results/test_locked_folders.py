@@ -11,7 +11,7 @@ from other_processes import PATIENCE, killed_at_last, pipe
 import pellucid
 from pellucid.errors import UsageError
 from pellucid.results.report.report import write_report
-from pellucid.results.storage import lock
+from pellucid.results.storage import files
 from pellucid.results.storage.files import OutputError
 from pellucid.running.launch import resume_case, run_case
 
@@ -51,7 +51,7 @@ def test_a_disk_without_room_for_the_lock_ends_in_a_message(tmp_path, monkeypatc
     def full(*_arguments):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(lock.os, "open", full)
+    monkeypatch.setattr(files.os, "open", full)
     with pytest.raises(OutputError, match=r"No space left on device\n.*Free disk space, then start the run again"):
         run_case(free_flight(), tmp_path / "run")
 

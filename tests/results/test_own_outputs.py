@@ -14,11 +14,10 @@ from pellucid.case.picture import Picture
 from pellucid.case.plot import Plot
 from pellucid.cli import app
 from pellucid.errors import CaseError
-from pellucid.results.checks import metric_of
+from pellucid.results.metrics import Readings, metric_of
 from pellucid.results.pictures.own import picture, plot
 from pellucid.results.pictures.painter import Painter
 from pellucid.results.pictures.style import house_style
-from pellucid.results.readings import Readings
 
 BLOCK = """
 schema = 1

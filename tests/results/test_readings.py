@@ -8,9 +8,8 @@ import pytest
 import pellucid
 from pellucid.case import Case
 from pellucid.case.judgement import Check
-from pellucid.results.checks import metric_of
-from pellucid.results.readings import Readings, mean_columns
-from pellucid.studies.measured import read_curve
+from pellucid.results.metrics import Readings, mean_columns, metric_of
+from pellucid.studies.misfit import read_curve
 
 LAG, AT_START = 0.05, 0.8
 """Relaxation time [s] of the exact curve, and the share that relaxes."""

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from pellucid.cli import app
 from pellucid.errors import UsageError
-from pellucid.results.storage import checkpoint, files, history, staged, vtkhdf
+from pellucid.results.storage import checkpoint, files, history, vtkhdf
 from pellucid.results.storage.files import OutputError
 from pellucid.running.launch import resume_case, run_case
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("fake")
 PATH_OPEN = Path.open
 WRITERS = {
     "a row": (history.os, "write"),
-    "bytes of a frame": (staged, "put"),
+    "bytes of a frame": (vtkhdf, "put"),
     "the opened fields": (vtkhdf.Path, "open"),
     "a checkpoint": (checkpoint.np, "savez"),
     "a rename": (files.os, "replace"),

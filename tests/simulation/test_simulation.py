@@ -13,10 +13,10 @@ from elements import element_sheet
 from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, shear_flow, simulation
 
 import pellucid
-from pellucid.compilation.kernel_key import kernel_key
+from pellucid.compilation.reporting import kernel_key
 from pellucid.energy import FIRST_JUDGED
 from pellucid.errors import Interrupted, RunStopped, UsageError
-from pellucid.references.riemann import GasState, solve
+from pellucid.references.gas_dynamics import GasState, solve
 from pellucid.simulation.simulation import Simulation
 
 

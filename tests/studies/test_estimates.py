@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pellucid.studies.estimates import estimated
+from pellucid.studies.fit import estimated
 from pellucid.studies.ranges import Range
 
 FREE = {"a": Range(0.0, 2.0), "b": Range(1.0, 100.0)}

@@ -8,8 +8,7 @@ from small_studies import run_members_here_as_they_are, write_csv
 import pellucid
 from pellucid.case import loads
 from pellucid.errors import UsageError
-from pellucid.studies.measured import read_curve
-from pellucid.studies.misfit import interpolation_warnings
+from pellucid.studies.misfit import interpolation_warnings, read_curve
 
 EDGE = 0.01
 YOUNG, POISSON = "body.gel.material.young_modulus", "body.gel.material.poisson_ratio"

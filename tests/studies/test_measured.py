@@ -4,7 +4,7 @@ from small_studies import case, run_members_here, write_csv
 
 from pellucid.errors import UsageError
 from pellucid.running.launch import run_case
-from pellucid.studies.measured import read_curve
+from pellucid.studies.misfit import read_curve
 
 HEAD = (("time", "front", "deviation"), ("ms", "mm", "um"))
 

@@ -7,10 +7,10 @@ from threading import Thread
 import pytest
 from small_studies import SPEED, case, run_members_here
 
-from pellucid.results.storage import lock
-from pellucid.studies import process
+from pellucid.results.storage.files import lock_held
+from pellucid.studies import pool
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, members_of, places, prepare
-from pellucid.studies.process import allow_running, end_running, run_member
+from pellucid.studies.pool import allow_running, end_running, run_member
 
 SLEEP = "from pellucid.system.processes import terminated_with_parent\nterminated_with_parent()\nimport time\ntime.sleep(100)"
 
@@ -33,7 +33,7 @@ def commands(monkeypatch: pytest.MonkeyPatch, *statuses: int) -> list[list[str]]
         log.write_text("of no interest\npellucid: it is broken\n    mend it\n")
         return left.pop(0)
 
-    monkeypatch.setattr(process, "_call", call)
+    monkeypatch.setattr(pool, "_call", call)
     return called
 
 
@@ -73,7 +73,7 @@ def test_a_member_waits_for_who_writes_in_its_folder(member: Member, monkeypatch
     run = places(tmp_path, member.digest).run
     run.mkdir()
     waiting = Thread(target=run_member, args=(tmp_path, member.digest, 1, None))
-    with lock.held(run):
+    with lock_held(run):
         waiting.start()
         time.sleep(0.5)
         assert called == []
@@ -84,22 +84,22 @@ def test_a_member_waits_for_who_writes_in_its_folder(member: Member, monkeypatch
 def test_a_command_is_a_process_whose_words_are_kept(tmp_path: Path) -> None:
     allow_running()
     log = tmp_path / "log.txt"
-    assert process._call(["run", "no/such-case"], log) == 2
+    assert pool._call(["run", "no/such-case"], log) == 2
     assert "pellucid: " in log.read_text()
 
 
 def test_running_members_end_when_they_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(process, "BEGIN", SLEEP)
+    monkeypatch.setattr(pool, "BEGIN", SLEEP)
     allow_running()
     ended: list[int] = []
-    thread = Thread(target=lambda: ended.append(process._call([], tmp_path / "log.txt")))
+    thread = Thread(target=lambda: ended.append(pool._call([], tmp_path / "log.txt")))
     thread.start()
-    while not process._running:
+    while not pool._running:
         time.sleep(0.01)
     end_running()
     thread.join(timeout=20)
     assert ended == [-15]
-    assert process._call([], tmp_path / "log.txt") == 143, "and no other begins"
+    assert pool._call([], tmp_path / "log.txt") == 143, "and no other begins"
 
 
 def test_a_member_ends_with_who_began_it() -> None:

@@ -3,7 +3,7 @@ import pytest
 from small_studies import SPEED, case
 
 from pellucid.errors import UsageError
-from pellucid.studies.samples import rows_of
+from pellucid.studies.ranges import rows_of
 
 
 def test_every_value_meets_every_other() -> None:

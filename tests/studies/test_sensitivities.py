@@ -1,6 +1,6 @@
 import pandas as pd
 
-from pellucid.studies.sensitivities import LEAST, sensitivities
+from pellucid.studies.sweep import LEAST, sensitivities
 
 
 def table(n: int) -> pd.DataFrame:

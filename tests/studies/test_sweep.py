@@ -5,11 +5,10 @@ from small_studies import SPEED, case, run_members_here, write_csv
 from typer.testing import CliRunner
 
 import pellucid
+from pellucid import studies
 from pellucid.cli import app
 from pellucid.errors import UsageError
-from pellucid.studies import extra
-from pellucid.studies.sensitivities import Sensitivity
-from pellucid.studies.sweep_page import write_sweep_page
+from pellucid.studies.sweep import Sensitivity, write_sweep_page
 from pellucid.system import extras
 
 
@@ -100,4 +99,4 @@ def test_a_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(extras, "import_module", missing)
     with pytest.raises(UsageError, match=r"pip.* install '\.\[sweep\]' in the clone"):
-        extra.need("pandas")
+        studies.need("pandas")

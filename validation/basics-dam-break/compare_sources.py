@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellucid.references.dam_break import martin_moyce
+from pellucid.references.flows import martin_moyce
 
 if __name__ == "__main__":
     digitised = np.loadtxt(Path(__file__).parent / "figure3.csv", delimiter=",", skiprows=3)

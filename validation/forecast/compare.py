@@ -6,8 +6,7 @@ import warnings
 from pathlib import Path
 
 import pellucid
-from pellucid.running.forecast.pace import Paces
-from pellucid.running.forecast.steps import of_simulation
+from pellucid.running.forecast import Paces, of_simulation
 
 CASES = [
     "basics/elastic-wave",

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import pellucid
 from pellucid.case import load
 from pellucid.errors import RunStopped
-from pellucid.references.shock_tube import QUANTITIES, Profile, Tube, points_of
+from pellucid.references.gas_dynamics import QUANTITIES, Profile, Tube, points_of
 
 HERE = Path(__file__).parent
 VARIANTS = [  # energy update, does q do work, c0, c1, step over the paper's

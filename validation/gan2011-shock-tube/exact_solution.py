@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellucid.references.riemann import GasState, solve
+from pellucid.references.gas_dynamics import GasState, solve
 
 HERE = Path(__file__).parent
 TUBES = {  # left and right (density, velocity, pressure), gamma, end

@@ -29,6 +29,7 @@ def measure(
     simulation.timers.clear()
     blocks = [_advance(simulation, steps) for _ in range(BLOCKS)]
     seconds, processor_seconds = min(blocks)
+    shares = {part: spent / sum(block[0] for block in blocks) for part, spent in simulation.timers.items()}
     return {
         "body": body,
         "functions": functions,
@@ -41,15 +42,8 @@ def measure(
         "cores": processor_seconds / seconds,
         "bytes_per_point": (peak_bytes() - before) / n,
         "peak_bytes": peak_bytes(),
-        "parts": _parts(simulation.timers, sum(block[0] for block in blocks)),
+        "parts": {**shares, "rest": 1.0 - sum(shares.values())},
     }
-
-
-def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
-    """Return the share of each part of a step in the total wall-clock time [s]; the rest of the time is the choice of the time
-    step and checks. timers: time of each part [s]."""
-    shares = {part: seconds / total for part, seconds in timers.items()}
-    return {**shares, "rest": 1.0 - sum(shares.values())}
 
 
 def _advance(simulation: Simulation, steps: int) -> tuple[float, float]:

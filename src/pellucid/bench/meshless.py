@@ -11,7 +11,7 @@ from pellucid.bench.problem import SOLID
 from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.functions import Tables, make_tables
 from pellucid.bodies.meshless_solid.solid import Solid
-from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.points import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.jit import set_threads

@@ -1,6 +1,8 @@
 """Arguments that several commands share, and functions that read them."""
 
-from collections.abc import Mapping
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -8,7 +10,11 @@ import typer
 from pellucid.errors import CaseError, UsageError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from pellucid.case import Case
+    from pellucid.results.metrics import Metric
+
 
 CaseArgument = Annotated[str, typer.Argument(metavar="CASE", help="A gallery id, such as gan2011/shock-tube, or a TOML file.")]
 Settings = Annotated[
@@ -101,3 +107,40 @@ def read_time(option: str, text: str | None) -> float | None:
     if not 0.0 < seconds < float("inf"):
         raise UsageError(f"{option} {text}: the time must be greater than 0 s and finite")
     return seconds
+
+
+def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print aligned columns on stdout; on a terminal too narrow for them, long cells wrap."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for name in header:
+        table.add_column(name, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
+
+
+def console() -> "Console":
+    """Return a rich console on stdout with the width of the terminal; in a pipe lines never wrap."""
+    from rich.console import Console
+
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 1000
+    return Console(width=width, highlight=False, markup=False)
+
+
+def number(value: float | None) -> str:
+    """Format a number for a table cell; empty for None."""
+    return "" if value is None else f"{value:.4g}"
+
+
+def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"]) -> None:
+    """Print metrics with their references, errors and tolerances as a table; print nothing if there are no metrics. names:
+    additional first columns, by heading."""
+    columns = ("value", "reference", "error", "tolerance")
+    rows = [
+        (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "fail")
+        for *labels, metric in zip(*names.values(), metrics, strict=True)
+    ]
+    if rows:
+        print_table((*names, *columns, ""), rows)

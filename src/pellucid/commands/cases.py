@@ -4,8 +4,7 @@ from typing import Annotated
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument, Quick, Settings, read_case
-from pellucid.commands.table import print_table
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, print_table, read_case
 
 
 def list_cases() -> None:

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, read_case
-from pellucid.commands.table import number, print_metrics, print_table
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, number, print_metrics, print_table, read_case
 from pellucid.errors import RunStopped, UsageError
 
 

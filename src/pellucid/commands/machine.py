@@ -4,8 +4,7 @@ from typing import Annotated
 
 import typer
 
-from pellucid.commands.arguments import Threads
-from pellucid.commands.table import console, print_table
+from pellucid.commands.arguments import Threads, console, print_table
 from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 
@@ -65,7 +64,7 @@ def warm(
     """Compile the kernels of cases into the cache, so that later runs start without compilation."""
     from pellucid import catalogue
     from pellucid.case import load
-    from pellucid.compilation.warming import warm as compile_all
+    from pellucid.compilation.ahead import warm as compile_all
     from pellucid.progress import clock, watching
 
     loaded = {name: load(name) for name in cases or catalogue.ids()}

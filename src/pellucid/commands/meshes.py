@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pellucid.commands.table import print_table
+from pellucid.commands.arguments import print_table
 from pellucid.errors import UsageError
 
 if TYPE_CHECKING:

@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
-from pellucid.commands.table import print_table
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, print_table, read_case, read_time
 from pellucid.errors import Interrupted, RunStopped, Terminated, UsageError
 
 WorkersOption = Annotated[
@@ -73,19 +72,19 @@ def sweep(
     An interrupted sweep continues when the same command is run again."""
     from pellucid.progress import watching
     from pellucid.studies.members import DONE
-    from pellucid.studies.pool import Workers, read_slurm
+    from pellucid.studies.pool import read_slurm
     from pellucid.studies.ranges import read_rows, read_values, with_units
-    from pellucid.studies.samples import rows_of
-    from pellucid.studies.sweep import run_sweep
+    from pellucid.studies.sweep import sweep as run_members
 
     values, members = read_values(over or []), read_rows(listed) if listed else []
     first = {key: several[0] for key, several in values.items()}
     base = read_case(case, quick, settings, members[0] if members else first)
-    rows = rows_of(base, values, samples, members, seed)
-    by = Workers(workers, threads, scheduler, read_slurm(slurm))
-    folder = out or Path("sweeps") / _name(case)
+    by: dict[str, Any] = {"workers": workers, "threads": threads, "scheduler": scheduler, "slurm": read_slurm(slurm)}
+    end, folder = read_time("--until", until), out or Path("sweeps") / _name(case)
     with _gone_on_with(folder), watching() as progress:
-        table = run_sweep(base, rows, folder, read_time("--until", until), by, progress, samples is not None)
+        table = run_members(
+            base, values, samples=samples, rows=members, seed=seed, out=folder, until=end, progress=progress, **by
+        )
     shown = table[[name for name in table.columns if name not in ("steps", "message")][:8]]
     print_table(
         with_units(list(shown.columns), table.attrs["units"]),
@@ -140,7 +139,7 @@ def fit(
     An interrupted fit continues when the same command is run again."""
     from pellucid.progress import watching
     from pellucid.studies.fit import run_fit
-    from pellucid.studies.measured import read_curve
+    from pellucid.studies.misfit import read_curve
     from pellucid.studies.pool import Workers, read_slurm
     from pellucid.studies.ranges import range_of, read_ends, split_setting
 

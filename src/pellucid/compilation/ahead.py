@@ -1,16 +1,24 @@
-"""Compilation of a case's kernels into the cache by other processes, from the last kernel backwards, while this process
-compiles the first ones."""
+"""Compilation of kernels into the cache by other processes: ahead of a run, and in advance for several cases."""
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from tempfile import TemporaryFile
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pellucid.system.processes import Helper, free_cores, helped
+from pellucid.compilation.reporting import laws_blamed
+from pellucid.errors import PellucidError, UsageError
+from pellucid.jit import cache_folder
+from pellucid.progress import Progress, WarningsOnly
+from pellucid.results.storage.start import read_start
+from pellucid.system.processes import Helper, free_cores, helped, shared
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+
 
 MOST_HELPERS = 3  # largest number of other processes
 NICENESS = 10  # of the other processes: on few cores, the process that needs the kernels has priority
@@ -29,7 +37,9 @@ def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
     helpers: list[Helper] = []
 
     def begin() -> None:
-        if not helpers and _is_small(case):
+        from pellucid.case.memory import PROGRAM_BYTES, memory_estimate, physical_memory
+
+        if not helpers and memory_estimate(case) - PROGRAM_BYTES < MOST_MEMORY * (physical_memory() or 0):
             number = min(MOST_HELPERS, free_cores())
             with suppress(Exception):
                 from pellucid.case import dumps
@@ -38,12 +48,6 @@ def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
 
     with helped(helpers):
         yield begin
-
-
-def _is_small(case: "Case") -> bool:
-    from pellucid.case.memory import PROGRAM_BYTES, memory_estimate, physical_memory
-
-    return memory_estimate(case) - PROGRAM_BYTES < MOST_MEMORY * (physical_memory() or 0)
 
 
 def compile_from_the_end(text: str, first: int, step: int) -> None:
@@ -81,3 +85,82 @@ def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
             for name in body.field_names:
                 body.stored_field(name)
     return list(calls)
+
+
+class Warmed(NamedTuple):
+    """Result of compiling the kernels of one case, for the table that `pellucid warm` prints: name of the case, number of
+    kernels, duration [s], and error."""
+
+    case: str  # name of the case
+    kernels: int  # number of compiled kernels
+    seconds: float  # duration of the compilation [s]
+    trouble: str = ""  # error if not all kernels were compiled
+
+
+def warm(cases: "Mapping[str, Case]", progress: Progress | None = None) -> list[Warmed]:
+    """Compile the kernels of set-up and first step of the cases, given by name, into the cache. Nothing else is written.
+
+    Only the first of several cases with the same kernels is compiled. Kernels that are needed later in a run, e.g. when a
+    membrane tears, are compiled by the run. Raises `UsageError` if the cache cannot be written.
+    """
+    from pellucid.case import dumps
+
+    _check_writable(cache_folder())
+    jobs = [(name, dumps(case)) for name, case in _different(cases).items()]
+    helpers = [Helper(_warmer) for _ in range(min(free_cores(), len(jobs) - 1))]
+    progress = progress or WarningsOnly()
+    progress.begin("compiling", len(jobs))
+    with helped(helpers):
+        return shared(jobs, compile_case, helpers, progress.count)
+
+
+def _check_writable(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        text = f"Compiled kernels cannot be stored in {folder}: {error.strerror}"
+        raise UsageError(f"{text}.\n    Free disk space, or set NUMBA_CACHE_DIR to another folder.") from None
+
+
+def compile_case(job: tuple[str, str]) -> Warmed:
+    """Compile the kernels of a case; job: name of the case and its text in TOML. Return number, duration and error."""
+    from numba.core.event import RecordingListener, install_listener
+
+    from pellucid.case import check_memory, loads
+    from pellucid.jit.cache import NotKept
+    from pellucid.simulation.simulation import Simulation
+
+    name, text = job
+    begun, compiled, trouble = monotonic(), RecordingListener(), ""
+    with install_listener("numba:compile", compiled), warnings.catch_warnings(action="ignore"):
+        warnings.simplefilter("error", NotKept)
+        try:
+            case = loads(text)
+            check_memory(case)
+            with laws_blamed(case):
+                simulation = Simulation(case, threads=1, start=read_start(case, lambda text: None))
+                simulation.step()
+                for body in simulation.bodies:
+                    for field in body.field_names:
+                        body.field(field)
+        except (PellucidError, NotKept) as error:
+            trouble = str(error)
+    return Warmed(name, len(compiled.buffer) // 2, monotonic() - begun, trouble)
+
+
+def _different(cases: "Mapping[str, Case]") -> "dict[str, Case]":
+    """Return one case for each set of kernels, by name; a case is returned in its quick variant (with its settings for a
+    run within seconds) if this variant needs the same kernels."""
+    from pellucid.compilation.reporting import kernel_key
+
+    chosen: dict[str, tuple[str, Case]] = {}
+    for name, case in cases.items():
+        key, quick = kernel_key(case), case.quick_variant()
+        chosen.setdefault(key, (name, quick if kernel_key(quick) == key else case))
+    return dict(chosen.values())
+
+
+def _warmer() -> Any:
+    return compile_case

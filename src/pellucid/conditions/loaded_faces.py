@@ -7,8 +7,7 @@ import numpy as np
 
 from pellucid.conditions.enclosed.volume import failed_points
 from pellucid.findings import Finding, Path, refuse
-from pellucid.geometry.meshes.cells import vector_areas
-from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import FaceShares, vector_areas
 from pellucid.geometry.region import Where, chosen_faces, faults
 from pellucid.parts.annotations import AssembledBody
 from pellucid.parts.body_model import BodyModel, is_alone, selectable_of

@@ -27,8 +27,7 @@ from scipy.sparse import csr_array
 
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.energy import IMPACT, SUPPORT, StepWork
-from pellucid.geometry.region import Region, within
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Region, Shape, within
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.momentum import MASS_EPS

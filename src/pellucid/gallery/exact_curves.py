@@ -5,10 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from pellucid.case import load
-from pellucid.references import finite_elements
-from pellucid.references.annotations import Array
+from pellucid.references import Array, finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Axes, Run
+from pellucid.results.pictures.style import Axes, Run
 
 
 def column(run: Run, name: str) -> Array:

@@ -1,10 +1,12 @@
-"""Base class of tables with exactly one key that selects an alternative, such as shapes and surfaces in a case."""
+"""Base classes of tables of a case: a table that selects an alternative by its key, and a mesh of limited size."""
 
+from abc import abstractmethod
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from pellucid.model import Model
+from pellucid.findings import Refusal
+from pellucid.model import Model, check
 
 
 class Choice(Model):
@@ -32,3 +34,27 @@ class Choice(Model):
     def chosen(self) -> Any:
         """Return the value of the key that selects the alternative."""
         return next(value for name in self.alternatives() if (value := getattr(self, name)) is not None)
+
+
+MOST_POINTS = 2_000_000
+"""Largest number of vertices or nodes. Surfaces of this size take about 3 s, solids with twelve tetrahedra per cube about 1 GB.
+"""
+
+
+def refuse_too_many(points: float) -> None:
+    """Raise Refusal if the number of points exceeds the limit for generated meshes."""
+    if not points <= MOST_POINTS:
+        text = f"the mesh would have about {points:.3g} points, but at most {MOST_POINTS:.3g} are allowed"
+        raise Refusal(text, "make the mesh coarser")
+
+
+class Countable(Model):
+    """A generated surface or mesh of a case; its number of points is checked before it is generated."""
+
+    @check
+    def _can_be_held(self) -> None:
+        refuse_too_many(self.expected_points())
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """Return the approximate number of vertices or nodes, without generating the mesh."""

@@ -7,17 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pellucid.geometry.algorithms.crossing import self_crossing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.checks import Fault
 from pellucid.geometry.checks.quality import dihedral_angles, quad_qualities, tetrahedron_qualities, triangle_qualities
 from pellucid.geometry.checks.solid_checks import apart, solid_faults
-from pellucid.geometry.checks.surface_checks import mesh_faults
-from pellucid.geometry.checks.surface_holes import rims
-from pellucid.geometry.checks.words import Fault
-from pellucid.geometry.files.contents import Contents
-from pellucid.geometry.files.first_order import counted, first_order
+from pellucid.geometry.checks.surface_checks import mesh_faults, rims
+from pellucid.geometry.files.contents import Contents, counted, first_order
 from pellucid.geometry.files.read import ANY, read_file
 from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.meshes.crossing import self_crossing
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
@@ -51,7 +49,9 @@ def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
     """
     contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)
-    rows = [("format", contents.format), ("elements", _elements(raw)), *_sets(contents)]
+    sets = [f"`{name}` ({len(nodes)} nodes)" for name, nodes in contents.node_sets.items()]
+    sets += [f"`{name}` ({sum(map(len, parts))} elements)" for name, parts in contents.cell_sets.items()]
+    rows = [("format", contents.format), ("elements", _elements(raw)), ("sets", ", ".join(sets) or "none")]
     found: Mesh | SimplexMesh
     if any(block.kind in SOLID and len(block.nodes) for block in contents.blocks):
         found, notes = solid_of(path, contents, repair)
@@ -66,7 +66,8 @@ def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
         scaled = found._replace(vertices=metres * found.vertices)
         nodes, corners = scaled.vertices, [scaled.quads, scaled.triangles]
         about, faults = _about_surface(scaled)
-    rows += [("nodes", _nodes(len(contents.points), len(nodes))), *_size(path, nodes, metres), *_edges(nodes, corners), *about]
+    of_file = "" if len(nodes) == len(contents.points) else f", of {len(contents.points)} points of the file"
+    rows += [("nodes", f"{len(nodes)}{of_file}"), *_size(path, nodes, metres), *_edges(nodes, corners), *about]
     return Survey(found, rows, [*contents.notes, *notes], faults)
 
 
@@ -79,16 +80,6 @@ def _elements(contents: Contents) -> str:
         base = next(block.base for block in contents.blocks if block.kind == kind)
         named.append(f"{n} of type {kind}" if base is None else counted(n, base) + (f" ({kind})" if kind != base else ""))
     return ", ".join(named) or "none"
-
-
-def _sets(contents: Contents) -> list[tuple[str, str]]:
-    named = [f"`{name}` ({len(nodes)} nodes)" for name, nodes in contents.node_sets.items()]
-    named += [f"`{name}` ({sum(map(len, parts))} elements)" for name, parts in contents.cell_sets.items()]
-    return [("sets", ", ".join(named) or "none")]
-
-
-def _nodes(of_file: int, left: int) -> str:
-    return f"{left}" if left == of_file else f"{left}, of {of_file} points of the file"
 
 
 def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:

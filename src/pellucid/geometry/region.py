@@ -1,9 +1,10 @@
-"""Regions: the nodes and faces of a body on which a condition acts, selected in the initial state.
+"""Shapes of a case, selected by one key, and regions: the nodes and faces of a body on which a condition acts, selected in the
+initial state.
 
 A region is a shape, a named set of the mesh, a direction of the outward normal, or the intersection of several such
 criteria. A node matches a normal if it is a corner of a face with that normal. A face is selected if its three corners are
-selected or, on request, if its centre lies in the shape.
-"""
+selected or, on request, if its centre lies in the shape. To add a shape, define its class in a module of `shapes` and add a
+field with its key to `Shape`."""
 
 from collections.abc import Iterator, Mapping
 from itertools import product
@@ -14,14 +15,37 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from pellucid.findings import Finding, Path, hint, listed
+from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
-from pellucid.geometry.shapes.rotation import plane_problems
-from pellucid.geometry.shapes.solids import Box
+from pellucid.geometry.shapes.rotation import Rotated, Rotations, plane_problems, rotate_parameter
+from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
+from pellucid.geometry.surfaces.surface import Inside
 from pellucid.model import Vector, check, parameter
 from pellucid.units import in_degrees
+
+
+class Shape(Choice):
+    """A table with exactly one key, which selects the shape."""
+
+    what: ClassVar[str] = "a shape"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
+
+    box: Box | None = None
+    sphere: Sphere | None = None
+    cylinder: Cylinder | None = None
+    shell: Shell | None = None
+    pipe: Pipe | None = None
+    inside: Inside | None = None
+    cushion: Cushion | None = None
+    rotate: Rotations = rotate_parameter("the shape")
+
+    def geometry(self) -> Geometry:
+        """Return the selected shape, rotated if `rotate` is given."""
+        geometry: Geometry = self.chosen()
+        return geometry if self.rotate is None else Rotated(shape=geometry, rotate=self.rotate)
+
 
 REACH = 1e-9  # of the extent of a body: tolerance by which a node may lie outside a box, so that rounding does not decide
 WITHIN = 30.0

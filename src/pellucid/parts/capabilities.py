@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # keeps the import fast for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall_plane import WallPlane
     from pellucid.energy import Passed
-    from pellucid.geometry.meshes.face_shares import FaceShares
+    from pellucid.geometry.meshes.cells import FaceShares
     from pellucid.grid.velocity_transfer import VelocityTransfer
     from pellucid.parts.surface_load import Traction
 

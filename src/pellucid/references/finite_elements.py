@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pellucid.references.annotations import Array, Case
+from pellucid.references import Array, Case
 
 
 def read(table: str) -> dict[str, Array]:

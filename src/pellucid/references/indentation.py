@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 
 
 class Layer(NamedTuple):

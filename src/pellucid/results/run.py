@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.errors import UsageError
-from pellucid.results.report.header import facts, header
-from pellucid.results.report.html import page_of
+from pellucid.results.report.html import facts, header, page_of
 from pellucid.results.storage.run import Run as StoredRun
 from pellucid.state import COMPONENT_NAMES, FIELDS
 from pellucid.system.extras import needed

@@ -1,4 +1,4 @@
-"""Run a case in a folder, and resume a run from its folder."""
+"""Run a case in a folder, resume a run from its folder, and record the steps of a simulation in a script of the user."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -28,6 +28,7 @@ from pellucid.system.processes import helped
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.simulation.simulation import Simulation
 
 
 class _Size(NamedTuple):
@@ -36,6 +37,16 @@ class _Size(NamedTuple):
     points: int  # number of points of all bodies
     tables: float
     """Memory of the shape functions of meshless solids [bytes]."""
+
+
+class _Asked(NamedTuple):
+    """Options of a run or of its continuation, see `run_case`."""
+
+    threads: int | None
+    until: float | None
+    progress: Progress
+    report: bool
+    foretell: bool
 
 
 LARGE = _Size(1_000_000, 256 * 2**20)
@@ -79,32 +90,20 @@ def run_case(
                     "results."
                 )
                 raise UsageError(text)
-        return _begin(case, out, threads, until, progress, report, foretell)
-
-
-def _begin(
-    case: "Case",
-    out: Path | str | None,
-    threads: int | None,
-    until: float | None,
-    progress: Progress,
-    report: bool,
-    foretell: bool,
-) -> Run:
-    # before the folder is touched: a bad case erases nothing
-    with _first_set_up(case, threads, progress) as (simulation, compiling, start):
-        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.group.is_first else out or "")
-        folder = domain.group.told(folder)
-        recorder = Recorder(folder, case, compiling, start=start)
-        if not domain.group.is_first:
-            return _take_part(simulation, recorder, until, foretell)
-        with explained(folder.path), folder.made():
-            if folder.case.is_file():
-                progress.note(f"replacing the earlier run in {folder.path}")
-            for text in simulation.node_contacts:
-                progress.note(text)
-            folder.start(case)
-            return _finish(simulation, recorder, until, progress, report, foretell, temporary=out is None)
+        # before the folder is touched: a bad case erases nothing
+        with _first_set_up(case, threads, progress) as (simulation, compiling, start):
+            folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.group.is_first else out or "")
+            folder = domain.group.told(folder)
+            recorder, asked = Recorder(folder, case, compiling, start=start), _Asked(threads, until, progress, report, foretell)
+            if not domain.group.is_first:
+                return _take_part(simulation, recorder, asked)
+            with explained(folder.path), folder.made():
+                if folder.case.is_file():
+                    progress.note(f"replacing the earlier run in {folder.path}")
+                for text in simulation.node_contacts:
+                    progress.note(text)
+                folder.start(case)
+                return _finish(simulation, recorder, asked, temporary=out is None)
 
 
 def try_set_up(case: "Case", progress: Progress) -> list[str]:
@@ -124,7 +123,7 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
     """
     from pellucid.case import check_memory
     from pellucid.case.memory import n_points, table_bytes
-    from pellucid.running.forecast.words import foretell_case, foretell_simulation
+    from pellucid.running.forecast import foretell_case, foretell_simulation
     from pellucid.set_up.contact_offsets import contact_offsets
     from pellucid.set_up.first_look import look
 
@@ -154,25 +153,23 @@ def resume_case(
     until, threads, progress, report, foretell: see `run_case`. Raises `UsageError` if the folder contains no run or a
     setting may not change, and the errors of `run_case`.
     """
-    progress = seen(progress)
+    asked = _Asked(threads, until, seen(progress), report, foretell)
     domain.group.join()
     folder = RunFolder(out)
     held = folder.held() if domain.group.is_first else nullcontext()
     with domain.together(), explained(folder.path), held:
-        return _go_on(folder, until, threads, progress, report, settings or {}, foretell)
+        return _go_on(folder, settings or {}, asked)
 
 
-def _go_on(
-    folder: RunFolder,
-    until: float | None,
-    threads: int | None,
-    progress: Progress,
-    report: bool,
-    settings: Mapping[str, object],
-    foretell: bool,
-) -> Run:
+def _go_on(folder: RunFolder, settings: Mapping[str, object], asked: _Asked) -> Run:
+    threads, until, progress = asked[:3]
     try:
-        case = _stored_case(folder, settings)
+        try:
+            case = folder.read_case()
+        except CaseError:
+            if not settings:
+                raise
+            case = folder.read_case(settings)  # which may correct a case file that was edited and is invalid
     except CaseError as error:
         raise UsageError(_why_not_resumed(folder, error)) from error
     if settings:
@@ -184,11 +181,11 @@ def _go_on(
         with _first_set_up(case, threads, progress) as (simulation, compiling, start):
             recorder = Recorder(folder, case, compiling, start=start)
             if not domain.group.is_first:
-                return _take_part(simulation, recorder, until, foretell)
+                return _take_part(simulation, recorder, asked)
             folder.start(case)
             if settings:
                 folder.write_case(case)
-            return _finish(simulation, recorder, until, progress, report, foretell)
+            return _finish(simulation, recorder, asked)
     arrays, numbers = found
     recorded = numbers["recorder"]
     kept = recorded.get("identity", {})
@@ -204,23 +201,12 @@ def _go_on(
             raise UsageError(f"{text}.\n    Set a later time.end, or start a new run.")
         recorder = Recorder(folder, case, compiling, recorded, start)
         if not domain.group.is_first:
-            return _take_part(simulation, recorder, until, foretell)
+            return _take_part(simulation, recorder, asked)
         if settings:
             folder.write_case(case)
         if not recorder.resumes_record:
             folder.discard_record(case)
-        return _finish(simulation, recorder, until, progress, report, foretell)
-
-
-def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
-    """Read the case of the run in `folder`. If the case file was edited and is invalid, apply the settings (values by
-    dotted key) before the check, since they may correct the case."""
-    try:
-        return folder.read_case()
-    except CaseError:
-        if not settings:
-            raise
-        return folder.read_case(settings)
+        return _finish(simulation, recorder, asked)
 
 
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
@@ -285,7 +271,7 @@ def _simulation(
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
     from pellucid.compilation.ahead import compiled_ahead
-    from pellucid.compilation.kernel_key import kernel_key
+    from pellucid.compilation.reporting import kernel_key
     from pellucid.simulation.simulation import Simulation
 
     check_memory(case)
@@ -334,31 +320,20 @@ def seen(progress: Progress | bool | None) -> Progress:
     return progress if progress and domain.group.is_first else WarningsOnly()
 
 
-def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
+def _take_part(simulation: Any, recorder: Recorder, asked: _Asked) -> Run:
     """Compute the share of this process in a simulation that several processes share, if this process is not the first one,
-    and wait until the first process has written the results. Returns the run.
-
-    recorder: writer of the rows and checkpoints. until, foretell: see `run_case`.
-    """
-    if foretell:
-        foretold(simulation, until, WarningsOnly())
-    simulation.run(recorder, until=until)
+    and wait until the first process has written the results. Returns the run. recorder: writer of the rows and checkpoints."""
+    if asked.foretell:
+        foretold(simulation, asked.until, WarningsOnly())
+    simulation.run(recorder, until=asked.until)
     domain.leave()
     domain.group.wait()
     return Run(recorder.folder.path)
 
 
-def _finish(
-    simulation: Any,
-    recorder: Recorder,
-    until: float | None,
-    progress: Progress,
-    report: bool,
-    foretell: bool,
-    temporary: bool = False,
-) -> Run:
-    folder = recorder.folder
-    if foretell:
+def _finish(simulation: Any, recorder: Recorder, asked: _Asked, temporary: bool = False) -> Run:
+    folder, until, progress, report = recorder.folder, asked.until, asked.progress, asked.report
+    if asked.foretell:
         progress = foretold(simulation, until, progress)
     try:
         with pace_learned(simulation, recorder) if domain.group.size == 1 else nullcontext():
@@ -398,3 +373,29 @@ def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> No
         error.add_note(f"Curves and last pictures of the run: {draw_report(Run(folder.path), progress=progress)}")
     except Exception as trouble:
         error.add_note(f"The report of the run could not be drawn: {trouble}")
+
+
+def recorded(
+    simulation: "Simulation", out: Path | str, until: float | None = None, progress: Progress | bool | None = None
+) -> Iterator["Simulation"]:
+    """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to the
+    folder `out`.
+
+    Yields the simulation after each step. progress: True to show the progress, or a progress object. `pellucid.Run(out)`
+    reads the results. If the loop ended early, `pellucid.resume(out)` continues the run. Raises the errors of
+    `pellucid.run`.
+    """
+    case, folder = simulation.case, RunFolder(out)
+    check_until(until, case)
+    check_probes(case.probe, simulation.bodies, case.periods)
+    recorder = Recorder(folder, case, lambda: 0.0)
+    if not domain.group.is_first:
+        yield from simulation.recorded(recorder, until)
+        return
+    with explained(folder.path), folder.made():
+        folder.start(case)
+        try:
+            yield from simulation.recorded(recorder, until, seen(progress))
+        finally:
+            folder.write_summary(recorder.facts, {})
+        folder.write_summary(recorder.facts, Run(folder.path).metrics)

@@ -11,7 +11,7 @@ from pellucid.case import Case
 from pellucid.case.sections import parts_of
 from pellucid.conditions.constrained_nodes import nodes_of
 from pellucid.conditions.support import on_each_face
-from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.geometry.region import Region, Selectable, Where, chosen_nodes, needs_mesh
 from pellucid.parts.body_model import selectable_of
 

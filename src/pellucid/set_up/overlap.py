@@ -143,7 +143,7 @@ def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np
 
 
 def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing], grid: GridCase) -> None:
-    from pellucid.geometry.algorithms.crossing import crossing  # heavy
+    from pellucid.geometry.meshes.crossing import crossing  # heavy
 
     (first, one_triangles, _), (second, other_triangles, _) = standing[one.name], standing[other.name]
     if one_triangles is None or other_triangles is None:

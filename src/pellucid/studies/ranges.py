@@ -4,6 +4,7 @@ import csv
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,6 +13,7 @@ from pellucid.errors import CaseError, UsageError
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+
 
 DECADES = 10.0
 """Ratio of the ends of a positive range from which on the range is sampled on a logarithmic scale."""
@@ -177,3 +179,67 @@ def all_checked(case: "Case", rows: Sequence[Mapping[str, Any]]) -> "list[Case]"
     if problems:
         raise CaseError(list(problems.values()), f"the {len(rows)} members; none was run")
     return cases
+
+
+MOST = 100_000
+"""Largest number of members of one sweep."""
+
+
+def rows_of(
+    case: "Case",
+    over: Mapping[str, Any],
+    samples: int | None = None,
+    listed: Sequence[Mapping[str, Any]] = (),
+    seed: int = 0,
+) -> list[dict[str, Any]]:
+    """Return the settings (values by dotted key) of each member of a sweep.
+
+    `over`: a list of values or the ends (low, high) of a range, by key. Without `samples`, all values are combined with
+    each other; otherwise this number of members is drawn as a Latin hypercube sample with the given seed. Each row of
+    `listed` is combined with each of these settings. Raises UsageError, and CaseError for ends that are invalid for a
+    field.
+    """
+    if not over and not listed:
+        raise UsageError("No key varies.\n    Add --over KEY=V1,V2,... or --from TABLE.csv.")
+    if both := set(over) & {key for row in listed for key in row}:
+        raise UsageError(f"{min(both)} varies by --over and by --from.\n    Remove one of them.")
+    choices = {key: range_of(case, key, *v) if isinstance(v, tuple) else list(v) for key, v in over.items()}
+    if empty := [key for key, values in choices.items() if not isinstance(values, Range) and not values]:
+        raise UsageError(f"{empty[0]} has no values")
+    ranges = [key for key, values in choices.items() if isinstance(values, Range)]
+    if samples is None and ranges:
+        text = f"{ranges[0]} has a range, but the number of samples is missing"
+        raise UsageError(f"{text}.\n    Add --samples N, or list its values.")
+    if samples is not None and samples < 1:
+        raise UsageError(f"--samples {samples}: must be at least 1")
+    if samples is not None and not over:
+        raise UsageError("--samples requires a range to draw from.\n    Add --over KEY=LOW:HIGH.")
+    drawn = _combined(choices) if samples is None else _hypercube(choices, samples, seed)
+    rows = [{**one, **other} for one in (listed or [{}]) for other in drawn]
+    if len(rows) > MOST:
+        raise UsageError(
+            f"{len(rows)} members exceed the limit of {MOST}.\n    Use fewer values, or draw a sample with --samples N."
+        )
+    return rows
+
+
+def _combined(choices: Mapping[str, Any]) -> list[dict[str, Any]]:
+    count = 1
+    for values in choices.values():
+        count *= len(values)
+    if count > MOST:
+        raise UsageError(
+            f"{count} members exceed the limit of {MOST}.\n    Use fewer values, or draw a sample with --samples N."
+        )
+    return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
+
+
+def _hypercube(choices: Mapping[str, Any], samples: int, seed: int) -> list[dict[str, Any]]:
+    from scipy.stats import qmc
+
+    shares = qmc.LatinHypercube(len(choices), rng=seed).random(samples)
+    return [{key: _taken(values, share) for (key, values), share in zip(choices.items(), row, strict=True)} for row in shares]
+
+
+def _taken(values: Any, share: float) -> Any:
+    return values.at(share) if isinstance(values, Range) else values[int(share * len(values))]

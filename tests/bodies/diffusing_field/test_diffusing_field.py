@@ -12,8 +12,8 @@ from pellucid.bodies.diffusing_field.weak_forms import on_closed_surface
 from pellucid.case import Case, dumps, loads
 from pellucid.errors import CaseError, RunStopped
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.surfaces.icosphere import Icosphere
-from pellucid.references.diffusion import between_zero_ends
+from pellucid.geometry.surfaces.triangles import Icosphere
+from pellucid.references.flows import between_zero_ends
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation.simulation import Simulation
 

@@ -6,7 +6,7 @@ from films import PRESSURE, case, ran
 
 import pellucid
 from pellucid.errors import CaseError, RunStopped
-from pellucid.references.vesicles import Growing, tether
+from pellucid.references.membranes import Growing, tether
 from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 

@@ -5,7 +5,7 @@ from film_surfaces import BOTH, loop, scattered, sphere
 from pellucid.bodies.fluid_film.mesh_smoothing import CellFluxes, check_quality, rigid_part
 from pellucid.errors import RunStopped
 from pellucid.geometry.checks.quality import triangle_qualities
-from pellucid.geometry.meshes.rings import rings
+from pellucid.geometry.meshes.triangulation import rings
 
 
 def cell_areas(surface, x):

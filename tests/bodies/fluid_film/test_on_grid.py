@@ -8,7 +8,7 @@ from small_cases import SOLID, advance, box, simulation
 from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
 from pellucid.errors import CaseError
-from pellucid.geometry.algorithms.equivalent_ellipse import of_curve
+from pellucid.geometry.meshes.enclosure import ellipse_of
 
 LIPID = {"kind": "lipid-film", "density": 0.05, "viscosity": 0.1, "stiffness": 400.0, "bending_rigidity": 0.2}
 EOS = {"kind": "tait", "sound_speed": 60.0, "carries_tension": True}
@@ -57,10 +57,10 @@ def test_a_film_that_travels_with_the_fluid_keeps_its_shape(nodes):
 def test_an_ellipse_becomes_rounder_and_every_balance_holds(nodes):
     sim = in_liquid(film(nodes=nodes))
     body = sim.bodies[0]
-    mass, begun = body.arrays["mass"].sum(), of_curve(body.places()[:, :2]).deformation
+    mass, begun = body.arrays["mass"].sum(), ellipse_of(body.places()[:, :2]).deformation
     while sim.time < 0.3:
         sim.step()
-    assert of_curve(body.places()[:, :2]).deformation < 0.97 * begun
+    assert ellipse_of(body.places()[:, :2]).deformation < 0.97 * begun
     assert body.arrays["mass"].sum() == pytest.approx(mass, rel=1e-13)
     assert sim.conservation()["momentum"] < 1e-12
     assert abs(sim.conservation()["energy"]) < 0.02  # of the transfer, first order in the step

@@ -9,10 +9,9 @@ from small_cases import box, case, simulation
 from pellucid.bodies.material_points import seed_lattice
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
-from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.hollow import Pipe, Shell
-from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
-from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.region import Shape
+from pellucid.geometry.shapes.solids import Box, Cylinder, Pipe, Shell, Sphere
+from pellucid.geometry.surfaces.surface import Inside
 from pellucid.grid.model import GridCase
 
 SHAPES = {

@@ -11,9 +11,9 @@ from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.running.forecast.steps import of_case
+from pellucid.running.forecast import of_case
 from pellucid.simulation.simulation import Simulation
 
 RED_CELL = 1.929  # energy over 8πκ of the biconcave shape, by quadrature of its meridian

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.references.elastica import heavy_elastica
+from pellucid.references.solids import heavy_elastica
 from pellucid.simulation.simulation import Simulation
 
 SHELF = """

@@ -10,7 +10,7 @@ from pellucid.approximants.nodal.consistency import boundary_integrals
 from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.functions import make_tables
 from pellucid.bodies.meshless_solid.solid import CHUNK, ENERGY, LEAST_J
-from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.points import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import set_threads
 from pellucid.materials.elastic import lame

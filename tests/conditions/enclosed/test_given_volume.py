@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from bags import case, skin
 
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.results.storage import history
-from pellucid.running.forecast.steps import of_case
+from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation.simulation import Simulation
 

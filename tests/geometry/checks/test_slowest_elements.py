@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import Case
-from pellucid.geometry.checks.slowest_elements import slowest_of_solid, slowest_of_surface
+from pellucid.geometry.checks.quality import slowest_of_solid, slowest_of_surface
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, grid_quads
 from pellucid.geometry.solid_meshes.box import BoxMesh

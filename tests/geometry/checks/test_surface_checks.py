@@ -5,13 +5,8 @@ import pytest
 
 from pellucid.geometry.checks.surface_checks import REPAIR, faults, mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
-from pellucid.geometry.surfaces.disc import Disc
-from pellucid.geometry.surfaces.icosphere import Icosphere
-from pellucid.geometry.surfaces.rectangle import Lid, Rectangle
-from pellucid.geometry.surfaces.sphere import SphereSurface
-from pellucid.geometry.surfaces.tube import Tube
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface, CylinderSurface, Lid, Rectangle, SphereSurface, Tube
+from pellucid.geometry.surfaces.triangles import Disc, Icosphere
 
 BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2)
 SOUND = {

@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.enclosure import signed_volume
-from pellucid.geometry.checks.surface_checks import mesh_faults
-from pellucid.geometry.checks.surface_holes import rims, without_holes
-from pellucid.geometry.checks.surface_orientation import turned_alike
-from pellucid.geometry.checks.surface_repair import repaired
+from pellucid.geometry.checks.surface_checks import mesh_faults, rims
+from pellucid.geometry.checks.surface_repair import repaired, turned_alike, without_holes
+from pellucid.geometry.meshes.enclosure import signed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
 from pellucid.geometry.surfaces.file import mended
-from pellucid.geometry.surfaces.icosphere import Icosphere
-from pellucid.geometry.surfaces.rectangle import Rectangle
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface, CylinderSurface, Rectangle
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2).mesh()
 DRUM = CylinderSurface(start=(0, 0, 0), end=(0, 0, 3), radius=1.0, rings=3, along=5).mesh()

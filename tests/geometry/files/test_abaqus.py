@@ -8,7 +8,7 @@ from abaqus_files import CAE, ELEMENTS, EVERY, HIGH, LOW, NODES, PLACES, ROWS
 
 from pellucid.geometry.files.abaqus import read_abaqus
 from pellucid.geometry.files.contents import Damaged
-from pellucid.geometry.files.mesh_files import states_of_files
+from pellucid.geometry.files.read import states_of_files
 from pellucid.geometry.solid_meshes.file import SolidFile
 from pellucid.geometry.surfaces.file import SurfaceFile
 

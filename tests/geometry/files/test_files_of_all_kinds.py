@@ -7,13 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 from pellucid.cli import app
-from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.files.writing import write_solid, write_surface
+from pellucid.geometry.meshes.enclosure import signed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
-from pellucid.geometry.surfaces.box import BoxSurface
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
 from pellucid.geometry.surfaces.surface import Surface
 
 CUBE = BoxSurface(lower=(0, 0, 0), upper=(50, 50, 50), points=(3, 3, 3)).mesh()

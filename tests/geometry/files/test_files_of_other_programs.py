@@ -10,9 +10,9 @@ from abaqus_files import CAE, ELEMENTS, NODES
 from gmsh_files import gmsh_file
 
 from pellucid.findings import Refusal
-from pellucid.geometry.files.stl import FACET
+from pellucid.geometry.files.surface_formats import FACET
 from pellucid.geometry.mesh_survey import survey
-from pellucid.geometry.surfaces.box import BoxSurface
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
 
 CUBE = BoxSurface(lower=(0, 0, 0), upper=(2, 2, 2), points=(2, 2, 2)).mesh()
 QUADS, TRIANGLES = CUBE.quads, CUBE.triangulated().triangles

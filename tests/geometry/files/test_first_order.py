@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.checks.solid_checks import solid_faults
-from pellucid.geometry.checks.solid_repair import upright
-from pellucid.geometry.files.contents import Block, Contents
-from pellucid.geometry.files.first_order import first_order, tetrahedra
+from pellucid.geometry.checks.solid_checks import solid_faults, upright
+from pellucid.geometry.files.contents import Block, Contents, first_order, tetrahedra
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 

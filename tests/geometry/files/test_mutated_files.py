@@ -15,7 +15,7 @@ from pellucid.findings import Refusal
 from pellucid.geometry.files.writing import write_surface
 from pellucid.geometry.mesh_survey import survey
 from pellucid.geometry.solid_meshes.box import box_mesh
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
+from pellucid.geometry.surfaces.quadrilaterals import CylinderSurface
 
 DRUM = CylinderSurface(start=(0, 0, 0), end=(0, 0, 30), radius=8, rings=2, along=4).mesh()
 BOX = box_mesh(np.zeros(3), np.ones(3), (2, 2, 1))

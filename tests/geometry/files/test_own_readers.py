@@ -5,11 +5,9 @@ import pytest
 from vtp_files import vtp
 
 from pellucid.geometry.files.contents import Damaged
-from pellucid.geometry.files.gmsh1 import read_gmsh1
-from pellucid.geometry.files.obj import read_obj
-from pellucid.geometry.files.off import read_off
+from pellucid.geometry.files.gmsh import read_gmsh1
 from pellucid.geometry.files.ply import read_ply
-from pellucid.geometry.files.stl import FACET, read_stl
+from pellucid.geometry.files.surface_formats import FACET, read_obj, read_off, read_stl
 from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
 from pellucid.geometry.files.vtk_xml import lz4_block, read_vtp
 

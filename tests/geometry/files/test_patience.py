@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from pellucid.geometry.files.patience import TooLong, within
+from pellucid.geometry.files.through_meshlane import TooLong, within
 
 
 def test_what_ends_gives_its_result_or_its_error():

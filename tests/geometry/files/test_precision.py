@@ -5,13 +5,12 @@ import pytest
 from vtp_files import vtp
 
 from pellucid.geometry.files.ply import read_ply
-from pellucid.geometry.files.precision import precision_notes
-from pellucid.geometry.files.read import ANY, read_file
-from pellucid.geometry.files.stl import FACET
+from pellucid.geometry.files.read import ANY, precision_notes, read_file
+from pellucid.geometry.files.surface_formats import FACET
 from pellucid.geometry.files.vtk_legacy import read_grid
 from pellucid.geometry.files.writing import write_surface
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS
-from pellucid.geometry.surfaces.box import BoxSurface
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
 from pellucid.geometry.surfaces.surface import Surface
 
 CUBE = BoxSurface(lower=(0, 0, 0), upper=(1, 1, 1), points=(3, 3, 3)).mesh().triangulated()

@@ -7,8 +7,8 @@ from pellucid.findings import Refusal
 from pellucid.geometry.files.writing import check_ending, write_solid, write_surface
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.solid_meshes.file import SolidFile
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
 from pellucid.geometry.surfaces.file import SurfaceFile
+from pellucid.geometry.surfaces.quadrilaterals import CylinderSurface
 
 DRUM = CylinderSurface(start=(0, 0, 0), end=(0.1, 0, 1 / 3), radius=0.7, rings=2, along=3).mesh()
 BOX = box_mesh(np.zeros(3), np.array([1 / 3, 1, 1]), (2, 1, 1))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.geometry.meshes.coincident import coincident
+from pellucid.geometry.meshes.points import coincident
 
 
 def ring(n):

@@ -8,9 +8,8 @@ import pytest
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.files.writing import write_surface
 from pellucid.geometry.mesh_survey import survey
-from pellucid.geometry.meshes.joining import joined, layers_parted, place_of_each
-from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
-from pellucid.geometry.surfaces.box import BoxSurface
+from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, joined, layers_parted, place_of_each
+from pellucid.geometry.surfaces.quadrilaterals import BoxSurface
 from pellucid.geometry.surfaces.surface import Surface
 
 

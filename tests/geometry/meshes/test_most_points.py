@@ -5,18 +5,19 @@ import time
 import pytest
 from pydantic import ValidationError
 
-from pellucid.geometry.solid_meshes.box import BoxMesh
-from pellucid.geometry.solid_meshes.cylinder import CylinderMesh
+from pellucid.geometry.solid_meshes.box import BoxMesh, CylinderMesh
 from pellucid.geometry.solid_meshes.fill import FillMesh
 from pellucid.geometry.solid_meshes.heart import HeartMesh
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.cushion import CushionSurface
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
-from pellucid.geometry.surfaces.disc import Disc
-from pellucid.geometry.surfaces.icosphere import EllipsoidSurface, Icosphere
-from pellucid.geometry.surfaces.rectangle import Lid, Rectangle
-from pellucid.geometry.surfaces.sphere import SphereSurface
-from pellucid.geometry.surfaces.tube import Tube
+from pellucid.geometry.surfaces.quadrilaterals import (
+    BoxSurface,
+    CushionSurface,
+    CylinderSurface,
+    Lid,
+    Rectangle,
+    SphereSurface,
+    Tube,
+)
+from pellucid.geometry.surfaces.triangles import Disc, EllipsoidSurface, Icosphere
 
 ZERO, ONE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 BOX = {"lower": ZERO, "upper": ONE}

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.meshes.rings import rings
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.meshes.triangulation import rings
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 MESH = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=1).mesh()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.meshes.triangulation import vertex_normals
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 
 def ellipsoid_error(refinements):

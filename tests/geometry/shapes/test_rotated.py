@@ -5,8 +5,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation as Turned
 
-from pellucid.geometry.region import Region, Selectable, chosen_nodes
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Region, Selectable, Shape, chosen_nodes
 from pellucid.geometry.shapes.rotation import Rotation
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
 from pellucid.geometry.surfaces.surface import Surface

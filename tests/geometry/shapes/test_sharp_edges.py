@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.sharp_edges import edges_of_triangles
+from pellucid.geometry.region import Shape
+from pellucid.geometry.shapes.contract import edges_of_triangles
 
 SPACE, PLANE, LINE = (True, True, True), (True, True, False), (True, False, False)
 

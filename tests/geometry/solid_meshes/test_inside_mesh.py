@@ -9,17 +9,17 @@ from closed_surfaces import CLOSED, red_cell
 from pydantic import ValidationError
 from scipy.spatial import cKDTree
 
-from pellucid.geometry.algorithms.crossing import self_crossing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.checks.quality import dihedral_angles
 from pellucid.geometry.checks.solid_checks import solid_faults
 from pellucid.geometry.files.writing import write_surface
+from pellucid.geometry.meshes.crossing import self_crossing
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.solid_meshes.inside import MOST_OFF
+from pellucid.geometry.solid_meshes.fill import MOST_OFF
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
-from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.geometry.surfaces.surface import Surface
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 RADIUS = 0.5
 ASIDE = np.array([0.3, 0.0, 0.0])

@@ -7,8 +7,7 @@ import pytest
 
 from pellucid.geometry.checks.solid_checks import REPAIR, apart, solid_faults
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_meshes.box import BoxMesh, box_mesh
-from pellucid.geometry.solid_meshes.cylinder import CylinderMesh
+from pellucid.geometry.solid_meshes.box import BoxMesh, CylinderMesh, box_mesh
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])

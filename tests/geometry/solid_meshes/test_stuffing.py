@@ -7,8 +7,8 @@ from pydantic import ValidationError
 
 from pellucid.geometry.checks.quality import dihedral_angles
 from pellucid.geometry.checks.solid_checks import solid_faults
+from pellucid.geometry.solid_meshes.fill import stuffed
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
-from pellucid.geometry.solid_meshes.stuffing import stuffed
 
 GUARANTEED = 10.7, 164.8
 """Smallest and largest dihedral angles [degrees] of Labelle & Shewchuk 2007, table 1, for their cuts of the same lattice."""

@@ -11,7 +11,7 @@ from pellucid.case import dumps, loads
 from pellucid.errors import CaseError
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.surfaces.file import SurfaceFile
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 
 BALL = Icosphere(centre=(0, 0, 0), radius=2.0, refinements=2).triangulate()
 FORMATS = {

@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.checks.surface_checks import mesh_faults
+from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.geometry.meshes.surface_mesh import grid_quads
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.cushion import CushionSurface
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
-from pellucid.geometry.surfaces.disc import Disc
-from pellucid.geometry.surfaces.icosphere import Icosphere
-from pellucid.geometry.surfaces.rectangle import Lid, Rectangle
-from pellucid.geometry.surfaces.sphere import SphereSurface
+from pellucid.geometry.surfaces.quadrilaterals import (
+    BoxSurface,
+    CushionSurface,
+    CylinderSurface,
+    Lid,
+    Rectangle,
+    SphereSurface,
+    Tube,
+)
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.geometry.surfaces.tube import Tube
+from pellucid.geometry.surfaces.triangles import Disc, Icosphere
 
 
 def volume_inside(vertices, triangles):

@@ -8,7 +8,7 @@ import pytest
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look
 from pellucid.results.pictures.style import house_style, settle
-from pellucid.results.storage.stored_case import StoredBody, StoredWall
+from pellucid.results.storage.run_folder import StoredBody, StoredWall
 
 
 def two_points(height, walls=()):

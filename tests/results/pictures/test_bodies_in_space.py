@@ -7,10 +7,10 @@ from pellucid import run
 from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.results.pictures.bodies_in_space import opening
+from pellucid.results.pictures.camera import round_length
 from pellucid.results.pictures.figures import bodies, columns, energies, figures_of
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look, Slice
-from pellucid.results.pictures.rendering.axes import round_length
 from pellucid.results.pictures.style import COLOURS, house_style
 
 

@@ -8,9 +8,9 @@ from matplotlib.colors import to_hex
 import pellucid
 from pellucid.results.pictures.bodies_in_space import SpaceStage
 from pellucid.results.pictures.figures import figures_of
+from pellucid.results.pictures.films import film_of
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look
-from pellucid.results.pictures.stage import film_of
 from pellucid.results.pictures.style import house_style
 
 SPHERE = "surface = {{ icosphere = {{ centre = [0, 0, 0], radius = 1, refinements = {} }} }}"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pellucid.results.pictures.instants import evenly, recorded
+from pellucid.results.pictures.films import evenly, recorded
 
 FRAMES = 25e-6 * np.arange(5)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
-from pellucid.results.pictures.mirrors import cells_with_images, mirrors_at, with_images
+from pellucid.results.pictures.surroundings import cells_with_images, mirrors_at, with_images
 
 GRID = GridCase(lower=(1.0, 0.0, 0.0), upper=(3.0, 2.0, 2.0), cell=0.5)
 

@@ -3,7 +3,7 @@ import pytest
 
 from pellucid.results.pictures.quantities import Look, limits, limits_of, values_of, word_of
 from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
-from pellucid.results.storage.stored_case import StoredBody
+from pellucid.results.storage.run_folder import StoredBody
 
 
 def test_a_few_extreme_values_do_not_wash_out_the_rest():

@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
-from pellucid.results.pictures.seams import in_box, places_unmoved
+from pellucid.results.pictures.surroundings import in_box, places_unmoved
 
 GRID = GridCase(lower=(-1, 0, 0), upper=(1, 1, 0), cell=0.25, periodic=["x"])
 PLACE = np.array([(0.9, 0.5, 0.0), (1.2, 1.5, 0.0), (-5.3, 0.0, 0.0)])

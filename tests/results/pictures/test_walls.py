@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pellucid.results.pictures.mirrors import Mirror
-from pellucid.results.pictures.walls import clipped, fan_of, meshes_of_walls, polygon_of, with_mirrored
-from pellucid.results.storage.stored_case import StoredWall
+from pellucid.results.pictures.surroundings import Mirror, clipped, fan_of, meshes_of_walls, polygon_of, with_mirrored
+from pellucid.results.storage.run_folder import StoredWall
 
 LOW, HIGH = np.zeros(3), np.array([2.0, 1.0, 1.0])
 DIAGONAL = np.array([1.0, 0.0, 1.0]) / np.sqrt(2.0)

@@ -3,7 +3,7 @@ import subprocess
 
 import pytest
 
-from pellucid.results.storage import package
+from pellucid.results.storage import identity
 
 
 @pytest.fixture
@@ -19,20 +19,20 @@ def checkout(tmp_path, monkeypatch):
         ["-c", "user.name=a", "-c", "user.email=b", "commit", "-q", "--allow-empty", "-m", "x"],
     ):
         subprocess.run(["git", "-C", tmp_path, *arguments], check=True)
-    monkeypatch.setattr(package, "SOURCE", source)
+    monkeypatch.setattr(identity, "SOURCE", source)
     return tmp_path
 
 
 def test_a_package_installed_inside_a_checkout_has_no_commit(checkout):
-    assert package.package_commit() == ""
+    assert identity.package_commit() == ""
 
 
 def test_a_package_that_git_knows_has_its_commit(checkout):
     subprocess.run(["git", "-C", checkout, "add", "."], check=True)
     head = subprocess.run(["git", "-C", checkout, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
-    assert package.package_commit() == head.stdout.strip()
+    assert identity.package_commit() == head.stdout.strip()
 
 
 def test_without_git_there_is_no_commit(monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    assert package.package_commit() == ""
+    assert identity.package_commit() == ""

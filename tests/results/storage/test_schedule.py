@@ -1,6 +1,6 @@
 import pytest
 
-from pellucid.results.storage.schedule import Schedule, capacity
+from pellucid.results.storage.recorder import Schedule, capacity
 
 
 def served(interval: float, step: float, steps: int) -> list[int]:

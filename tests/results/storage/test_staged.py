@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pellucid.results.storage.staged import StagedFile
+from pellucid.results.storage.vtkhdf import StagedFile
 
 
 @pytest.fixture

@@ -6,8 +6,7 @@ from free_flight import free_flight
 from view_scenes import TIMES, write_run
 
 from pellucid.results.view import scene
-from pellucid.results.view.packing import GONE, LEVELS, SHADES
-from pellucid.results.view.scene import scene_of
+from pellucid.results.view.scene import GONE, LEVELS, SHADES, scene_of
 from pellucid.running.launch import run_case
 
 PLENTY = 10**9

@@ -13,9 +13,8 @@ from pellucid.approximants.nodal.contract import (
     Scratch,
     shape_functions,
 )
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
-from pellucid.geometry.meshes.cells import vector_areas
-from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import FaceShares, vector_areas
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 

@@ -15,8 +15,7 @@ from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
-from pellucid.geometry.surfaces.inside import Inside
-from pellucid.geometry.surfaces.surface import Surface
+from pellucid.geometry.surfaces.surface import Inside, Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import Model, parameter

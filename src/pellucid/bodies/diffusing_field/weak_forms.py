@@ -10,7 +10,7 @@ from pellucid.approximants.radial.blending import BlendedRows, Simplices, blende
 from pellucid.approximants.radial.functions import RadialModel
 from pellucid.approximants.radial.stencils import along_curve, interpolants, on_surface
 from pellucid.bodies.diffusing_field.model import Line
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.triangulation import Triangulation, vertex_normals
 
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # each part of a window lies in one segment, where functions are smooth

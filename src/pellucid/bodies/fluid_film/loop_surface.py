@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from pellucid.bodies.fluid_film.triangle_surface import THREE, SurfaceTables, TriangleRule, TriangleSurface
-from pellucid.geometry.meshes.rings import Rings
+from pellucid.geometry.meshes.triangulation import Rings
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
 

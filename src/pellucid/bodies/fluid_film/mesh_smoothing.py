@@ -11,8 +11,7 @@ from scipy.sparse.linalg import splu
 from pellucid.errors import RunStopped
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import vector_areas
-from pellucid.geometry.meshes.rings import Rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.triangulation import Rings, vertex_normals
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 

@@ -13,9 +13,8 @@ from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.algorithms.spatial_order import side_by_side, spatial_order
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.coincident import coincident
+from pellucid.geometry.meshes.points import coincident, side_by_side, spatial_order
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces.film_shapes import FilmShape

@@ -21,8 +21,8 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
-from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.enclosure import inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import gather_vectors, scatter_vectors

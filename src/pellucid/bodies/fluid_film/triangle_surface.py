@@ -18,11 +18,10 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.film_geometry import Operators, Redistributed, Shares
 from pellucid.bodies.fluid_film.mesh_smoothing import WELL_SPREAD, CellFluxes, check_quality, places_along, way_along
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.rings import rings
-from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.triangulation import rings, vertex_normals
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
 

@@ -11,7 +11,7 @@ from pellucid.bodies.membranes.model import CLOSE_IT, NEEDS_SPACE
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.shapes.solids import Box
-from pellucid.geometry.surfaces.inside import Inside
+from pellucid.geometry.surfaces.surface import Inside
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel

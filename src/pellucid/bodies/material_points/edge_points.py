@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.geometry.shapes.boundary_points import Contains
-from pellucid.geometry.shapes.sharp_edges import SharpEdges
+from pellucid.geometry.shapes.contract import SharpEdges
 from pellucid.grid.model import GridCase
 
 CORNER, EDGE = 0.125, 0.125

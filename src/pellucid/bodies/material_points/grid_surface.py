@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from pellucid.bodies.material_points.edge_points import EdgePoints
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.geometry.shapes.sharp_edges import FLAT, SHARP
+from pellucid.geometry.shapes.contract import FLAT, SHARP
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.stencil import add_affine, gather_affine, stencil
 from pellucid.jit import kernel

@@ -21,12 +21,11 @@ from pellucid.bodies.material_points.edge_points import EdgePoints, edge_points
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.region import images, within
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Shape, images, within
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.shifted import Shifted
-from pellucid.geometry.surfaces.box import Face
+from pellucid.geometry.shapes.rotation import Shifted
+from pellucid.geometry.surfaces.quadrilaterals import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
-from pellucid.geometry.algorithms.enclosure import signed_volume
+from pellucid.geometry.meshes.enclosure import signed_volume
 from pellucid.step.limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
-from pellucid.geometry.checks.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
+from pellucid.geometry.checks.quality import rates_of_surface, slowest_of_surface, step_warning
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import bounding_box

@@ -16,7 +16,7 @@ from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.algorithms.enclosure import inside
+from pellucid.geometry.meshes.enclosure import inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.membranes.plate_operators import BendingSupports, find_led_triangles
-from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.grid.lattice import Grid
 from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.parts.constraint import LeadsPoints, PointConstraint

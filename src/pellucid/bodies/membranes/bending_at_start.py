@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
-from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 
 
 def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float) -> float:

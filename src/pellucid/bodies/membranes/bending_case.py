@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.findings import Finding, Path
-from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.materials.membrane_material import MembraneMaterial

@@ -11,8 +11,7 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.surfaces.inside import Inside
-from pellucid.geometry.surfaces.surface import Surface
+from pellucid.geometry.surfaces.surface import Inside, Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
 from pellucid.materials.membrane_material import MembraneMaterial

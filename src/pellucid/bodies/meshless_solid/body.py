@@ -19,8 +19,7 @@ from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HasContactSurface, HasMesh
 from pellucid.parts.placement import Placement

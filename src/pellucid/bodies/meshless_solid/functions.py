@@ -27,9 +27,8 @@ from pellucid.bodies.meshless_solid.solid import (
 )
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
-from pellucid.geometry.meshes.cells import cells_of_faces
-from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import FaceShares, cells_of_faces
+from pellucid.geometry.meshes.quadrature import TETRAHEDRON
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.vector import LANES

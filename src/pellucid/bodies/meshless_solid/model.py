@@ -12,9 +12,9 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial, Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path
-from pellucid.geometry.algorithms.spatial_order import spatial_order
-from pellucid.geometry.checks.slowest_elements import slowest_of_solid, step_warning
+from pellucid.geometry.checks.quality import slowest_of_solid, step_warning
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
+from pellucid.geometry.meshes.points import spatial_order
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import Geometry

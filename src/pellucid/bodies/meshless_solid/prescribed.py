@@ -10,8 +10,8 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.table import NO_NORMALS, evaluate, unit_normals
 from pellucid.findings import Refusal
-from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 REACHES = 1e-11  # value above which a function counts as one that does not vanish; on faces it is found to 1e-12

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pellucid.findings import Finding, Path
-from pellucid.geometry.algorithms.enclosure_shape import volume_with_lids
-from pellucid.geometry.algorithms.lids import BENT, Lids
+from pellucid.geometry.meshes.enclosure import BENT, Lids, volume_with_lids
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 

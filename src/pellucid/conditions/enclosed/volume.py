@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.conditions.enclosed.problems import FLAT
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.meshes.enclosure import Lids
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane
 

@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.bodies.material_points.seed_lattice import SeedLattice
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.findings import Reason
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Shape
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 

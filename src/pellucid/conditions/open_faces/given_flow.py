@@ -10,8 +10,7 @@ from pellucid.conditions.open_faces.columns import ROUNDING, OpenFace, columns, 
 from pellucid.conditions.open_faces.profiles import why_no_profile
 from pellucid.conditions.support import Support
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.region import Selectable, within
-from pellucid.geometry.shape import Shape
+from pellucid.geometry.region import Selectable, Shape, within
 from pellucid.grid.model import GridCase
 from pellucid.model import check, parameter
 from pellucid.parts.part import Parts

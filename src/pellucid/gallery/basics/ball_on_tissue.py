@@ -14,7 +14,7 @@ from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
 from pellucid.references.indentation import Layer, force
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 Array = np.ndarray
 

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 SLIDES = 0.2  # s from when on the weight has grown and all of the belt slides
 RATIO, PULL, CURVE, ENERGY = 0.02, 0.02, 0.02, 0.01

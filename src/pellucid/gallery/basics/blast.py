@@ -4,11 +4,10 @@ the similarity solution."""
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.annotations import Array
-from pellucid.references.blast import MEASURE, Blast
+from pellucid.references import Array
+from pellucid.references.gas_dynamics import MEASURE, Blast
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 DISPLACED = 2.0  # cells: a front is caught within some cells, an error of first order
 ENERGY = 1e-12  # of its scale: rounding

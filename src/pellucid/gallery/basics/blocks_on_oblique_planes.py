@@ -4,10 +4,9 @@ with Coulomb's law."""
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, paths from above, and distances from the exact line."}
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 METRICS = ("force", "duration", "striker", "struck", "energy")
 

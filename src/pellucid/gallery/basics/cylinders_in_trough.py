@@ -5,10 +5,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from pellucid.gallery.exact_curves import beside, column, energy_metric, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"cylinders_in_trough": "Angles of the cylinders, errors of the angles, and changes of energy."}
 

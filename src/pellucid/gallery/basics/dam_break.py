@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.references.dam_break import Column, martin_moyce
+from pellucid.references.flows import Column, martin_moyce
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 # The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
 # So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.

@@ -9,7 +9,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 Array = np.ndarray
 

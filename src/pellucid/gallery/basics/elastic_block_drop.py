@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 METRICS = ("force", "turn", "rebound", "energy")
 

@@ -4,10 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.elastic_wave import StandingWave, period_of
+from pellucid.references.solids import StandingWave, period_of
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
 

@@ -4,11 +4,10 @@ with the exact solution."""
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.annotations import Array
-from pellucid.references.heavy_column import HeavyColumn
+from pellucid.references import Array
+from pellucid.references.solids import HeavyColumn
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 SLOW = 1e-3  # m/s; the column swings at up to 1.1 m/s if it is let go
 # Compressed, the points are no lattice of the cells any more: what sums over points lack of integrals does not fall with the

@@ -3,10 +3,9 @@
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"oscillating_drop": "Stretch of the drop against time, compared with an oscillation of Rayleigh's frequency."}
 

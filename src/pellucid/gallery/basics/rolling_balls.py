@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 SHARES = {"solid_rolls": 5.0 / 7.0, "hollow_rolls": 3.0 / 5.0, "solid_glides": 1.0, "hollow_glides": 1.0}
 """Acceleration of each ball, divided by the gravity component along the slope. The moments of inertia of the solid and

@@ -2,7 +2,7 @@
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 METRICS = ("rigid", "elastic", "gliding", "gliding_speed", "energy")
 

@@ -6,10 +6,9 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.gallery.exact_curves import column, compared, energy_metric
-from pellucid.geometry.surfaces.tube import Tube
+from pellucid.geometry.surfaces.quadrilaterals import Tube
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"section": "Deflection of the mid-span section of the roof, and the reference at the free edge."}
 

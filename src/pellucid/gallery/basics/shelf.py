@@ -5,12 +5,11 @@ from numpy.typing import NDArray
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.gallery.exact_curves import column, compared, energy_metric
-from pellucid.geometry.surfaces.rectangle import Rectangle
+from pellucid.geometry.surfaces.quadrilaterals import Rectangle
 from pellucid.materials.elastic import ElasticMaterial
-from pellucid.references.elastica import heavy_elastica
+from pellucid.references.solids import heavy_elastica
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"shape": "Centreline of the strip at rest, compared with the heavy elastica."}
 

@@ -3,11 +3,10 @@
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, energy_metric
-from pellucid.references.annotations import Array
-from pellucid.references.spinning_disc import SpinningDisc
+from pellucid.references import Array
+from pellucid.references.solids import SpinningDisc
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"spinning_disc": "Mean stress against time, and stresses against the radius, averaged over the frames."}
 

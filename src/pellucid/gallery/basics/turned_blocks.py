@@ -4,10 +4,9 @@ import numpy as np
 
 from pellucid.gallery.basics.blocks_on_slope import FRICTION, PULL, shear_and_compression, softness
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"turned_blocks": "Speeds of the sliding blocks, displacements of the sticking blocks, and the bodies at the end."}
 

@@ -5,11 +5,10 @@ import numpy as np
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase, Line
 from pellucid.bodies.diffusing_field.weak_forms import windows_on_line
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.annotations import Array
-from pellucid.references.diffusion import between_zero_ends
+from pellucid.references import Array
+from pellucid.references.flows import between_zero_ends
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",

@@ -5,11 +5,10 @@ import numpy as np
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial import SphericalHarmonic
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.annotations import Array
-from pellucid.references.diffusion import harmonic_decay
+from pellucid.references import Array
+from pellucid.references.flows import harmonic_decay
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"harmonics": "Left: amplitude of each harmonic. Right: relative difference from the exact amplitude."}
 

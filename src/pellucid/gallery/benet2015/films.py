@@ -5,13 +5,12 @@ import numpy as np
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume
-from pellucid.geometry.algorithms.equivalent_ellipse import Ellipsoid, of_curve
+from pellucid.geometry.meshes.enclosure import Ellipsoid, ellipse_of, enclosed_volume
 from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
-from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.triangles import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 
@@ -54,7 +53,7 @@ def pressures_of(run: Run) -> list[FilmPressure]:
 def shapes_of(run: Run, name: str) -> list[Ellipsoid]:
     """Return for each stored frame the ellipse (semi-axes and directions) that has the same second moments per area as the
     region inside the closed film `name` in the plane."""
-    return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
+    return [ellipse_of(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
 
 
 def enclosed_area(run: Run, name: str, time: float) -> float:

@@ -5,10 +5,9 @@ import numpy as np
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
-from pellucid.references.vesicles import Growing
+from pellucid.references.membranes import Growing
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"growth": "Radius, density and speed of the film against time, compared with the exact solution."}
 METRICS = ("radius", "density", "energy")

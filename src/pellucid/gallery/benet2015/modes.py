@@ -7,10 +7,9 @@ from scipy.interpolate import CubicSpline
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of
-from pellucid.references.vesicles import curve_mode_rate, sphere_mode_rate
+from pellucid.references.membranes import curve_mode_rate, sphere_mode_rate
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"decay": "Amplitudes, divided by the initial amplitude, against time, with the exact decay."}
 

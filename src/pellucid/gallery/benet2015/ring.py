@@ -5,8 +5,7 @@ import numpy as np
 from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"flow": "Density and velocity along the meridian at the end, displacement from the waist, and radius of the waist."}
 

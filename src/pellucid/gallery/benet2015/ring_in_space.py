@@ -6,8 +6,7 @@ from scipy.interpolate import CubicSpline
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {
     "profile": "Profiles at the end, and difference between the radii of the film in space and of the film of revolution."

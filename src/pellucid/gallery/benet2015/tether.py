@@ -4,10 +4,9 @@ import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
-from pellucid.references.vesicles import Tether, tether
+from pellucid.references.membranes import Tether, tether
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"tether": "Force at the pole against its displacement, compared with a tube, and the meridian at the end."}
 

@@ -5,8 +5,7 @@ import numpy as np
 from pellucid.gallery.benet2015.films import film_of, pressures_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {
     "translation": "Error of the velocity against time; tension along the axis of motion at the end, with the exact one."

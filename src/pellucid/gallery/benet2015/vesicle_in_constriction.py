@@ -9,8 +9,7 @@ from pellucid.gallery.benet2015.films import enclosed_area, kept, shapes_of
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 NAME = "vesicle"
 NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell

@@ -5,11 +5,10 @@ from typing import Any, NamedTuple
 
 from pellucid.gallery.benet2015.films import kept
 from pellucid.gallery.exact_curves import compared
-from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
-from pellucid.references.drops import approach, deformation
+from pellucid.geometry.meshes.enclosure import ellipsoid_of
+from pellucid.references.flows import drop_approach, drop_deformation
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
 
@@ -32,8 +31,8 @@ class Drop(NamedTuple):
     def expected(self, time: float) -> float:
         """Return the deformation (L - B)/(L + B) of the drop by small-deformation theory at a time [s]; L and B: largest and
         smallest diameter."""
-        steady = deformation(self.capillary, self.ratio, self.confinement)
-        return steady * approach(self.capillary, self.ratio, self.shear * time)
+        steady = drop_deformation(self.capillary, self.ratio, self.confinement)
+        return steady * drop_approach(self.capillary, self.ratio, self.shear * time)
 
 
 def drop_of(run: Run) -> Drop:
@@ -54,7 +53,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     diameter; largest changes of the enclosed volume and of the film's mass."""
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     end = float(times[-1])
-    found, expected = of_surface(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
+    found, expected = ellipsoid_of(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
     tolerance = CLOSE * (CELLS * run.case.grid.cell / drop.radius) ** 2
     return {
         "deformation": compared(
@@ -75,14 +74,14 @@ def figures(run: Run) -> dict[str, Figure]:
 
 def _deformation(run: Run) -> Figure:
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
-    shapes = [of_surface(run.fields("film", float(time))["position"], triangles) for time in times]
+    shapes = [ellipsoid_of(run.fields("film", float(time))["position"], triangles) for time in times]
     figure, (left, right) = new_panels(1, 2, height=3.4)
     left.plot(times, [shape.deformation for shape in shapes], "o-", color=COLOURS[0], markersize=3, label="drop")
     left.plot(times, [drop.expected(float(time)) for time in times], "--", color=COLOURS[1], label="small-deformation theory")
-    free = deformation(drop.capillary, drop.ratio)
+    free = drop_deformation(drop.capillary, drop.ratio)
     left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="steady state without plates")
     label(left, "time", "deformation", "s", "", legend=True)
-    for axis, (name, colour) in enumerate(zip(("shortest", "middle", "longest"), COLOURS, strict=False)):
-        right.plot(times, [shape.semi_axes[axis] for shape in shapes], color=colour, label=name)
+    for axis, name, colour in zip((2, 1, 0), ("shortest", "middle", "longest"), COLOURS, strict=False):
+        right.plot(times, [shape.axes[axis] for shape in shapes], color=colour, label=name)
     label(right, "time", "semi-axis", "s", "m", legend=True)
     return figure

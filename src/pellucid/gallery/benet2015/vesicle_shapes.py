@@ -6,10 +6,9 @@ import numpy as np
 
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.vesicles import SHAPE_ENERGIES
+from pellucid.references.membranes import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import new_figure
+from pellucid.results.pictures.style import Figure, Run, new_figure
 
 CAPTIONS = {
     "shapes": "Meridians of the vesicles at rest (common scale), with reduced volume and bending energy relative to a sphere."

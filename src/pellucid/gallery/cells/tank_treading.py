@@ -8,11 +8,10 @@ follows from tan θ = B/L, and φ' = -γ̇ L B/(L² + B²) for any width of the 
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared
-from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of
-from pellucid.references.annotations import Array
+from pellucid.geometry.meshes.enclosure import ellipsoid_of
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 NAME, SHEAR_RATE = "capsule", 1.0
 DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its shape [s]

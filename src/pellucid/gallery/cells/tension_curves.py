@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CURVES = Path(__file__).parent / "tension-curves-exact.csv"
 LAWS = ("neo-hookean", "skalak", "evans-skalak", "arruda-boyce")

@@ -6,7 +6,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from pellucid.gallery.exact_curves import deviations, vanishing
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 TOLERANCE, CELL = 0.05, 0.01  # of the largest change, at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's

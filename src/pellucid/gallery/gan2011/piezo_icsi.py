@@ -10,11 +10,10 @@ from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.gallery.gan2011.piezo_pictures import films
-from pellucid.geometry.algorithms.enclosure import inside
+from pellucid.geometry.meshes.enclosure import inside
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import label, new_panels
+from pellucid.results.pictures.films import recorded
+from pellucid.results.pictures.style import Figure, Run, label, new_panels
 
 __all__ = ["CAPTIONS", "figures", "films", "metrics"]
 

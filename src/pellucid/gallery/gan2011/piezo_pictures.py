@@ -8,16 +8,20 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_points.model import MembranePointsCase
-from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.instants import evenly, recorded
-from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.camera import Camera, Plane, View, camera_for
-from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawable, Mesh, Section
-from pellucid.results.pictures.rendering.points import ball_radii, bricks, lattice_sides
-from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.rendering.sections import rim, section
-from pellucid.results.pictures.style import WIDTH, colour_bar, new_figure, panels, settle
+from pellucid.results.pictures.camera import Camera, Plane, View, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.drawables import (
+    Balls,
+    Colour,
+    Drawable,
+    Mesh,
+    Section,
+    ball_radii,
+    bricks,
+    lattice_sides,
+)
+from pellucid.results.pictures.films import Animation, evenly, recorded
+from pellucid.results.pictures.render import render, rim, section
+from pellucid.results.pictures.style import WIDTH, Axes, Figure, Run, colour_bar, new_figure, panels, settle
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 """Times of the pictures in the paper [s]."""

@@ -4,11 +4,10 @@ import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.references.annotations import Array
-from pellucid.references.shock_tube import QUANTITIES, Profile, Tube, points_of
+from pellucid.references import Array
+from pellucid.references.gas_dynamics import QUANTITIES, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_figure
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows

@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.geometry.algorithms.enclosure import heights
-from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
+from pellucid.geometry.meshes.enclosure import heights
+from pellucid.references.membranes import HEIGHT, PAPER_BAG, POISSON_RATIO_OF_BAG, SIDE, bag_at_rest
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
+from pellucid.results.pictures.films import recorded
+from pellucid.results.pictures.style import COLOURS, Figure, Run, finish_panel, label, new_panels, panels
 
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
@@ -38,7 +37,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     rest = [float(time) for time in times[times >= REST * times[-1]]]
     volume = float(np.mean([bag_volume(run, time) for time in rest]))
     pressure = float(np.mean([gas_pressure(run, time) for time in rest]))
-    least = at_rest(pressure / (skin.material.young_modulus * skin.thickness))
+    least = bag_at_rest(pressure / (skin.material.young_modulus * skin.thickness))
     result = {}
     text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas pressure"
     result["volume"] = compared(volume, least["volume"], VOLUME, "m³", text)
@@ -92,7 +91,7 @@ def gas_pressure(run: Run, time: float) -> float:
 
 def _same_bag(cushion: Any, poisson_ratio: float) -> None:
     same = cushion is not None and cushion.sides == (SIDE, SIDE) and cushion.height == HEIGHT
-    if not (same and set(cushion.halved) == {"x", "y", "z"} and poisson_ratio == POISSON_RATIO):
+    if not (same and set(cushion.halved) == {"x", "y", "z"} and poisson_ratio == POISSON_RATIO_OF_BAG):
         raise ValueError("the reference requires an eighth of the gallery's cushion with its Poisson's ratio")
 
 
@@ -129,7 +128,7 @@ def _curves(run: Run) -> Figure:
     times = run.times("bag")
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     pressures = np.array([gas_pressure(run, float(time)) for time in times])
-    least = at_rest(float(pressures[-1]) / (skin.material.young_modulus * skin.thickness))
+    least = bag_at_rest(float(pressures[-1]) / (skin.material.young_modulus * skin.thickness))
     volume.plot(1e3 * times, [bag_volume(run, float(time)) for time in times], label="bag")
     gas = [
         PARTS * sum(float(np.sum(run.fields(name, t)["mass"] / run.fields(name, t)["density"])) for name in GAS) for t in times

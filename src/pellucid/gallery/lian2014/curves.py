@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from pellucid.gallery.exact_curves import deviations, vanishing
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 CELL = 0.001
 """Cell size of the paper [m]."""

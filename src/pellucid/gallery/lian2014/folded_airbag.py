@@ -9,9 +9,9 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
-from pellucid.references.annotations import Array
+from pellucid.references import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 REST = 0.8  # share of the run after which the bag is taken to be at rest
 VOLUME, PRESSURE, ENERGY, GAP = 0.01, 0.01, 0.01, 0.1

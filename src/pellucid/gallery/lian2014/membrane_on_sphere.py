@@ -2,7 +2,7 @@
 
 from pellucid.gallery.lian2014.curves import beside_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 

@@ -6,7 +6,7 @@ from pellucid.gallery.exact_curves import compared
 from pellucid.gallery.lian2014.curves import beside_elements, tolerance_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 

@@ -10,9 +10,8 @@ from scipy.spatial import cKDTree
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, panels
+from pellucid.results.pictures.films import recorded
+from pellucid.results.pictures.style import COLOURS, Figure, Run, finish_panel, panels
 
 Array = np.ndarray
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
-from pellucid.references.thin_bag import least_energy
+from pellucid.geometry.meshes.enclosure import enclosed_volume, heights
+from pellucid.references.membranes import least_energy
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Run
+from pellucid.results.pictures.style import Run
 
 CLOSE = 0.25
 """Largest gap between bodies in contact, in cells."""

@@ -6,11 +6,10 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
-from pellucid.references.annotations import Array
-from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
+from pellucid.references import Array
+from pellucid.references.solids import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Axes, Run
-from pellucid.results.pictures.style import COLOURS
+from pellucid.results.pictures.style import COLOURS, Axes, Run
 
 EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
 

@@ -2,8 +2,7 @@
 
 from pellucid.gallery.mountris2019.clamped_cube import METRICS, beside_known, known_at, metrics_at, of_mesh
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_panels
+from pellucid.results.pictures.style import Figure, Run, label, new_panels
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]
 

@@ -6,11 +6,9 @@ from pellucid.gallery.exact_curves import compared
 from pellucid.gallery.mountris2019.clamped_cube import METRICS as SHARED
 from pellucid.gallery.mountris2019.clamped_cube import beside_known, known_at, metrics_at, of_mesh
 from pellucid.gallery.mountris2019.curves import form_of
-from pellucid.references import finite_elements
-from pellucid.references.annotations import Array
+from pellucid.references import Array, finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 DISTANCE = 0.05
 

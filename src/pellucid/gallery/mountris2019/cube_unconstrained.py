@@ -4,11 +4,10 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import elasticity, form_of, residuals
-from pellucid.references.annotations import Array
-from pellucid.references.stretched_block import Stretched, stretched
+from pellucid.references import Array
+from pellucid.references.solids import Stretched, stretched
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and their errors."}
 

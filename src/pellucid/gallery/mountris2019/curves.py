@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.indented import indented
+from pellucid.references.solids import indented
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.style import COLOURS, Figure, Run, label, new_panels
 
 EXCESS = (
     0.25  # three times what averaged functions keep of the excess of linear tetrahedra in the cube that is pulled, 0.07 to 0.09

@@ -2,7 +2,7 @@
 
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import Figure, Run
 
 METRICS = ("strain_energy", "excess_energy", "excess_force", "least_volume", "ebc_residual_nodes", "ebc_residual_between")
 ON_KNOWN_MESHES = ("excess_energy", "excess_force")  # that of the quick variant

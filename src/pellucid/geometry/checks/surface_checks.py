@@ -4,12 +4,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import is_inside_out, signed_volume
-from pellucid.geometry.checks.surface_holes import rims
-from pellucid.geometry.checks.words import REPAIR, Fault, counted
+from pellucid.geometry.checks import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
-from pellucid.geometry.meshes.joining import layers_parted
-from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
+from pellucid.geometry.meshes.enclosure import is_inside_out, signed_volume
+from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, layers_parted
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
 FLATTEST = 1e-10  # area over the square of the longest edge: the normal of an element with a smaller value is not meaningful
@@ -41,7 +39,11 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     yield from _lone(elements)
     empty, repeated = list(_empty(elements)), list(_repeated(elements))
     # edges that are crowded only by repeated or degenerate elements are not reported again
-    sound = _Elements(_without_empty_and_repeated(mesh)) if empty or repeated else elements
+    sound = elements
+    if empty or repeated:
+        no_quads, no_triangles = np.split(empty_elements(mesh), [len(mesh.quads)])
+        quads, triangles = mesh.quads[~no_quads], mesh.triangles[~no_triangles]
+        sound = _Elements(Mesh(mesh.vertices, quads[first_of_each(quads)], triangles[first_of_each(triangles)]))
     for fault in (*empty, *repeated, *_crowded(sound)):
         ambiguous = True
         yield fault
@@ -57,12 +59,6 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
             volume = signed_volume(*mesh.triangulated())
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
             yield text, f"reverse the {elements.many}; for a mesh file, set `repair = true` or `reverse = true`"
-
-
-def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
-    no_quads, no_triangles = np.split(empty_elements(mesh), [len(mesh.quads)])
-    quads, triangles = mesh.quads[~no_quads], mesh.triangles[~no_triangles]
-    return Mesh(mesh.vertices, quads[first_of_each(quads)], triangles[first_of_each(triangles)])
 
 
 class _Elements:
@@ -201,6 +197,63 @@ def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, 
     length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
     cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
     return bent, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1)
+
+
+def rims(mesh: Mesh) -> list[list[int]]:
+    """Return the vertices of each closed ring of boundary edges (holes and rims), in the direction opposite to the elements."""
+    edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    edges = edges[edges[:, 0] != edges[:, 1]]  # elements with a repeated vertex have edges of zero length
+    key = edges.min(axis=1) * len(mesh.vertices) + edges.max(axis=1)
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    after: dict[int, list[int]] = {}
+    for a, b in edges[first[count == 1]].tolist():
+        after.setdefault(b, []).append(a)
+    shared = {vertex: _fans(mesh, vertex) for vertex, following in after.items() if len(following) > 1}
+    loops = []
+    for start in sorted(after, key=lambda vertex: vertex in shared):
+        while start in after:
+            loop = _ring(start, after, shared)
+            loops += [loop] * (len(loop) > 2)
+    return loops
+
+
+def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, int]]) -> list[int]:
+    """Return the ring of boundary edges that starts at a vertex, and remove these edges from `after`.
+
+    after: for each vertex, the vertices that follow it along boundary edges; shared: for each vertex at which several
+    rings touch, the fans as `_fans` returns them.
+
+    The result is empty if the path does not return to its start, as for inconsistently oriented elements. If holes touch
+    at a vertex, a ring connects different fans of elements.
+    """
+    way = [start]
+    while (following := after.get(way[-1])) is not None:
+        fans = shared.get(way[-1], {})
+        own = fans.get(way[-2]) if len(way) > 1 else None
+        step = next((other for other in following if fans.get(other) != own), following[0])
+        following.remove(step)
+        if not following:
+            del after[way[-1]]
+        if step == start:
+            fans = shared.get(start, {})
+            if start not in after or not fans or fans.get(way[-1]) != fans.get(way[1]):
+                return way
+        way.append(step)
+    return []
+
+
+def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
+    """Return, for each neighbour of a vertex, the number of the fan (elements connected across edges at the vertex) that
+    contains the edge to this neighbour."""
+    neighbours = []
+    for corners in (mesh.quads, mesh.triangles):
+        element, place = np.nonzero(corners == vertex)
+        n = corners.shape[1]
+        neighbours.append(np.stack([corners[element, (place - 1) % n], corners[element, (place + 1) % n]], axis=1))
+    pairs = np.concatenate(neighbours)
+    names, which = np.unique(pairs, return_inverse=True)
+    label = pieces(which.reshape(-1, 2), len(names))
+    return dict(zip(names.tolist(), label.tolist(), strict=True))
 
 
 def _flipped(elements: _Elements) -> Iterator[Fault]:

@@ -1,8 +1,8 @@
-"""Contents of a mesh file, independent of its format."""
+"""Contents of a mesh file, independent of its format, and their reduction to first-order elements and tetrahedra."""
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -77,6 +77,12 @@ class Contents:
         return sets
 
 
+def nodes_of_kind(kind: str) -> int:
+    """Return the number of nodes of an element of a kind such as "tetra10" or "hexahedron"."""
+    digits = re.sub(r"\D", "", kind)
+    return int(digits) if digits else CORNERS[kind]
+
+
 def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
     """Return faces with any number of corners as blocks of quadrilaterals and triangles; larger faces are divided. points
     [unit of the file], shape (n, 3); faces: point numbers; where: word for a face in messages. Raises Damaged."""
@@ -91,6 +97,23 @@ def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face")
     return tuple(Block(kind, np.array(some, np.int64).reshape(-1, corners)) for kind, some, corners in found if some)
 
 
+GMSH = "gmsh:physical"
+
+
+GROUPS = {GMSH, "nastran:ref", "medit:ref"}
+"""Arrays with the group number of each cell: in Gmsh files, Nastran properties, Medit references; 0 means no group."""
+
+
+def marked_places(values: np.ndarray) -> np.ndarray | None:
+    """Return the indices at which an integer array that marks a set by 0 and 1, or by -1 and 0, has the larger value; None
+    for any other array."""
+    values = np.asarray(values)
+    if values.ndim != 1 or values.dtype.kind not in "biu":
+        return None
+    least, most = (int(values.min()), int(values.max())) if len(values) else (0, 0)
+    return np.flatnonzero(values == most) if (least, most) in ((0, 1), (-1, 0)) else None
+
+
 def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
     """Return a polygon (point numbers) as a fan of triangles with the same orientation. Raises Damaged if there is no corner
     from which straight lines inside the polygon reach all others; where: word for the face in the message."""
@@ -103,3 +126,131 @@ def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
         if (areas @ areas.sum(axis=0) > 0.0).all():
             return [[turned[0], *pair] for pair in pairwise(turned[1:])]
     raise Damaged(f"{where} has {len(face)} corners and is not convex: divide it into triangles")
+
+
+_FACES = {
+    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+"""Corners of the faces, counterclockwise seen from outside, of elements in the order of VTK."""
+_MANY = {
+    "tetra": "tetrahedra",
+    "hexahedron": "hexahedra",
+    "wedge": "wedges",
+    "pyramid": "pyramids",
+    "quad": "quadrilaterals",
+    "triangle": "triangles",
+    "line": "lines",
+    "vertex": "points",
+}
+
+
+def counted(n: int, kind: str) -> str:
+    """Return a number of elements of a kind as text, in the singular or plural: "3 hexahedra"."""
+    return f"{n} {({'quad': 'quadrilateral', 'tetra': 'tetrahedron'}.get(kind, kind)) if n == 1 else _MANY[kind]}"
+
+
+def first_order(contents: Contents) -> Contents:
+    """Return the contents with only the corner nodes of elements; nodes on edges and in the interior are removed."""
+    n, is_corner, is_between = len(contents.points), np.zeros(len(contents.points), bool), np.zeros(len(contents.points), bool)
+    blocks, notes = [], []
+    for block in contents.blocks:
+        base = block.base
+        corners = block if base is None else Block(base, block.nodes[:, : CORNERS[base]])
+        if corners.nodes.dtype.kind in "iu":
+            is_corner[corners.nodes] = True
+        if base is not None and base != block.kind:
+            is_between[block.nodes[:, CORNERS[base] :]] = True
+            verb = "was" if len(block.nodes) == 1 else "were"
+            notes.append(f"{counted(len(block.nodes), base)} of higher order ({block.kind}) {verb} reduced to the corners")
+        blocks.append(corners)
+    if not notes:
+        return contents
+    kept = is_corner | ~is_between
+    if n > np.count_nonzero(kept):
+        notes[-1] += f"; {n - np.count_nonzero(kept)} nodes between corners were removed"
+    return with_points(replace(contents, blocks=tuple(blocks), notes=(*contents.notes, *notes)), kept)
+
+
+def with_points(contents: Contents, kept: np.ndarray) -> Contents:
+    """Return the contents with only the points in the mask `kept`, shape (n,), which must include all nodes of elements."""
+    number = np.cumsum(kept) - 1
+    blocks = tuple(
+        block._replace(nodes=number[block.nodes]) if block.nodes.dtype.kind in "iu" else block for block in contents.blocks
+    )
+    sets = {name: number[nodes[kept[nodes]]] for name, nodes in contents.node_sets.items()}
+    return replace(contents, points=contents.points[kept], blocks=blocks, node_sets=sets)
+
+
+def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
+    """Return tetrahedra, shape (c, 4), and notes on divided elements: the tetrahedra among the solid elements in `blocks`,
+    followed by the parts of other elements.
+
+    Each quadrilateral is divided from its corner with the smallest number, so that the elements on both sides of a face
+    divide it in the same way. Each element is divided into tetrahedra that connect its corner with the smallest number to
+    the triangles of the other faces. Source: Dompierre, Labbé, Vallet & Camarero 1999, 8th International Meshing
+    Roundtable, 195, for hexahedra without their division into five.
+    """
+    found, notes = [np.zeros((0, 4), np.int64), *(block.nodes for block in blocks if block.kind == "tetra")], []
+    for block in blocks:
+        corners = block.nodes
+        if block.kind in _FACES and len(corners):
+            cut = [_tetrahedra_of_face(corners, face) for face in _FACES[block.kind]]
+            pieces = np.concatenate([piece for pair in cut for piece in pair])
+            apart = (np.diff(np.sort(pieces, axis=1), axis=1) > 0).all(axis=1)  # also removes those of merged corners
+            found.append(pieces[apart])
+            verb = "was" if len(corners) == 1 else "were"
+            notes.append(f"{counted(len(corners), block.kind)} {verb} divided into {counted(int(apart.sum()), 'tetra')}")
+    return np.concatenate(found).astype(np.int64), notes
+
+
+def _tetrahedra_of_face(corners: np.ndarray, face: tuple[int, ...]) -> list[np.ndarray]:
+    """Return tetrahedra that connect the triangles of one face of m elements to the corner with the smallest number of each
+    element, shape (m, 4) each. corners: nodes of the elements, shape (m, corners); face: indices of the corners of the
+    face.
+
+    For faces that contain this corner, the tetrahedra are degenerate: they have it twice.
+    """
+    top = corners.min(axis=1)[:, None]
+    nodes = corners[:, face]
+    if len(face) == 4:
+        start = nodes.argmin(axis=1)[:, None]
+        nodes = np.take_along_axis(nodes, (start + np.arange(4)) % 4, axis=1)
+        return [np.concatenate([nodes[:, [0, 2, 1]], top], axis=1), np.concatenate([nodes[:, [0, 3, 2]], top], axis=1)]
+    return [np.concatenate([nodes[:, [0, 2, 1]], top], axis=1)]
+
+
+RESTART = -1
+"""Number that separates two strips in one list."""
+
+
+def triangles_of_strip(strip: list[int]) -> list[list[int]]:
+    """Return the triangles of a strip, in which every three consecutive vertices form a triangle. Every second triangle is
+    reversed, so that all have the same orientation.
+
+    Triangles without area, which programs insert to join strips, are omitted.
+    """
+    triangles: list[list[int]] = []
+    for part in _parts(strip):
+        corners = zip(part, part[1:], part[2:], strict=False)
+        turned = ([a, b, c] if k % 2 == 0 else [b, a, c] for k, (a, b, c) in enumerate(corners))
+        triangles += [triangle for triangle in turned if len(set(triangle)) == 3]
+    return triangles
+
+
+def triangles_of_fan(fan: list[int]) -> list[list[int]]:
+    """Return the triangles of a fan: each has the first vertex of the fan and two consecutive vertices. Triangles with a
+    repeated vertex are omitted."""
+    triangles = [[part[0], a, b] for part in _parts(fan) for a, b in pairwise(part[1:])]
+    return [triangle for triangle in triangles if len(set(triangle)) == 3]
+
+
+def _parts(corners: list[int]) -> list[list[int]]:
+    parts: list[list[int]] = [[]]
+    for corner in corners:
+        if corner == RESTART:
+            parts.append([])
+        else:
+            parts[-1].append(corner)
+    return [part for part in parts if part]

@@ -1,16 +1,16 @@
-"""Reader of Gmsh's mesh formats 2, 4.0 and 4.1, text and binary: nodes, elements and physical groups.
+"""Reader of Gmsh's mesh formats 1, 2, 4.0 and 4.1, text and binary: nodes, elements and physical groups.
 
 Other sections, such as data and periodic links, are skipped. Source: Gmsh reference manual, file formats: MSH 4.1, and legacy
-formats 4.0 and 2.
+formats 4.0, 2 and 1.
 """
 
 import re
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged
-from pellucid.geometry.files.gmsh_elements import DIMENSIONS, KINDS, Elements, corners_of, once, without_lone_vertices
+from pellucid.geometry.files.contents import Block, Contents, Damaged, nodes_of_kind, with_points
 from pellucid.geometry.files.words import floats, integers, text_of
 
 _VERSIONS = ("2", "2.0", "2.1", "2.2", "4", "4.0", "4.1")
@@ -333,3 +333,143 @@ def _sound_count(count: int, name: str, room: int) -> int:
     if not 0 <= count <= room:
         raise Damaged(f"its section ${name} has a count of {count}, which exceeds the size of the file")
     return count
+
+
+def is_gmsh1(data: bytes) -> bool:
+    """Return True if a file starts like a Gmsh file of version 1."""
+    return data.lstrip()[:4] == b"$NOD"
+
+
+def read_gmsh1(data: bytes) -> Contents:
+    """Return the mesh in the bytes of a Gmsh file of version 1. Raises Damaged if they do not follow the format."""
+    text = text_of(data)
+    lines = [line.split() for line in _section_of_format_1(text, "NOD").splitlines()]
+    rows = [words for words in lines if words]
+    count = int(integers(rows[0][:1] if rows else [], "the count of nodes")[:1].sum())
+    if len(rows) != 1 + count or any(len(words) < 4 for words in rows[1:]):
+        raise Damaged(f"its node count is {count}, but {max(len(rows) - 1, 0)} lines with a number and coordinates follow")
+    table = np.array([words[:4] for words in rows[1:]], object).reshape(count, 4)  # parameters on curves may follow
+    points = floats(table[:, 1:].ravel().tolist(), "the nodes").reshape(count, 3)
+    place = {int(name): k for k, name in enumerate(integers(table[:, 0].tolist(), "the numbers of nodes"))}
+    if len(place) != count:
+        raise Damaged(f"{count - len(place)} node numbers occur twice")
+    return _elements_of_format_1(points, place, integers(_section_of_format_1(text, "ELM").split(), "the elements").tolist())
+
+
+def _section_of_format_1(text: str, name: str) -> str:
+    start, end = text.find(f"${name}"), text.find(f"$END{name}")
+    if start < 0 or end < start:
+        raise Damaged(f"it has no section from ${name} to $END{name}")
+    return text[start + len(name) + 1 : end]
+
+
+def _elements_of_format_1(points: np.ndarray, place: dict[int, int], words: list[int]) -> Contents:
+    """Return the mesh with the elements in `words`: a count, then for each element its number, kind, physical and elementary
+    group, number of nodes, and node labels. points: shape (n, 3); place: number of the node with each label."""
+    found: dict[str, list[list[int]]] = {}
+    at, count = 1, 0
+    while at < len(words):
+        if len(words) < at + 5 or not 0 < words[at + 4] <= len(words) - at - 5:
+            raise Damaged(f"element {count} (counted from 0) is incomplete")
+        kind, group, entity, n = words[at + 1 : at + 5]
+        if kind not in FIRST_KINDS:
+            raise Damaged(f"element {count} (counted from 0) has kind {kind}, but this format has 1 to {len(FIRST_KINDS)}")
+        if n != corners_of(kind):
+            raise Damaged(f"element {count} (counted from 0) has {n} nodes, but a {FIRST_KINDS[kind]} has {corners_of(kind)}")
+        try:
+            nodes = [place[node] for node in words[at + 5 : at + 5 + n]]
+        except KeyError:
+            raise Damaged(f"element {count} (counted from 0) has a corner that is not a node of the file") from None
+        found.setdefault(FIRST_KINDS[kind], []).append([entity, abs(group), *nodes])
+        at, count = at + 5 + n, count + 1
+    if not words or words[0] != count:
+        raise Damaged(f"its element count is {words[0] if words else 'missing'}, but it has {count} elements")
+    blocks, sets = [], dict[str, list[np.ndarray]]()
+    for number, (kind_name, rows) in enumerate(found.items()):
+        table = np.array(rows, np.int64)
+        elements, kept = once(Elements(table[:, 2:], table[:, 0], table[:, 1]))
+        blocks.append(Block(kind_name, elements.corners))
+        for group in np.unique(table[table[:, 1] > 0, 1]).tolist():
+            parts = sets.setdefault(str(group), [np.zeros(0, np.int64) for _ in found])
+            parts[number] = np.unique(kept[table[:, 1] == group])
+    return without_lone_vertices(Contents("Gmsh 1, text", points, tuple(blocks), cell_sets=sets))
+
+
+_FIRST = (
+    "line triangle quad tetra hexahedron wedge pyramid line3 triangle6 quad9 "
+    "tetra10 hexahedron27 wedge18 pyramid14 vertex quad8 hexahedron20 wedge15 pyramid13"
+)
+FIRST_KINDS = dict(enumerate(_FIRST.split(), 1))
+"""Kinds of elements of version 1 by their numbers."""
+_MORE = (
+    "triangle9 triangle10 triangle12 triangle15 triangle15 triangle21 line4 line5 line6 tetra20 tetra35 tetra56 tetra22 tetra28"
+)
+KINDS = FIRST_KINDS | dict(enumerate(_MORE.split(), 20))
+KINDS |= {36: "quad16", 37: "quad25", 38: "quad36", 90: "wedge40", 91: "wedge75", 92: "hexahedron64", 93: "hexahedron125"}
+"""Kinds of elements by their numbers; the corners of an element precede its other nodes."""
+DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}  # others have 3
+
+
+class Elements(NamedTuple):
+    """Elements of one kind in a Gmsh file, with the geometric entities and groups to which the elements belong."""
+
+    corners: np.ndarray  # (m, nodes) labels or numbers of the nodes
+    entity: np.ndarray  # (m,) number of the geometric entity (such as a surface) to which each element belongs
+    group: np.ndarray  # (m,) number of the physical group of each element, in format 2
+
+
+def corners_of(kind: int) -> int:
+    """Return the number of nodes of an element whose kind has this number in Gmsh files. Raises Damaged for an unknown kind."""
+    if kind not in KINDS:
+        raise Damaged(f"it has an element of kind {kind}, which is not one of the {len(KINDS)} supported kinds")
+    return nodes_of_kind(KINDS[kind])
+
+
+def once(elements: Elements) -> tuple[Elements, np.ndarray]:
+    """Remove elements that format 2 repeats for each further physical group. Return the other elements, and for each
+    original element the number of the remaining element that equals it, shape (m,).
+
+    Elements that occur twice in one group are kept.
+    """
+    corners, entity, group = elements
+    numbers = np.arange(len(corners))
+    if len(np.unique(group)) < 2 or not entity.any():
+        return elements, numbers
+    keys = np.column_stack([entity, corners])
+    first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
+    first_of_group = np.unique(np.column_stack([group, keys]), axis=0, return_index=True)[1]
+    first = first[which.reshape(-1)]
+    again = (first != numbers) & np.isin(numbers, first_of_group) & (entity != 0)
+    left = np.cumsum(~again) - 1
+    return Elements(*(some[~again] for some in elements)), left[np.where(again, first, numbers)]
+
+
+def without_lone_vertices(contents: Contents) -> Contents:
+    """Return the contents without points of the geometry that no line, surface or solid element uses, such as centres of
+    arcs.
+
+    Gmsh writes these points with the option `Mesh.SaveAll`.
+    """
+    used, is_vertex = np.zeros(len(contents.points), bool), np.zeros(len(contents.points), bool)
+    for block in contents.blocks:
+        (is_vertex if block.kind == "vertex" else used)[block.nodes] = True
+    lone = is_vertex & ~used
+    if not lone.any() or not used.any():
+        return contents
+    blocks, kept = [], {}
+    for place, block in enumerate(contents.blocks):
+        kept[place] = ~lone[block.nodes].any(axis=1)
+        blocks.append(Block(block.kind, block.nodes[kept[place]]))
+    sets = {
+        name: [(np.cumsum(kept[place]) - 1)[part[kept[place][part]]] for place, part in enumerate(parts)]
+        for name, parts in contents.cell_sets.items()
+    }
+    had = {name for name, parts in contents.cell_sets.items() if sum(map(len, parts))}
+    gone = [f"`{name[:60]}`" for name, parts in sets.items() if name in had and not sum(map(len, parts))]
+    sets = {name: parts for name, parts in sets.items() if f"`{name[:60]}`" not in gone}
+    n = int(lone.sum())
+    points = "1 point of the geometry was" if n == 1 else f"{n} points of the geometry were"
+    note = f"{points} removed, as no line, surface or solid element uses them, such as centres of arcs"
+    note += f"; the sets {', '.join(gone)} were removed too" if gone else ""
+    left = Contents(contents.format, contents.points, tuple(blocks), {}, sets, (*contents.notes, note))
+    return with_points(left, ~lone)

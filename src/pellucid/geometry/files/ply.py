@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.strips import triangles_of_fan, triangles_of_strip
+from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks, triangles_of_fan, triangles_of_strip
 from pellucid.geometry.files.words import floats, integers, text_of
 
 TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
@@ -53,7 +52,11 @@ def read_ply(data: bytes) -> Contents:
     if not {"x", "y", "z"} <= vertices.keys():
         raise Damaged("its vertices have no x, y and z")
     points = np.stack([np.asarray(vertices[axis], float).reshape(-1) for axis in "xyz"], axis=1)
-    blocks = _blocks(points, _lists(faces))
+    corners = _lists(faces)
+    if isinstance(corners, np.ndarray) and corners.ndim == 2 and corners.shape[1] in (3, 4) and len(corners):
+        blocks: tuple[Block, ...] = (Block("triangle" if corners.shape[1] == 3 else "quad", corners.astype(np.int64)),)
+    else:
+        blocks = flat_blocks(points, [[int(corner) for corner in np.atleast_1d(face)] for face in corners])
     more: list[list[int]] = []
     for name, table in columns.items():
         if name in (*STRIPS, *FANS):
@@ -75,12 +78,6 @@ def read_ply(data: bytes) -> Contents:
 
 def _lists(table: dict[str, Column]) -> Column:
     return next((table[name] for name in CORNERS if name in table), [])
-
-
-def _blocks(points: np.ndarray, corners: Column) -> tuple[Block, ...]:
-    if isinstance(corners, np.ndarray) and corners.ndim == 2 and corners.shape[1] in (3, 4) and len(corners):
-        return (Block("triangle" if corners.shape[1] == 3 else "quad", corners.astype(np.int64)),)
-    return flat_blocks(points, [[int(corner) for corner in np.atleast_1d(face)] for face in corners])
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:

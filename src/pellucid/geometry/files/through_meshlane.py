@@ -1,21 +1,22 @@
-"""Formats read by meshlane: VTK, Nastran, Medit and others."""
+"""Formats read by meshlane (VTK, Nastran, Medit and others), with their named sets."""
 
+import ctypes
 import io
 import re
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from threading import Thread
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pellucid.errors import cut
 from pellucid.findings import Refusal
-from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
-from pellucid.geometry.files.patience import TooLong, within
-from pellucid.geometry.files.sets import sets_of_cells, sets_of_nodes
+from pellucid.geometry.files.contents import CORNERS, GMSH, GROUPS, Block, Contents, Damaged, marked_places
 from pellucid.geometry.files.words import as_utf8, text_of
 from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
@@ -127,3 +128,89 @@ def _contents(mesh: Any, form: str) -> Contents:
     blocks = tuple(_block(block.type, np.asarray(block.data)) for block in mesh.cells)
     is_single = np.asarray(mesh.points).dtype == np.float32
     return Contents(f"{form}, through meshlane", points, blocks, sets_of_nodes(mesh), sets_of_cells(mesh), is_single=is_single)
+
+
+OF_THE_READER = "gmsh:"
+"""Prefix of names that meshlane adds and that are not sets."""
+
+
+def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
+    """Return the node numbers of each node set, by name, from a mesh object of meshlane."""
+    sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
+    for name, values in (mesh.point_data or {}).items():
+        if (marked := marked_places(values)) is not None:
+            sets.setdefault(name, marked)
+    return sets
+
+
+def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
+    """Return for each set its name and, for each block of elements, the indices of the elements of the block that belong to the
+    set, from a mesh object of meshlane."""
+    found = _groups(mesh)
+    for name, parts in (mesh.cell_sets or {}).items():
+        if not name.startswith(OF_THE_READER):
+            found[name] = [np.asarray([] if part is None else part, np.int64) for part in parts]
+    for name, blocks in (mesh.cell_data or {}).items():
+        if name not in GROUPS and (marked := marked_places(np.concatenate(blocks))) is not None:
+            ends = np.cumsum([len(block) for block in blocks])
+            parts = np.split(marked, np.searchsorted(marked, ends[:-1]))
+            found.setdefault(name, [part - start for part, start in zip(parts, [0, *ends[:-1]], strict=True)])
+    return found
+
+
+def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
+    """Return the numbered element groups by name, or else by number: for each block of elements, the indices of the elements of
+    the block that belong to the group. mesh: mesh object of meshlane."""
+    data = mesh.cell_data or {}
+    named = (mesh.field_data or {}) if GMSH in data else {}
+    names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}
+    none = [np.zeros(0, np.int64) for _ in mesh.cells]
+    found = {name: list(none) for name in names.values()}
+    for key in sorted(GROUPS & data.keys()):
+        for place, (block, numbers) in enumerate(zip(mesh.cells, data[key], strict=True)):
+            for number in np.unique(np.asarray(numbers, np.int64)):
+                if number:
+                    name = names.get((int(number), block.dim), str(number))
+                    found.setdefault(name, list(none))[place] = np.flatnonzero(np.asarray(numbers) == number)
+    return found
+
+
+Result = TypeVar("Result")
+AGAIN = 0.2  # s between two calls to a halt
+
+
+class TooLong(Exception):
+    """Raised if work did not finish within its time limit."""
+
+
+class _Halt(BaseException):
+    """Exception that is raised in a running thread to stop it; it has no effect if the thread catches all exceptions."""
+
+
+def within(seconds: float, work: Callable[[], Result]) -> Result:
+    """Call `work` in a thread and return its result or raise its error. Raises TooLong after a time of `seconds` [s]; the
+    work is then stopped at its next Python line."""
+    found: list[Result] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            found.append(work())
+        except BaseException as error:  # including SystemExit, which the caller handles
+            failed.append(error)
+
+    thread = Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        thread.join(seconds)
+    finally:
+        late = thread.is_alive()
+        for _ in range(5):
+            if thread.is_alive():
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(_Halt))
+                thread.join(AGAIN)
+    if late and not found:
+        raise TooLong
+    if failed:
+        raise failed[0]
+    return found[0]

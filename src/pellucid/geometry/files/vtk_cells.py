@@ -3,15 +3,22 @@
 Source: Schroeder, Martin & Lorensen, The VTK User's Guide, file formats; vtkCellType.h.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
 import numpy as np
 
-from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.sets import GROUPS, marked_places
-from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.contents import (
+    CORNERS,
+    GROUPS,
+    Block,
+    Contents,
+    Damaged,
+    flat_blocks,
+    marked_places,
+    nodes_of_kind,
+    triangles_of_strip,
+)
 
 _KINDS = {1: "vertex", 3: "line", 5: "triangle", 8: "quad", 9: "quad", 10: "tetra", 11: "hexahedron", 12: "hexahedron"}
 _KINDS |= {13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20"}
@@ -92,8 +99,7 @@ def _kind(number: int, length: int) -> str:
     if number not in _KINDS:
         return "polyhedron" if number in (41, 42) else f"VTK {number}"
     kind = _KINDS[number]
-    digits = re.sub(r"\D", "", kind)
-    if length != (needed := int(digits) if digits else CORNERS[kind]):
+    if length != (needed := nodes_of_kind(kind)):
         raise Damaged(f"a cell of type {number} has {length} points, but needs {needed}")
     return kind
 

@@ -6,8 +6,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks
-from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks, triangles_of_strip
 from pellucid.geometry.files.vtk_cells import grid_contents
 from pellucid.geometry.files.words import floats, integers, text_of
 

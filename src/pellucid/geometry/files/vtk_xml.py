@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks, triangles_of_strip
 from pellucid.geometry.files.vtk_cells import grid_contents
 from pellucid.geometry.files.vtk_legacy import UNREAD
 from pellucid.geometry.files.words import floats, integers

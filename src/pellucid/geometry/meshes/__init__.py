@@ -1,1 +1,1 @@
-"""Mesh data structures: vertices, elements and their connectivity."""
+"""Meshes as data: vertices, elements and their connectivity; computational geometry on them."""

@@ -1,14 +1,15 @@
-"""Tetrahedral mesh of a box on a body-centred lattice, whose tetrahedra are nearly regular and, except at the faces,
-congruent."""
+"""Tetrahedral meshes of a box and of a cylinder on a body-centred lattice, whose tetrahedra are nearly regular and, except at
+the faces, congruent."""
 
 from math import prod
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.model import AtLeastOne, Vector, check, parameter
 
@@ -93,3 +94,25 @@ _TURN = ((0, 0), (1, 0), (1, 1), (0, 1))
 
 def _middle(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
     return np.asarray(np.prod(shape + 1) + (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2])
+
+
+class CylinderMesh(Tetrahedral):
+    """A tetrahedral mesh of a circular cylinder."""
+
+    base: Vector = parameter("m", "centre of the lower face")
+    radius: float = parameter("m", "radius", gt=0)
+    height: float = parameter("m", "height along the axis", gt=0)
+    axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
+    across: int = parameter("", "number of cubes of the mesh across the diameter; each is divided into twelve tetrahedra", ge=1)
+    along: int = parameter("", "number of cubes of the mesh along the axis", ge=1)
+
+    def expected_points(self) -> float:
+        return 2.0 * self.across**2 * self.along
+
+    def make(self) -> SimplexMesh:
+        """Return the mesh: a box mesh whose cross-section [-1, 1]² is mapped to the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
+        square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
+        x, y, z = square.nodes.T
+        disc = self.radius * x * np.sqrt(1.0 - 0.5 * y * y), self.radius * y * np.sqrt(1.0 - 0.5 * x * x), self.height * z
+        turned = np.roll(np.stack(disc, axis=1), AXES.index(self.axis) - 2, axis=1)  # a cyclic permutation inverts no cell
+        return SimplexMesh(np.array(self.base) + turned, square.cells)

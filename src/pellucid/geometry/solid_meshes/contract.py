@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import ClassVar
 
 from pellucid.geometry.checks.solid_checks import apart
-from pellucid.geometry.files.mesh_files import FileState, states_of_files
-from pellucid.geometry.meshes.most_points import Countable
+from pellucid.geometry.choice import Countable
+from pellucid.geometry.files.read import FileState, states_of_files
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 

@@ -6,12 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.checks.solid_repair import repaired, upright
-from pellucid.geometry.files.contents import Contents
-from pellucid.geometry.files.first_order import first_order, tetrahedra, with_points
-from pellucid.geometry.files.mesh_files import MeshFile
-from pellucid.geometry.files.read import SOLIDS, read_file
-from pellucid.geometry.meshes.coincident import same_place
+from pellucid.geometry.checks.solid_checks import repaired, upright
+from pellucid.geometry.files.contents import Contents, first_order, tetrahedra, with_points
+from pellucid.geometry.files.read import SOLIDS, MeshFile, read_file
+from pellucid.geometry.meshes.points import same_place
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.model import InputFile, check, parameter

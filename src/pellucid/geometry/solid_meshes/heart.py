@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.geometry.solid_meshes.stuffing import stuffed
+from pellucid.geometry.solid_meshes.fill import stuffed
 from pellucid.model import check, parameter
 
 LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and thickness of the wall [m]

@@ -1,5 +1,5 @@
-"""Selection of the mesh of a solid in a case by one key. To add a mesh, define its class in its own file and add a field with
-its key to `SolidMesh`."""
+"""Selection of the mesh of a solid in a case by one key. To add a mesh, define its class in a module of this folder and add a
+field with its key to `SolidMesh`."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -7,22 +7,20 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import inside
+from pellucid.geometry.checks import Fault
 from pellucid.geometry.checks.solid_checks import solid_faults
-from pellucid.geometry.checks.words import Fault
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.meshes.enclosure import inside
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
-from pellucid.geometry.solid_meshes.box import BoxMesh
+from pellucid.geometry.solid_meshes.box import BoxMesh, CylinderMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.geometry.solid_meshes.cylinder import CylinderMesh
 from pellucid.geometry.solid_meshes.file import SolidFile
-from pellucid.geometry.solid_meshes.fill import FillMesh
+from pellucid.geometry.solid_meshes.fill import FillMesh, InsideMesh
 from pellucid.geometry.solid_meshes.heart import HeartMesh
-from pellucid.geometry.solid_meshes.inside import InsideMesh
 from pellucid.model import parameter
 
 

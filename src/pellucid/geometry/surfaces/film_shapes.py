@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.geometry.choice import Choice
-from pellucid.geometry.meshes.coincident import coincident
+from pellucid.geometry.meshes.points import coincident
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import Model, Vector, check, parameter
 

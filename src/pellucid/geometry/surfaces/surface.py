@@ -1,25 +1,31 @@
-"""Selection of the surface of a membrane in a case by one key. To add a surface, define its class in its own file and add a
-field with its key to `Surface`."""
+"""Selection of the surface of a membrane in a case by one key, and the region inside a closed surface. To add a surface, define
+its class in a module of this folder and add a field with its key to `Surface`."""
 
 from functools import lru_cache
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from pellucid.findings import Refusal
+from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.meshes.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.surface_mesh import Mesh
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry, SharpEdges, edges_of_triangles
 from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
-from pellucid.geometry.surfaces.biconcave import Biconcave
-from pellucid.geometry.surfaces.box import BoxSurface
-from pellucid.geometry.surfaces.cushion import CushionSurface
-from pellucid.geometry.surfaces.cylinder import CylinderSurface
-from pellucid.geometry.surfaces.disc import Disc
 from pellucid.geometry.surfaces.file import SurfaceFile
-from pellucid.geometry.surfaces.icosphere import EllipsoidSurface, Icosphere
-from pellucid.geometry.surfaces.rectangle import Lid, Rectangle
-from pellucid.geometry.surfaces.sphere import SphereSurface
-from pellucid.geometry.surfaces.tube import Tube
+from pellucid.geometry.surfaces.quadrilaterals import (
+    BoxSurface,
+    CushionSurface,
+    CylinderSurface,
+    Lid,
+    Rectangle,
+    SphereSurface,
+    Tube,
+)
+from pellucid.geometry.surfaces.triangles import Biconcave, Disc, EllipsoidSurface, Icosphere
+from pellucid.model import parameter
 
 Elements = Literal["quads", "triangles"]
 """Elements of a surface: "quads" keeps its quadrilaterals; "triangles" divides them into triangles."""
@@ -75,3 +81,42 @@ def _made(surface: Any) -> Mesh:
     """Return the mesh of the selected surface; it is cached, because reading a case uses it several times."""
     mesh: Mesh = surface.mesh()
     return mesh
+
+
+class Inside(Geometry):
+    """The region inside a closed triangulated surface, for grids without thin axes; a piece inside another piece is a hole."""
+
+    surface: Surface = parameter(
+        "", "closed surface: a sphere, a box, a cylinder with lids, an icosphere, or a closed mesh file"
+    )
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return bounding_box(self.surface.triangulate().vertices)
+
+    def reach(self, direction: np.ndarray) -> float:
+        return float((self.surface.triangulate().vertices @ direction).max())
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        lower, upper = self.bounds()
+        found = np.all((points >= lower) & (points <= upper), axis=1)
+        found[found] = inside(points[found], *self.surface.triangulate())
+        return found
+
+    def measure(self, active: ActiveAxes) -> float:
+        return enclosed_volume(*self.surface.triangulate())
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        return edges_of_triangles(self.surface.triangulate())
+
+
+def closed_triangles(surface: Surface) -> Triangulation:
+    """Return the triangulation of a surface, with outward normals. Raises ValueError with the first fault of the mesh if the
+    surface is not closed."""
+    triangulation = surface.triangulate()
+    if not surface.closed:
+        raise Refusal(
+            "the surface is open, so it has no inside", "use a closed surface; for a closed mesh file, set `closed = true`"
+        )
+    for text, remedy in faults(*triangulation, closed=True):
+        raise Refusal(f"the surface cannot be filled: {text}", remedy)
+    return triangulation

@@ -1,7 +1,6 @@
 """Pictures of bodies in three dimensions, coloured by a field.
 
-A picture can be cut open: the material in front of a plane is not drawn, so that the inside is visible.
-"""
+A picture can be cut open: the material in front of a plane is not drawn, so that the inside is visible."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -10,9 +9,8 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.triangulation import bounding_box, vertex_normals
-from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.arrows import draw_arrows, spread
-from pellucid.results.pictures.mirrors import cells_with_images, with_images
+from pellucid.results.pictures.camera import INK, Camera, Plane, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.drawables import Balls, Drawable, Faceted, Mesh, ball_radii, split_at_creases
 from pellucid.results.pictures.quantities import (
     BY_BODY,
     NORMAL_VELOCITY,
@@ -24,16 +22,17 @@ from pellucid.results.pictures.quantities import (
     there,
     values_of,
 )
-from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.camera import Plane, camera_for
-from pellucid.results.pictures.rendering.creases import Faceted, split_at_creases
-from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
-from pellucid.results.pictures.rendering.points import ball_radii
-from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.rendering.sections import cut_face, rim
-from pellucid.results.pictures.seams import in_box, places_unmoved
-from pellucid.results.pictures.style import instant
-from pellucid.results.pictures.walls import around, meshes_of_walls, with_mirrored
+from pellucid.results.pictures.render import cut_face, render, rim
+from pellucid.results.pictures.style import Axes, Figure, Run, instant
+from pellucid.results.pictures.surroundings import (
+    around,
+    cells_with_images,
+    in_box,
+    meshes_of_walls,
+    places_unmoved,
+    with_images,
+    with_mirrored,
+)
 
 COLUMNS = 700  # pixels of a panel
 GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
@@ -223,3 +222,40 @@ def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray, nearer: np.
     stride = max(-(-len(position) // MOST_BALLS), 1)
     radii = ball_radii(fields["mass"][kept], fields["density"][kept]) * np.cbrt(stride)
     return Balls(position[::stride], radii[::stride], colours[::stride])
+
+
+APART = 0.09  # distance of arrows, of the largest side of the surface at the start
+LONGEST = 0.1  # of the picture's width, of an arrow
+FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows would be seen end on
+
+
+def spread(position: np.ndarray) -> np.ndarray:
+    """Select nodes of a surface at which arrows are drawn, about 0.09 times its largest extent apart; return their indices in
+    ascending order. position: positions of all nodes [m], shape (n, 3)."""
+    low = position.min(axis=0)
+    side = APART * float((position.max(axis=0) - low).max())
+    return np.asarray(np.sort(np.unique(((position - low) / side).astype(np.int64), axis=0, return_index=True)[1]))
+
+
+def draw_arrows(
+    axes: Axes,
+    camera: Camera,
+    position: np.ndarray,
+    triangles: np.ndarray,
+    velocity: np.ndarray,
+    some: np.ndarray,
+    fastest: float,
+) -> None:
+    """Draw the velocity tangential to a surface as arrows at the nodes with the indices `some`.
+
+    Arrows of nodes that face away from the eye are omitted. position [m] and velocity [m/s]: arrays for all nodes, shape
+    (n, 3). triangles: node indices, shape (m, 3). fastest: speed of the longest arrow [m/s].
+    """
+    normal = vertex_normals(position, triangles)
+    along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal
+    some = some[normal[some] @ camera.axes[2] > FACING]
+    across, upward = camera.axes[:2]
+    length = LONGEST * float((camera.high - camera.low)[0]) / fastest
+    x, y, u, v = (values[some] @ axis for values in (position, along) for axis in (across, upward))
+    flow = x, y, length * u, length * v
+    axes.quiver(*flow, angles="xy", scale_units="xy", scale=1.0, width=0.004, color=INK, zorder=3)

@@ -10,15 +10,12 @@ import numpy as np
 
 from pellucid.case.plot import Plot
 from pellucid.energy import FIRST_JUDGED
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.bodies_in_plane import profiles
+from pellucid.results.pictures.bodies_in_plane import are_curves, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front
-from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
-from pellucid.results.pictures.curves_in_plane import are_curves
-from pellucid.results.pictures.own import bodies_at, picture, plot
+from pellucid.results.pictures.own import bodies_at, drawn, drawn_by_module, noticed, picture, plot
 from pellucid.results.pictures.quantities import Look, is_still
 from pellucid.results.pictures.stopped import mark_stop, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panels, settle
+from pellucid.results.pictures.style import DPI, LINES, Figure, Run, label, new_panels, panels, settle
 
 Draw = Callable[[], Figure | None]
 

@@ -4,20 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import spread
 from pellucid.geometry.checks.quality import tetrahedron_qualities
-from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.checks.surface_checks import rims
 from pellucid.geometry.mesh_survey import surface_qualities
 from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
+from pellucid.geometry.meshes.enclosure import spread
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh as SurfaceMesh
 from pellucid.geometry.meshes.triangulation import directed_edges
-from pellucid.results.pictures.annotations import Figure
-from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
-from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
-from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, house_style, new_figure
+from pellucid.results.pictures.camera import Camera, View, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.drawables import Balls, Drawable, Mesh
+from pellucid.results.pictures.render import render
+from pellucid.results.pictures.style import SEQUENTIAL, Figure, colour_bar, house_style, new_figure
 
 FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
 MOST_PIXELS = 1000  # of a view, along and across

@@ -1,28 +1,27 @@
-"""Pictures, films and plots that a case requests."""
+"""Pictures, films and plots that a case requests, or that the Python module of its gallery case draws."""
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import cycle
 from os.path import commonprefix
 from typing import Any
 
 import numpy as np
 
+from pellucid import catalogue
 from pellucid.case.picture import Picture, Pictured
 from pellucid.case.plot import Panel, Plot
-from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.bodies_in_plane import PlaneStage
+from pellucid.errors import UsageError
+from pellucid.results.pictures.bodies_in_plane import CurveStage, PlaneStage, are_curves
 from pellucid.results.pictures.bodies_in_space import SpaceStage, through_the_middle
-from pellucid.results.pictures.case_module import noticed
-from pellucid.results.pictures.curves_in_plane import CurveStage, are_curves
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.instants import evenly, recorded
-from pellucid.results.pictures.mirrors import mirrors_at
+from pellucid.results.pictures.camera import INK, Plane, View
+from pellucid.results.pictures.films import Animation, Stage, evenly, film_of, recorded, side_by_side
 from pellucid.results.pictures.quantities import Look, Slice
-from pellucid.results.pictures.rendering.axes import INK
-from pellucid.results.pictures.rendering.camera import Plane, View
-from pellucid.results.pictures.stage import Stage, film_of, side_by_side
 from pellucid.results.pictures.stopped import mark_stop
-from pellucid.results.pictures.style import COLOURS, LINES, new_panels, plain, with_unit
+from pellucid.results.pictures.style import COLOURS, LINES, Axes, Figure, Run, new_panels, plain, with_unit
+from pellucid.results.pictures.surroundings import mirrors_at
+from pellucid.results.storage.files import OutputError
 from pellucid.units import to_si
 
 INSTANTS = 4
@@ -172,3 +171,52 @@ def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
         si = "" if run.units[column] == "1" else run.units[column]
         unit = shown or si
         yield si, unit, to_si(f"1 {unit}", si) if unit else 1.0
+
+
+def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
+    """Return the figures or the films (`kind`: "figures" or "films") that the Python module of the gallery case defines, by
+    name.
+
+    A figure is a matplotlib figure or a function that returns one; a film is an `Animation`. The result is empty if the case
+    has no module. It is also empty, with a warning, if the module cannot draw this run.
+    """
+    make = getattr(catalogue.module(run.stored.id), kind, None)
+    try:
+        return dict(make(run)) if make else {}
+    except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
+        _warn(run, kind, error)
+        return {}
+
+
+def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
+    """Return a figure that the Python module of the gallery case provides; `figure` is the figure or a function that
+    returns the figure. Return None, with a warning, if the module cannot draw this run."""
+    try:
+        return figure() if callable(figure) else figure
+    except OutputError:
+        raise
+    except Exception as error:
+        _warn(run, "figures", error)
+        return None
+
+
+def _warn(run: Run, kind: str, error: Exception) -> None:
+    warnings.warn(f"the {kind} of {run.stored.id} could not be drawn for this run: {error}", stacklevel=3)
+
+
+@contextmanager
+def noticed(notices: list[str], name: str = "") -> Iterator[None]:
+    """Skip the picture drawn in the block if its files are damaged or missing, or if it would be empty, and append the reason
+    to `notices`. name: name of the picture, put before the reason."""
+    try:
+        yield
+    except (OutputError, UsageError) as error:
+        text = str(error) if isinstance(error, OutputError) or not name else f"{name}: {error}"  # damage stops them all
+        if text not in notices:
+            notices.append(text)
+
+
+def captions(run: Run) -> dict[str, str]:
+    """Return the captions of the figures and films that the module of the gallery case draws, by name; empty if the module
+    has no captions."""
+    return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

@@ -9,12 +9,10 @@ from typing import Any, NamedTuple
 from pellucid import catalogue
 from pellucid.progress import Progress
 from pellucid.results.pictures import figures
-from pellucid.results.pictures.case_module import drawn_by_module, noticed
 from pellucid.results.pictures.films import Animation, pixels_of, write_film
-from pellucid.results.pictures.own import films
+from pellucid.results.pictures.own import drawn_by_module, films, noticed
 from pellucid.results.pictures.style import house_style
-from pellucid.results.storage.drawn import drawing
-from pellucid.results.storage.files import explained
+from pellucid.results.storage.files import drawing, explained
 from pellucid.results.storage.run import Run
 from pellucid.system.processes import Helper, free_cores, helped, shared
 

@@ -7,13 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.models import BODIES
-from pellucid.results.pictures.annotations import Figure
-from pellucid.results.pictures.mirrors import Mirror
-from pellucid.results.pictures.rendering.camera import Plane, View
-from pellucid.results.pictures.seams import places_unmoved
-from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, colour_bar, with_unit
+from pellucid.results.pictures.camera import Plane, View
+from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, Figure, colour_bar, with_unit
+from pellucid.results.pictures.surroundings import Mirror, places_unmoved
 from pellucid.results.storage.probes import scalar
-from pellucid.results.storage.stored_case import StoredBody
+from pellucid.results.storage.run_folder import StoredBody
 from pellucid.state import FIELDS
 from pellucid.units import to_si
 

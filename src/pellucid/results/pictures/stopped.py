@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.grid.model import GridCase
-from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, Axes, Figure, Run, label, new_figure
 from pellucid.results.storage.files import OutputError
 from pellucid.state import of_owner
 

@@ -2,9 +2,16 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pellucid.results.pictures.annotations import Axes, Figure
+if TYPE_CHECKING:  # matplotlib is slow to import: it is imported in functions that draw
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+
+    from pellucid.results.storage.run import Run as Run
+else:
+    Axes = Figure = Run = object
+
 
 # Okabe and Ito's palette, the yellow left out: it is too faint for lines on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -160,3 +167,6 @@ def pretty(unit: str) -> str:
     for power, raised in (("^2", "²"), ("^3", "³"), ("^-1", "⁻¹")):
         unit = unit.replace(power, raised)
     return unit.replace("*", " ")
+
+
+__all__ = ["Axes", "Figure", "Run"]

@@ -13,16 +13,15 @@ from pellucid.grid.model import GridCase
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures, painter
-from pellucid.results.pictures.case_module import captions, noticed
 from pellucid.results.pictures.films import FILM_DPI
+from pellucid.results.pictures.own import captions, noticed
 from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.stopped import place_of_stop
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
-from pellucid.results.report.header import are_films_alone, facts, header
-from pellucid.results.report.html import number, page_of, section, table_of
+from pellucid.results.report.html import are_films_alone, facts, header, number, page_of, section, table_of
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
-from pellucid.results.storage.stored_case import StoredBody, StoredCase
+from pellucid.results.storage.run_folder import StoredBody, StoredCase
 from pellucid.results.view.page import view_of
 from pellucid.state import FIELDS
 from pellucid.system.processes import Helper

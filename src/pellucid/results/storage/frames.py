@@ -21,8 +21,7 @@ import numpy as np
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.storage import vtkhdf
 from pellucid.results.storage.files import OutputError, replacing, sync
-from pellucid.results.storage.staged import put
-from pellucid.results.storage.vtkhdf import CONSTANT, Layout, counting, lay_out, layout, opened
+from pellucid.results.storage.vtkhdf import CONSTANT, Layout, counting, lay_out, layout, opened, put
 
 TO_VTK = [0, 1, 2, 5, 3, 4]
 FROM_VTK = [0, 1, 2, 4, 5, 3]

@@ -1,18 +1,21 @@
 """Identity of a run: data by which a run is recognized when it is resumed. A checkpoint is resumed only with the case, the
-bodies and the version that wrote it."""
+bodies and the version that wrote it. Version and git commit of the package."""
 
 import hashlib
+import shutil
+import subprocess
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pellucid.errors import UsageError, shown
-from pellucid.results.storage.package import package_release
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+
 
 Start = Mapping[str, Mapping[str, np.ndarray]]
 """Arrays of the bodies that continue from an earlier run, by name; empty if the case does not continue a run."""
@@ -136,3 +139,31 @@ def _name(item: Any, number: int) -> str:
 def told(value: Any) -> str:
     """Return a value of a case as text for a message; None is "not set"."""
     return "not set" if value is None else shown(value)
+
+
+SOURCE = Path(__file__).parents[2] / "__init__.py"
+
+
+def package_version() -> str:
+    """Return the version of the pellucid package."""
+    return version("pellucid")
+
+
+def package_release() -> str:
+    """Return the release number without development suffixes. A run can be resumed with any development version of the same
+    release."""
+    return package_version().partition("+")[0].partition(".dev")[0]
+
+
+def package_commit() -> str:
+    """Return the git commit of the package's source; empty if the source is not a git checkout."""
+    git = shutil.which("git")
+    if git is None:
+        return ""
+    call = [git, "-C", str(SOURCE.parent)]
+    # an environment inside someone's checkout is not a checkout of the package: git must know this very file
+    tracked = subprocess.run([*call, "ls-files", "--error-unmatch", SOURCE.name], capture_output=True, check=False)
+    if tracked.returncode:
+        return ""
+    head = subprocess.run([*call, "rev-parse", "HEAD"], capture_output=True, text=True, check=False)
+    return head.stdout.strip()

@@ -15,15 +15,13 @@ from pellucid.errors import UnknownName, UsageError
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.named import Named
-from pellucid.results.checks import metric_of
-from pellucid.results.metrics import Metric
-from pellucid.results.readings import Readings
+from pellucid.results.metrics import Metric, Readings, metric_of
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.results.storage.stored_case import StoredCase
+    from pellucid.results.storage.run_folder import StoredCase
 
 
 class Run:

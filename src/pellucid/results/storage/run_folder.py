@@ -1,29 +1,142 @@
-"""The folder of a run: paths of its files, creation, and summary."""
+"""The folder of a run: paths of its files, creation, summary, and the part of its case that results need."""
 
 import hashlib
 import json
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict
 
+from pellucid.case import Case, EnergyCase, OutputCase, TimeCase, dumps, load
+from pellucid.case.judgement import Check
+from pellucid.case.picture import Film, Picture
+from pellucid.case.plot import Plot
+from pellucid.case.stages import SteadyCase
 from pellucid.errors import UsageError
+from pellucid.grid.model import GridCase
 from pellucid.named import Named
-from pellucid.results.metrics import Metric, finite
-from pellucid.results.storage import checkpoint, drawn, lock
-from pellucid.results.storage.files import OutputError, draft_of, explained, replacing, usable, write_text
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
-    from pellucid.results.storage.stored_case import StoredCase
-
+from pellucid.results.metrics import Metric, finite, mean_columns
+from pellucid.results.storage import checkpoint
+from pellucid.results.storage.files import (
+    LOCK,
+    OutputError,
+    draft_of,
+    drawn_files,
+    explained,
+    is_own_lock,
+    is_signed_lock,
+    lock_held,
+    refuse_locked,
+    replacing,
+    usable,
+    write_text,
+)
 
 SIGNATURE = "# written by pellucid, as SHA-256 "
 """Start of the first line of a run's case file, followed by the SHA-256 digest of the lines below it."""
+
+
+class StoredBody(NamedTuple):
+    """Data of a body that readers of results need: its name, kind, kinds of material and equation of state (empty if none),
+    and density [kg/m³], or the surface density [kg/m²] of a fluid film."""
+
+    name: str
+    kind: str
+    material: str
+    equation_of_state: str
+    density: float
+    thickness: float | None = None
+    """Thickness of a membrane [m]."""
+    contact_offset: float | None = None
+    """Distance from the mid-surface of a membrane at which other bodies are in contact with it [m]."""
+
+
+class StoredWall(NamedTuple):
+    """A plane wall of the case, for pictures: its name, a point on the plane at time 0 [m], the unit normal towards the
+    bodies, and the velocity of the plane [m/s], each vector of shape (3,)."""
+
+    name: str
+    point: np.ndarray
+    normal: np.ndarray
+    velocity: np.ndarray
+
+    def level(self, time: float) -> float:
+        """Return the signed distance of the plane from the origin along its normal [m] at a time [s]."""
+        return float(self.normal @ (self.point + time * self.velocity))
+
+
+SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
+"""Lists of a case that the report shows separately."""
+
+
+class StoredCase(BaseModel):
+    """The part of a case that readers of results need. Kinds (of bodies and materials) are stored as texts, because users
+    may define kinds that are not available when results are read."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    title: str
+    id: str = ""
+    source: str = ""
+    description: str = ""
+    extensions: tuple[str, ...] = ()
+    grid: GridCase | None = None
+    time: TimeCase
+    steady: SteadyCase | None = None
+    output: OutputCase = OutputCase()
+    energy: EnergyCase = EnergyCase()
+    bodies: tuple[StoredBody, ...]
+    probes: tuple[str, ...]
+    """Names of the probes."""
+    means: tuple[str, ...] = ()
+    """Names of the probes whose values are means since the previous row, see `pellucid.results.metrics`."""
+    walls: tuple[StoredWall, ...] = ()
+    others: dict[str, int] = {}
+    """Number of entries of the other tables, such as supports, by key."""
+    picture: tuple[Picture, ...] = ()
+    film: tuple[Film, ...] = ()
+    plot: tuple[Plot, ...] = ()
+    check: tuple[Check, ...] = ()
+
+    @property
+    def thin(self) -> tuple[bool, bool, bool]:
+        """Mask of the axes along which the grid is one cell thick; all False without a grid."""
+        return (False, False, False) if self.grid is None else self.grid.thin()
+
+
+def read_stored_case(path: Path) -> StoredCase:
+    """Read the case file of a run. Raises KeyError or ValueError for another file."""
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    bodies = [_stored_body(table) for table in data["body"]]
+    lists = {key: tables for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
+    others = {key: len(tables) for key, tables in lists.items() if isinstance(tables[0], dict)}
+    quantities = {probe["name"]: str(probe.get("quantity", "")) for probe in data.get("probe", ())}
+    own = {"bodies": bodies, "probes": list(quantities), "others": others}
+    own["walls"] = [_stored_wall(table, number) for number, table in enumerate(data.get("wall", ()))]
+    own["means"] = mean_columns(quantities.items(), "steady" in data)
+    return StoredCase.model_validate({**data, **own})
+
+
+def _stored_body(table: dict[str, Any]) -> StoredBody:
+    material = table["material"]
+    law = material["eos"]["kind"] if "eos" in material else ""
+    thickness = table.get("thickness")
+    offset = table.get("contact_offset", None if thickness is None else 0.5 * thickness)
+    return StoredBody(table["name"], table["kind"], material["kind"], law, material["density"], thickness, offset)
+
+
+def _stored_wall(table: dict[str, Any], number: int) -> StoredWall:
+    normal = np.array(table["normal"], float)
+    normal /= np.abs(normal).max()  # so that no square of a component overflows or vanishes
+    velocity = np.array(table.get("velocity", (0.0, 0.0, 0.0)), float)
+    name = f"wall {table.get('name', number + 1)}"
+    return StoredWall(name, np.array(table["point"], float), normal / np.linalg.norm(normal), velocity)
 
 
 class RunFolder:
@@ -32,7 +145,7 @@ class RunFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self.mark = self.path / lock.NAME
+        self.mark = self.path / LOCK
         self.case = self.path / "case.toml"
         self.history = self.path / "history.csv"
         self.summary = self.path / "summary.json"
@@ -59,13 +172,13 @@ class RunFolder:
             if self.case.is_file() and not _is_signed(self.case.read_bytes()):
                 text = f"{self.case} has changed since its run started"
                 raise UsageError(f"{text}.\n    Move it to another folder, or choose another folder for the results.")
-        lock.refuse_held(self.path)
+        refuse_locked(self.path)
 
     @property
     def is_of_a_run(self) -> bool:
         """True if a run was started in this folder, judged by the contents of its first files. File names alone are not
         sufficient, because other programs use the same names."""
-        if lock.is_signed(self.mark):
+        if is_signed_lock(self.mark):
             return True
         if not self.mark.is_file():
             return False
@@ -81,10 +194,10 @@ class RunFolder:
     @property
     def was_held_here(self) -> bool:
         """True if this process was the last owner of the lock of the folder."""
-        return lock.is_mine(self.mark)
+        return is_own_lock(self.mark)
 
     def _lacking(self) -> str:
-        return f"its {lock.NAME} was not written by pellucid" if self.mark.is_file() else f"it has no {lock.NAME}"
+        return f"its {LOCK} was not written by pellucid" if self.mark.is_file() else f"it has no {LOCK}"
 
     @contextmanager
     def made(self) -> Iterator[None]:
@@ -93,7 +206,7 @@ class RunFolder:
         self.check_replaceable()
         with explained(self.path), usable(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
-        with lock.held(self.path):
+        with lock_held(self.path):
             yield
 
     @contextmanager
@@ -102,10 +215,10 @@ class RunFolder:
         if not self.is_of_a_run:
             missing = self._without_case() if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
             raise UsageError(f"{self.path} contains no run: {missing}")
-        with lock.held(self.path):
+        with lock_held(self.path):
             yield
 
-    def start(self, case: "Case") -> None:
+    def start(self, case: Case) -> None:
         """Start a new run of `case` in this folder, whose lock is held; remove the results of an earlier run in the folder.
 
         Raises `UsageError` if the folder cannot be written to, `OutputError` on a full disk.
@@ -116,7 +229,7 @@ class RunFolder:
             if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
                 self.write_case(case)
 
-    def discard_record(self, case: "Case") -> None:
+    def discard_record(self, case: Case) -> None:
         """Remove all results except checkpoints: results of an earlier run, or of a start whose settling failed."""
         with explained(self.path), usable(self.path):
             bodies = {*self._stored_bodies(), *(body.name for body in case.body)}
@@ -126,17 +239,13 @@ class RunFolder:
 
     def _stored_bodies(self) -> list[str]:
         """Return the names of the bodies of an earlier run in this folder; empty if the folder contains no earlier run."""
-        from pellucid.results.storage import stored_case
-
         try:
-            return [body.name for body in stored_case.read(self.case).bodies]
+            return [body.name for body in read_stored_case(self.case).bodies]
         except (OSError, KeyError, TypeError, ValueError):
             return []
 
-    def write_case(self, case: "Case") -> None:
+    def write_case(self, case: Case) -> None:
         """Write the resolved case (with defaults filled in) to `case.toml`."""
-        from pellucid.case import dumps
-
         with explained(self.path), usable(self.path):
             write_text(self.case, _signed(dumps(case)))
 
@@ -145,14 +254,12 @@ class RunFolder:
         again when it ends."""
         with explained(self.path), usable(self.path):
             _remove(_with_drafts([self.summary, self.report]))
-            _remove(drawn.files(self.figures), self.figures)
+            _remove(drawn_files(self.figures), self.figures)
             _remove(_with_drafts([self._failure, self._state]), self.forensics)
 
-    def read_case(self, settings: Mapping[str, Any] | None = None) -> "Case":
+    def read_case(self, settings: Mapping[str, Any] | None = None) -> Case:
         """Read the resolved case, with `settings` (values by dotted key) applied as in `load`. Raises `UsageError` if the
         folder contains no run."""
-        from pellucid.case import load
-
         if not self.case.is_file():
             raise UsageError(f"{self.path} contains no run: {self._without_case()}")
         return load(self.case, settings)
@@ -165,13 +272,11 @@ class RunFolder:
             return "it has no case.toml"
         return "it is not a folder" if self.path.exists() else "the folder does not exist"
 
-    def read_stored(self) -> "StoredCase":
+    def read_stored(self) -> StoredCase:
         """Read the part of the case that readers of results need. The kinds of bodies and materials in the case need not be
         registered. Raises `UsageError` if the folder contains no run."""
-        from pellucid.results.storage import stored_case
-
         try:
-            return stored_case.read(self.case)
+            return read_stored_case(self.case)
         except (OSError, KeyError, TypeError, ValueError):
             self.read_case()  # says what is wrong
             raise

@@ -1,19 +1,23 @@
 """Scene of the browser view: selected times, points and fields of every body, limited to the size of a page."""
 
+import zlib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.triangulation import bounding_box
-from pellucid.results.pictures.bodies_in_space import Box, opening
+from pellucid.results.pictures.bodies_in_space import Box, faceted, opening
+from pellucid.results.pictures.camera import View
+from pellucid.results.pictures.drawables import Faceted, ball_radii
 from pellucid.results.pictures.quantities import VIEW, Limits, limits, there
-from pellucid.results.pictures.rendering.camera import View
 from pellucid.results.pictures.style import COLOURS, pretty
-from pellucid.results.pictures.walls import SEEN as SEEN_WALL
-from pellucid.results.pictures.walls import around
+from pellucid.results.pictures.surroundings import SEEN as SEEN_WALL
+from pellucid.results.pictures.surroundings import around, fan_of, polygon_of, way_into_box
+from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.run import Run
-from pellucid.results.view.actors import Actor, Fields, WallActor
-from pellucid.results.view.packing import Pack, places, shades
+from pellucid.results.storage.run_folder import StoredWall
 from pellucid.state import FIELDS
 
 MOST_POINTS = 200_000
@@ -28,6 +32,163 @@ WALL_COLOUR = "#b4b8c0"
 WORDS = {"velocity": "speed", "stress": "von Mises stress"}
 FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
 """Views of a plane problem, by the axis normal to the plane."""
+
+
+Fields = dict[str, np.ndarray]
+
+
+class Actor:
+    """A body in the interactive view: the selection of its points, and their fields at any time.
+
+    name: name of the body. most: largest number of points to show. If points are omitted, the view shows the selected
+    points without the surface or lines of the body. The selection is random, but the same in every page, because a regular
+    selection from a lattice would show stripes.
+    """
+
+    def __init__(self, run: Run, name: str, most: int) -> None:
+        self.name, self._run = name, run
+        start = run.fields(name, float(run.times(name)[0]))
+        self.total = len(start["position"])
+        self._chosen = np.arange(self.total)
+        if most < self.total:
+            self._chosen = np.sort(np.random.default_rng(0).choice(self.total, most, replace=False))
+        self.start = start["position"][self._chosen]
+        self.cells = run.cells(name) if most >= self.total else Cells()
+        self.surface = faceted(self.cells, self.start)
+        self.radius = float(_radius(run, start) * np.cbrt(self.total / len(self._chosen)))
+
+    @property
+    def kind(self) -> str:
+        """Representation of the body in the view: "surface", "lines" or "points"."""
+        return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
+
+    def at(self, time: float) -> Fields:
+        """Return the stored fields of the shown points, by name, at the frame nearest to a time [s]."""
+        return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
+
+    def in_box(self, position: np.ndarray) -> np.ndarray:
+        """Return positions of the points, shape (n, 3) [m], moved into the box of the grid if the grid is periodic."""
+        return position + way_into_box(position, self.cells, self._run.stored.grid)
+
+    def shown(self, fields: Fields) -> Fields:
+        """Return the scalar fields that the view offers as colours, by name, shape (n,): scalars, lengths of vectors, von Mises
+        stresses, and the displacement since the start [m]. fields: result of `at`."""
+        found = {"displacement": np.linalg.norm(fields["position"] - self.start, axis=1)}
+        for name, values in fields.items():
+            if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
+                found[name] = scalar(values, names=FIELDS[name].names if name in FIELDS else ())
+        return {name: values.astype(np.float32) for name, values in found.items()}
+
+
+class WallActor:
+    """A plane wall in the interactive view, clipped to a box and shown as a surface, or as a line in a plane problem. The
+    wall moves as a whole and has no fields."""
+
+    radius = 0.0
+
+    def __init__(
+        self, wall: StoredWall, box: tuple[np.ndarray, np.ndarray], across: int | None, times: Sequence[float]
+    ) -> None:
+        """Compute the outline of the wall at the first time at which it intersects the box.
+
+        box: lower and upper corner [m]. across: axis (0 to 2) normal to a plane problem; None in space. times: times that are
+        shown [s].
+        """
+        self.name, self._wall, self.start = wall.name, wall, np.zeros((0, 3))
+        for time in times:
+            if not len(self.start):
+                self.start = polygon_of(wall, time, *box) - self._way(time)
+        self.cells, self.surface = Cells(), Faceted(fan_of(len(self.start)), np.arange(len(self.start)))
+        if across is not None and len(self.start):
+            along = np.cross(wall.normal, np.eye(3)[across])
+            ends = self.start[[int(np.argmin(self.start @ along)), int(np.argmax(self.start @ along))]]
+            ends[:, across] = 0.5 * (box[0] + box[1])[across]
+            self.start, self.cells = ends, Cells(lines=np.array([(0, 1)]))
+            self.surface = Faceted(np.zeros((0, 3), np.int64), np.arange(2))
+
+    @property
+    def kind(self) -> str:
+        return "lines" if len(self.cells.lines) else "surface"
+
+    def places(self, time: float) -> np.ndarray:
+        """Return the corners of the drawn part of the wall at a time [s], shape (n, 3) [m]."""
+        return np.asarray(self.start + self._way(time))
+
+    def _way(self, time: float) -> np.ndarray:
+        return np.asarray(time * float(self._wall.velocity @ self._wall.normal) * self._wall.normal)
+
+
+def _radius(run: Run, start: Fields) -> float:
+    """Return the radius of the balls or discs that show the points of a body [m]. start: the fields of the first frame.
+
+    A ball has the volume of a point. In a plane problem the radius of a disc is GAPLESS times the radius of a disc with the
+    area of a point. For the nodes of a fluid film the radius follows from the extent of the film and the number of nodes.
+    """
+    grid = run.stored.grid
+    if "density" not in start or not (kept := there(start)).any():  # nodes of a film
+        return float(0.5 * np.ptp(start["position"], axis=0).max() / np.sqrt(len(start["position"])))
+    ball = float(np.median(ball_radii(start["mass"][kept], start["density"][kept])))
+    if grid is None or not any(grid.thin()):
+        return ball
+    return GAPLESS * float(np.sqrt(4.0 / 3.0 * ball**3 / grid.slice_thickness()))
+
+
+class Pack:
+    """Writer of a sequence of compressed arrays, for the interactive view. An array with a `key` is stored as the
+    difference from the previous array with this key; an array without a key as differences between consecutive numbers.
+
+    Arrays are quantized to few bits, stored as differences, their bytes transposed, and deflated together. The reader is
+    viewer/src/data.js.
+    """
+
+    def __init__(self) -> None:
+        self._deflate = zlib.compressobj(6)
+        self._parts: list[bytes] = []
+        self._last: dict[object, np.ndarray] = {}
+
+    def add(self, values: np.ndarray, key: object = None) -> None:
+        """Append an array of unsigned integers of one, two or four bytes. key: name of a sequence of similar arrays to
+        which the array belongs, such as positions at successive times."""
+        flat = np.ascontiguousarray(values).ravel()
+        before = self._last.get(key)
+        if before is None:
+            before = np.concatenate([np.zeros(1, flat.dtype), flat[:-1]]) if flat.size else flat
+        if key is not None:
+            self._last[key] = flat
+        difference = (flat - before).view(flat.dtype.str.replace("u", "i"))  # round the end of the numbers: nothing is lost
+        folded = ((difference << 1) ^ (difference >> (8 * flat.itemsize - 1))).view(flat.dtype)  # small ones, of either sign
+        self._parts.append(self._deflate.compress(folded.view(np.uint8).reshape(-1, flat.itemsize).T.tobytes()))
+
+    def forget(self) -> None:
+        """Discard the previous array of every key, so that the next array with the key is stored in full."""
+        self._last.clear()
+
+    def close(self) -> bytes:
+        """Finish the compression and return the data of all arrays in zlib's format."""
+        return b"".join([*self._parts, self._deflate.flush()])
+
+
+def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """Return quantized positions, shape (3, n): numbers of steps (integers) from the corner `low` of a box with the sides
+    `span` [m], shape (3,) each.
+
+    position: positions [m], shape (n, 3). there: mask of the points that exist, shape (n,); all other points get the value
+    GONE.
+    """
+    sides = np.where(span > 0.0, span, 1.0)
+    steps = np.where(there[:, None], (position - low) / sides, 0.0)
+    found = np.rint(np.clip(steps, 0.0, 1.0) * LEVELS).astype(np.uint16)
+    found[~there] = GONE
+    return np.ascontiguousarray(found.T)
+
+
+def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return the values of a field, shape (n,), quantized to one byte each: 0 at the limit `low`, SHADES at the limit
+    `high`; values beyond the limits are clipped. NaN becomes SHADES + 1."""
+    known = np.isfinite(values)
+    found = np.rint(np.clip((np.where(known, values, low) - low) / (high - low), 0.0, 1.0) * SHADES)
+    found[~known] = SHADES + 1
+    return found.astype(np.uint8)
 
 
 class Scene(NamedTuple):
@@ -241,3 +402,18 @@ def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str
     if left_out:
         notes.append(f"Not available as colours: {', '.join(map(_word, left_out))}")
     return notes
+
+
+GAPLESS = 1.3
+"""Factor on the radius of discs in a plane problem, relative to discs of the points' area, so that no gaps are visible."""
+UNSEEN = frozenset(("id", "position", "start", "mass", "volume", "driven", "prescribed", "angle", "failed", "in_plane"))
+"""Fields that are not offered as colours; failed points have a colour of their own."""
+
+
+LEVELS = 8191
+"""Number of quantization steps of positions along each side of a body's box: about an eighth of a pixel if the box fills
+the window."""
+GONE = 65535
+"""Value that replaces each coordinate of a point that has left the grid."""
+SHADES = 254
+"""Number of quantization steps between the limits of a field; the next value represents NaN."""

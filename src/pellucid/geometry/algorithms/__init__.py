@@ -1,2 +1,0 @@
-"""Computational geometry: tests whether points lie inside surfaces, intersections, quadrature, spatial ordering of points,
-second moments."""

@@ -1,1 +1,0 @@
-"""Pictures of bodies in space with numpy and matplotlib alone; no graphics hardware is needed."""

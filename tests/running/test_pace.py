@@ -1,0 +1,130 @@
+"""What a machine learns of the time of a step from runs."""
+
+import pytest
+from small_cases import GAS, SOLID, box, case
+
+from pellucid.errors import UsageError
+from pellucid.running.forecast import Foretold, Paces, StepTime, ToldOnTheWay, lines, pace_of, size_of
+
+UNKNOWN = (
+    "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run"
+)
+
+
+def block(per_axis, material=SOLID, name="block"):
+    """A block of so many points along each axis."""
+    points = (per_axis, per_axis, per_axis)
+    return case(box((0, 0, 0), (1, 1, 1), material, points, name), counts=(2, 2, 2))
+
+
+def taught(folder, cases, seconds):
+    """What a machine knows on which a step of each of some cases took so long [s]."""
+    paces = Paces(folder)
+    for each, time in zip(cases, seconds, strict=True):
+        paces.learn(each, 1000, 1000.0 * time)
+    return paces
+
+
+def test_nothing_is_known_at_first(tmp_path):
+    assert Paces(tmp_path / "paces").seconds_of_a_step(block(10)) is None
+
+
+def test_the_same_case_takes_the_same_time(tmp_path):
+    assert taught(tmp_path, [block(10)], [3e-3]).seconds_of_a_step(block(10, name="other")) == StepTime(3e-3, 3e-3)
+
+
+def test_a_size_between_two_takes_a_time_between_theirs(tmp_path):
+    paces = taught(tmp_path, [block(10), block(20)], [1e-3, 8e-3])
+    least, most = paces.seconds_of_a_step(block(15))
+    assert least == most == pytest.approx(1e-3 * 1.5**3, rel=0.02)
+
+
+@pytest.mark.parametrize("points", [5, 20])
+def test_larger_and_smaller_cases_take_a_time_between_two(tmp_path, points):
+    """As long as the one that ran, or by as much longer or shorter as they are larger or smaller."""
+    least, most = taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(points))
+    assert sorted((1e-3, 1e-3 * (points / 10) ** 3)) == pytest.approx([least, most], rel=0.25)
+
+
+def test_bodies_of_other_kinds_tell_nothing(tmp_path):
+    assert taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(10, GAS)) is None
+
+
+def test_short_runs_teach_nothing(tmp_path):
+    paces = Paces(tmp_path)
+    paces.learn(block(10), 5, 100.0)
+    paces.learn(block(10), 1000, 0.01)
+    assert paces.seconds_of_a_step(block(10)) is None
+
+
+def test_the_last_runs_count(tmp_path):
+    times = [1.0] * 9 + [1e-3, 3e-3, 2e-3]
+    assert taught(tmp_path, [block(10)] * 12, times).seconds_of_a_step(block(10)).most == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "[[-1.0, 1.0]]", "[[1.0, 0.0]]", '[["x", 1]]', "[[1, 2, 3]]", "null"])
+def test_a_damaged_memory_is_none(tmp_path, text):
+    paces = taught(tmp_path, [block(10)], [1e-3])
+    next(tmp_path.glob("*.json")).write_text(text)
+    assert paces.seconds_of_a_step(block(10)) is None
+    paces.learn(block(10), 1000, 2.0)
+    assert paces.seconds_of_a_step(block(10)).most == pytest.approx(2e-3)
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    paces = Paces(tmp_path / "file" / "paces")
+    paces.learn(block(10), 1000, 1.0)
+    assert paces.seconds_of_a_step(block(10)) is None
+
+
+def test_without_a_folder_nothing_is_known(monkeypatch):
+    def homeless():
+        raise UsageError("there is no home folder")
+
+    monkeypatch.setattr("pellucid.running.forecast.cache_folder", homeless)
+    assert pace_of(block(10)) is None
+
+
+def test_the_size_goes_with_the_points():
+    assert size_of(block(20)) / size_of(block(10)) == pytest.approx(8.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("each", "words"),
+    [
+        (None, UNKNOWN),
+        (StepTime(0.01, 0.01), "time: about 2.0 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.02), "time: about 2.8 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, excluding set-up, compilation and report"),
+    ],
+)
+def test_steps_and_time_are_said_in_two_lines(each, words):
+    steps, time = lines(block(10), Foretold(5e-3, 200, "limited by body `block` (wave): waves"), each)
+    assert steps == "steps: about 200 of 0.005 s, limited by body `block` (wave): waves"
+    assert time == words
+
+
+def test_of_a_relaxation_the_time_of_a_step_is_told():
+    steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
+    assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
+
+
+def test_what_was_not_known_is_told_after_a_second(monkeypatch):
+    class Notes:
+        def __init__(self):
+            self.texts = []
+
+        def begin(self, phase, total=None): ...
+        def update(self, **where): ...
+        def note(self, text):
+            self.texts.append(text)
+
+    notes, now = Notes(), [0.0]
+    monkeypatch.setattr("pellucid.running.forecast.monotonic", lambda: now[0])
+    progress = ToldOnTheWay(notes)
+    progress.begin("running", 10.0)
+    for step in range(12):
+        now[0] = 0.2 * step
+        progress.update(step=step, time=0.1 * step, dt=0.1, points=1, energy_error=0.0)
+    assert notes.texts == ["time: about 19.0 s remaining, estimated from the first 5 steps"]
