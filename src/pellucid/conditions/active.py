@@ -68,8 +68,10 @@ class ActiveConditions:
             member.body.complete()
         for condition in self._active:
             condition.try_out()
-        self.give_impulses = any(type(condition).act_on_nodes is not ActiveCondition.act_on_nodes for condition in self._active)
-        """True if any condition applies impulses to the nodes."""
+        acting = [one for one in self._active if type(one).act_on_nodes is not ActiveCondition.act_on_nodes]
+        pushed = [fields if one.pushed_fields is None else one.pushed_fields for one in acting]
+        self.pushed_fields = {field for several in pushed for field in several}
+        """Velocity fields to whose nodes conditions may apply impulses."""
 
     def begin(self, time: float, dt: float) -> None:
         """Clear the external forces on the nodes, and let each condition set its forces or prescribed velocities for the

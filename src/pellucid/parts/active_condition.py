@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.energy import Passed, StepWork
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
@@ -32,6 +33,10 @@ class ActiveCondition:
 
         Use `VelocityField.add_impulses`, which also computes the work of the impulses.
         """
+
+    pushed_fields: Sequence[VelocityField] | None = None
+    """Velocity fields to which `act_on_nodes` may apply impulses; None for all. The works of other fields are computed with
+    their momentum."""
 
     def end(self, dt: float) -> None:
         """Update the state of the condition after the bodies have completed the step dt [s] and computed their totals (sums of

@@ -83,7 +83,7 @@ class Stages:
     def advance_momentum(self, dt: float) -> None:
         """Advance the momentum of the grid nodes by a step dt [s], and apply the impulses of conditions."""
         for field in self._fields:
-            field.advance(dt, counted=not self._conditions.give_impulses)
+            field.advance(dt, counted=field not in self._conditions.pushed_fields)
         self._conditions.act_on_nodes(dt)
 
     def apply_contact_impulses(self) -> None:
