@@ -29,9 +29,7 @@ class PreviousForces:
         self._feet: Feet | None = None
         self._images = NO_IMAGES
 
-    def store(
-        self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, images: Images | None = NO_IMAGES
-    ) -> None:
+    def store(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, images: Images | None = NO_IMAGES) -> None:
         """Store the forces of this step [N], shape (n, 3), on the points of the surface with the indices `listed`.
 
         feet: feet of the points, as weights of the points and images of another surface; None for a wall. images: images of

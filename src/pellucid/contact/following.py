@@ -106,7 +106,8 @@ def _largest_square(place, before):
         square = 0.0
         for d in range(3):
             square += (place[p, d] - before[p, d]) ** 2
-        most = max(most, square)
+        if square > most:  # a maximum would wait for the last one
+            most = square
     return most
 
 

@@ -7,9 +7,7 @@ from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
 from pellucid.jit import kernel
 
 
-def add_impulses(
-    nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | None = None
-) -> np.ndarray:
+def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
     """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3). Return
     the impulses that were applied, same shape.
 
@@ -19,8 +17,8 @@ def add_impulses(
     """
     listed = np.arange(len(nodes.mass)) if node is None else node
     given = np.empty_like(impulse)
-    arrays = nodes.mass, nodes.constrained, external.driven_mass, nodes.velocity, nodes.velocity_increment, nodes.strain_velocity
-    _add_impulses(listed, impulse, given, *arrays)
+    velocities = nodes.velocity, nodes.velocity_increment, nodes.strain_velocity
+    _add_impulses(listed, impulse, given, nodes.mass, nodes.constrained, external.driven_mass, *velocities)
     return given
 
 
