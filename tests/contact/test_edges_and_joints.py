@@ -5,6 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, box, simulation
 
 from pellucid.contact import proximity
+from pellucid.contact.images import NO_IMAGES
 from pellucid.contact.proximity import GAP, SHARE, Asking, Candidates, Meeting, Neighbourhood, Points, make_room
 
 STIFF = RATE_SOLID | {"young_modulus": 4e6}
@@ -61,5 +62,8 @@ def test_a_lone_point_tells_no_slope():
     proximity.find_beside(1, about, both, 0.0, found)
     assert found.beside[:, GAP] == pytest.approx([-0.02, -0.01])
     assert (found.beside[:, SHARE] > 0.0).all()
-    assert proximity.find_feet(about, both, found, np.ones(2), 0.0) == (2, 2)
-    assert found.place == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)
+    of_one, of_other = (np.ones(2), np.ones(2), np.zeros((2, 3))), np.ones((1, 3))
+    assert proximity.measure_depths(about, both, found, *of_one, of_other, NO_IMAGES, 0.0, 0.0, True, False) == 2
+    assert found.share == pytest.approx([1.0, 1.0], abs=1e-9)
+    assert found.depth == pytest.approx([0.02, 0.01], abs=1e-9)
+    assert found.relative == pytest.approx(-np.ones((2, 3)), abs=1e-9)

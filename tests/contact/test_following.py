@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
-from pellucid.contact.images import describe
+from pellucid.contact.images import Feet, Images, describe
 
 STANDS = (False, False)
 
@@ -73,3 +72,9 @@ def test_feet_gather_and_spread_by_the_same_shares():
     assert np.sum(into * values) == pytest.approx(np.sum(force * feet.gather(values)))
     assert into.sum(axis=0) == pytest.approx(force.sum(axis=0))
     assert feet.gather(values)[0] == pytest.approx(0.25 * values[1] + 0.75 * values[3])
+
+
+def test_feet_gather_from_images_what_their_points_have_mirrored():
+    values, mirror = np.random.default_rng(4).random((3, 3)), np.array([-1.0, 1.0, 1.0])
+    feet, images = Feet(np.array([0, 2]), np.array([1, 3]), np.array([0.25, 0.75])), Images(np.array([2]), mirror[None])
+    assert feet.gather(values, images)[0] == pytest.approx(0.25 * values[1] + 0.75 * mirror * values[2])

@@ -11,14 +11,12 @@ from pellucid.contact.images import Plane, Seam, describe
 def surface(place):
     n = len(place)
     area = np.tile([0.0, 2.0, 0.0], (n, 1))
-    velocity = np.tile([1.0, 2.0, 3.0], (n, 1))
 
     def find_directions(normal, size):
         normal[...], size[...] = area / 2.0, 2.0
 
     return SimpleNamespace(
         place=np.array(place),
-        velocity=velocity,
         reach=np.full(n, 0.1),
         find_directions=find_directions,
     )
@@ -27,14 +25,13 @@ def surface(place):
 def test_points_that_crossed_a_seam_are_seen_within_the_box():
     found = describe(surface([(7.5, 0.3, 0.0), (-0.4, 0.2, 0.0)]), [], [Seam(0, 0.0, 1.0)])
     assert found.place == pytest.approx(np.array([(0.5, 0.3, 0.0), (0.6, 0.2, 0.0)]))
-    assert len(found.point) == 0
+    assert len(found.images.point) == 0
 
 
 def test_points_near_a_seam_have_images_beyond_it():
     found = describe(surface([(0.05, 0.5, 0.0), (0.93, 0.5, 0.0), (0.5, 0.5, 0.0)]), [], [Seam(0, 0.0, 1.0)])
     assert found.place[3:] == pytest.approx(np.array([(1.05, 0.5, 0.0), (-0.07, 0.5, 0.0)]))
-    assert found.point.tolist() == [0, 1]
-    assert found.velocity[3:].tolist() == [[1.0, 2.0, 3.0]] * 2
+    assert found.images.point.tolist() == [0, 1]
     force = np.arange(15.0).reshape(5, 3)
     assert found.fold(force).tolist() == (force[:3] + np.array([force[3], force[4], np.zeros(3)])).tolist()
 

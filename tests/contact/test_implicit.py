@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.optimize import nnls
 
-from pellucid.contact.feet import Feet
+from pellucid.contact.images import Feet
 from pellucid.contact.implicit import Block, NormalForces
 from pellucid.contact.overlap import Overlap
 

@@ -96,6 +96,7 @@ class PorousDrag(StepPart):
         if member.velocity_field is None:
             raise ValueError(f"body {porous.body} is not on the grid")
         self._field, self._column = member.velocity_field, assembly.layout.column(POROUS_HEAT)
+        self.pushed_fields = [self._field]
         index, position = self._field.grid.where()
         rate = porous.drag_rate(member.model) * porous.share_of_cells(self._field.grid, position)
         order = np.argsort(index)

@@ -60,6 +60,7 @@ class FrameForces(StepPart):
 
     def __init__(self, frame: RotatingFrame, field: VelocityField, column: int) -> None:
         self._field, self._column, turn = field, column, np.array(frame.angular_velocity)
+        self.pushed_fields = [field]
         self._turn = np.cross(np.eye(3), turn)  # Ω × v = self._turn @ v
         self._outward = np.zeros((field.grid.n_nodes, 3))
         index, position = field.grid.where()

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.feet import Feet
-from pellucid.contact.images import NO_IMAGES, Described, with_images
+from pellucid.contact.images import NO_IMAGES, Described, Feet, Images
 from pellucid.contact.implicit import Block, NormalForces
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.steady_contact import ContactLead
@@ -30,15 +29,15 @@ class PreviousForces:
         self._feet: Feet | None = None
         self._images = NO_IMAGES
 
-    def store(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
+    def store(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, images: Images | None = NO_IMAGES) -> None:
         """Store the forces of this step [N], shape (n, 3), on the points of the surface with the indices `listed`.
 
-        feet: feet of the points, as weights of the points and images of another surface; other: points and images of this
-        surface. Both are None for a wall.
+        feet: feet of the points, as weights of the points and images of another surface; None for a wall. images: images of
+        this surface.
         """
         self._listed, self._force, self._feet = listed, force, feet
-        if other is not None:
-            self._images = other.point.copy(), other.flip.copy()
+        if feet is not None and images is not None:
+            self._images = Images(images.point.copy(), images.flip.copy())
 
     def discard(self) -> np.ndarray:
         """Mark the stored forces as forces of an earlier step: from then on only `pressed` uses them, and `power` is 0
@@ -69,10 +68,8 @@ class PreviousForces:
         """
         if not len(self._listed):
             return 0.0
-        if self._feet is None:
-            return float(np.sum(self._force * (velocity[self._listed] - of_other)))
-        of_feet = self._feet.gather(with_images(of_other, *self._images))
-        return float(np.sum(self._force * (velocity[self._listed] - of_feet)))
+        of_other = of_other if self._feet is None else self._feet.gather(of_other, self._images)
+        return float(np.vdot(self._force, velocity[self._listed] - of_other))
 
     def state_numbers(self) -> list[object]:
         """Return the stored forces, their points and their feet, for a checkpoint."""
@@ -86,7 +83,7 @@ class PreviousForces:
         self._feet = None
         if feet is not None:
             self._feet = Feet(np.array(feet[0], np.int64), np.array(feet[1], np.int64), np.array(feet[2], float))
-        self._images = np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3))
+        self._images = Images(np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3)))
 
 
 class ContactSide(ABC):
@@ -102,9 +99,8 @@ class ContactSide(ABC):
         Fraction of the contact stiffness that this side has.
     overlap : Overlap
         Overlapping points; None if no point overlaps.
-    feet, images : Feet, Described
-        Feet of the overlapping points on the other surface, and the points and images of the other surface; None for a
-        wall.
+    feet, images : Feet, Images
+        Feet of the overlapping points on the other surface, None for a wall, and the images of the other surface.
     pushed : ndarray
         Indices of the points that had forces in the last step, in ascending order.
     lead : ContactLead
@@ -119,7 +115,7 @@ class ContactSide(ABC):
         self.one, self.other, self.start, self.share = one, other, start, share
         self.overlap: Overlap | None = None
         self.feet: Feet | None = None
-        self.images: Described | None = None
+        self.images = NO_IMAGES
         self.lead: ContactLead | None = None
         self.lent, self.pushed, self.given = 0.0, np.zeros(0, np.int64), PreviousForces()
 

@@ -50,7 +50,7 @@ class Following:
         previous step.
         """
         described = one.place[:n_points], other.place
-        if not self._places or not np.array_equal(other.point, self._images):
+        if not self._places or not np.array_equal(other.images.point, self._images):
             self._search(*described, other)
         else:
             for side in range(2):
@@ -61,7 +61,7 @@ class Following:
         return len(self.candidates.asks) > 0
 
     def _search(self, one: np.ndarray, other: np.ndarray, described: Described) -> None:
-        self._places, self._images, self._moved = [one.copy(), other.copy()], described.point.copy(), [0.0, 0.0]
+        self._places, self._images, self._moved = [one.copy(), other.copy()], described.images.point.copy(), [0.0, 0.0]
         sight, nothing = self._sight, np.zeros(0, np.int64)
         self.candidates, self.n_near = Candidates(nothing, np.zeros(1, np.int64), nothing), 0
         ends_of_one, ends_of_other = np.empty((2, 3)), np.empty((2, 3))
@@ -106,7 +106,8 @@ def _largest_square(place, before):
         square = 0.0
         for d in range(3):
             square += (place[p, d] - before[p, d]) ** 2
-        most = max(most, square)
+        if square > most:  # a maximum would wait for the last one
+            most = square
     return most
 
 

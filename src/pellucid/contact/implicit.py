@@ -24,8 +24,7 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.contact.contact_surface import ContactSurface, Response
-from pellucid.contact.feet import Feet
-from pellucid.contact.images import Described, with_images
+from pellucid.contact.images import NO_IMAGES, Described, Feet, Images
 from pellucid.contact.overlap import Implicit, Overlap
 from pellucid.contact.point_forces import TINY
 
@@ -42,7 +41,7 @@ class Block(NamedTuple):
     stiffness: np.ndarray  # stiffness k of each point [N/m], (n,)
     given: np.ndarray  # normal forces of the previous step, the initial guess [N], (n,)
     other: ContactSurface | None = None  # the other surface; None for a wall
-    images: Described | None = None  # points and images of the other surface
+    images: Images = NO_IMAGES  # images of the other surface
     feet: Feet | None = None  # feet on the other surface
 
 
@@ -96,8 +95,8 @@ class NormalForces:
             rows = shares[overlap.listed] * normal[:, None]
         if block.other is surface and block.feet is not None:
             point, sign = block.feet.point, np.ones(len(block.feet.point))
-            if block.images is not None and len(block.images.point):
-                m = len(block.images.place) - len(block.images.point)
+            if len(block.images.point):
+                m = shares.shape[0]
                 image = point >= m
                 sign[image] = block.images.flip[point[image] - m, axis]
                 point = np.where(image, block.images.point[np.maximum(point - m, 0)], point)
@@ -113,10 +112,7 @@ class NormalForces:
         if block.other is None or block.feet is None:
             along = along - (overlap.one.velocity[overlap.listed] - overlap.relative)
         else:
-            of_other = self._velocity[id(block.other)]
-            if block.images is not None:
-                of_other = with_images(of_other, block.images.point, block.images.flip)
-            along = along - block.feet.gather(of_other)
+            along = along - block.feet.gather(self._velocity[id(block.other)], block.images)
         return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
 
     def solve(self) -> list[Implicit]:

@@ -86,9 +86,9 @@ class Found(NamedTuple):
     """
 
     beside: np.ndarray  # (n, COLUMNS) distance, factor of the contact area, weights and normal of candidates, see `GAP`
-    weight: np.ndarray  # (k,) weights of the points in the lists
-    candidate: np.ndarray  # (n,) candidate of each foot
-    place: np.ndarray  # (n, 3) positions of the feet [m]
+    end: np.ndarray  # (n,) end of the points with weight in the list of each candidate
+    heavy: np.ndarray  # (k,) points with weight, at the start of each list
+    weight: np.ndarray  # (k,) weights of these points
     first: np.ndarray  # (n + 1,) start of the entries of each foot in `point` and `share`
     point: np.ndarray  # (k,) points of the other surface
     share: np.ndarray  # (k,) weights of these points in the position of a foot
@@ -102,9 +102,9 @@ class Found(NamedTuple):
 
 def make_room(n: int, k: int) -> Found:
     """Return empty result arrays for n candidates with k points in their lists."""
-    feet = np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
+    feet = np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
     overlap = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 3)), np.zeros(n, bool)
-    return Found(np.zeros((n, COLUMNS)), np.zeros(k), *feet, *overlap)
+    return Found(np.zeros((n, COLUMNS)), np.zeros(n, np.int64), np.zeros(k, np.int64), np.zeros(k), *feet, *overlap)
 
 
 class Neighbourhood(NamedTuple):
@@ -117,39 +117,35 @@ class Neighbourhood(NamedTuple):
 
 @pointwise
 def _beside(other, q, x):
-    """Return three values: the vector from point q of the other surface to the place x [m], the square of its length [m²],
-    and the height of x above the plane of q [m]."""
-    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
-    beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
-    return d, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
+    """Return the vector from point q of the other surface to the place x [m]."""
+    return x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2]
 
 
 @pointwise
 def _weight(other, meeting, q, square, along, n, gain):
-    """Return the weight of point q of the other surface in the mean planes at a place, and the normal of q, reversed if needed
-    so that it points to the side of the place.
+    """Return the weight of point q of the other surface in the mean planes at a place; then the normal of q, reversed if
+    needed so that it points to the side of the place, and the height of the place above the plane of q with this normal [m].
 
-    meeting: a `Meeting`. square, along: squared distance and height of the place, see `_beside`. n: normal of the surface point
-    at the place. gain: for nodes of a sheet, factor of the cosine between the normals, with which the best aligned point has
-    full weight.
+    meeting: a `Meeting`. square, along: squared distance of the place from q, and its height with the normal of q. n: normal
+    of the surface point at the place. gain: for nodes of a sheet, factor of the cosine between the normals, with which the
+    best aligned point has full weight.
     """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
     m, reach = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2]), other.reach[q]
-    apart = square - along * along
-    if apart >= reach * reach:
-        return 0.0, m
-    facing = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
+    apart, whole = square - along * along, reach * reach
+    if apart >= whole:
+        return 0.0, m, along
+    facing, height = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]), along
     if two_sided[1] and facing < 0.0:
-        m, facing, along = (-m[0], -m[1], -m[2]), -facing, -along
+        m, facing, height = (-m[0], -m[1], -m[2]), -facing, -along
     if two_sided[0]:
         facing = min(1.0, abs(facing) * gain) if gain > 0.0 else 1.0
-    if facing <= 0.0 or along < -deepest or along > reach:
-        return 0.0, m
-    ratio = 1.0 - apart / (reach * reach)
-    whole = thickness**2
+    if facing <= 0.0 or height < -deepest or height > reach:
+        return 0.0, m, height
+    rest, unlimited = whole - apart, whole * whole * thickness**2
     if dimension > 0:
-        whole = pi * reach * reach / 3.0 if dimension == 2 else 16.0 / 15.0 * reach * thickness
-    return ratio * ratio * facing * other.area[q] / whole, m
+        unlimited = whole * whole * (pi * whole / 3.0 if dimension == 2 else 16.0 / 15.0 * reach * thickness)
+    return rest * rest * facing * other.area[q] / unlimited, m, height
 
 
 @pointwise
@@ -165,93 +161,100 @@ def _gain(about, candidates, e, x, n):
 
     about: a `Neighbourhood`. e: index of the node in `candidates`.
     """
-    other, meeting, largest = about.other, about.meeting, 0.0
+    other, largest = about.other, 0.0
     for r in range(candidates.first[e], candidates.first[e + 1]):
         q = uintp(candidates.near[r])
-        _, square, beyond = _beside(other, q, x)
-        w, m = _weight(other, meeting, q, square, beyond, n, 0.0)
+        d = _beside(other, q, x)
+        along = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
+        w, m, _ = _weight(other, about.meeting, q, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], along, n, 0.0)
         if w > 0.0:
             largest = max(largest, abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]))
     return 1.0 / largest if largest > LEAST_FACING else 0.0
 
 
 @kernel(inner=True)
-def _sum_moments(about, candidates, e, clear, s, weight):
-    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d, where the points
-    of the other surface have the weights w, the normals m and the vectors d to the candidate.
+def _sum_weights(about, candidates, e, x, n, s, results):
+    """Compute the sums s over the weights at candidate e, shape (8,): Σ w, Σ w d·m, Σ w m, Σ w d, where the points of the
+    other surface have the weights w, the normals m and the vectors d to the candidate. Return the index of the nearest point
+    of the other surface, and the height of the candidate above the plane of this point [m].
 
-    Return the index of the nearest point of the other surface, and the height of the candidate above the plane of this point
-    [m]. about: a `Neighbourhood`. clear: see `find_beside`. The weights are stored in `weight`.
+    about: a `Neighbourhood`. x, n: position [m] and normal of the candidate. The points with weight and their weights are
+    stored in `results`, from the first place of the candidate's list on.
     """
-    other = about.other
-    x, n = _asking(about.one, uintp(candidates.asks[e]))
-    for a in range(17):
-        s[a] = 0.0
+    other, meeting, weight, heavy, near = about.other, about.meeting, results.weight, results.heavy, candidates.near
+    gain = _gain(about, candidates, e, x, n) if meeting.any_way else 1.0
     nearest, outside, closest = inf, 0.0, uintp(0)
-    gain = _gain(about, candidates, e, x, n) if about.meeting.any_way else 1.0
-    for r in range(candidates.first[e], candidates.first[e + 1]):
-        q = uintp(candidates.near[r])
-        d, square, beyond = _beside(other, q, x)
+    s0 = s1 = m0 = m1 = m2 = d0 = d1 = d2 = 0.0
+    begin, end = candidates.first[e], candidates.first[e]
+    for r in range(begin, candidates.first[e + 1]):
+        q = uintp(near[r])
+        d = _beside(other, q, x)
+        square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+        along = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
         if square < nearest and other.area[q] > 0.0:
-            nearest, outside, closest = square, beyond, q
-        w, m = _weight(other, about.meeting, q, square, beyond, n, gain)
-        weight[r] = w
+            nearest, outside, closest = square, along, q
+        w, m, height = _weight(other, meeting, q, square, along, n, gain)
         if w > 0.0:
-            s[0] += w
-            s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
-            for a in range(3):
-                s[2 + a] += w * m[a]
-                s[5 + a] += w * d[a]
-                for c in range(3):
-                    s[8 + 3 * a + c] += w * d[a] * d[c]
-    if abs(outside) > clear + CLEAR * other.reach[closest] and (about.meeting.two_sided[1] or outside > 0.0):
-        s[0] = 0.0  # it lies too far above to overlap
+            weight[end], heavy[end] = w, near[r]
+            end += 1
+            s0, s1 = s0 + w, s1 + w * height
+            m0, m1, m2 = m0 + w * m[0], m1 + w * m[1], m2 + w * m[2]
+            d0, d1, d2 = d0 + w * d[0], d1 + w * d[1], d2 + w * d[2]
+    results.end[e] = end
+    s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7] = s0, s1, m0, m1, m2, d0, d1, d2
     return closest, outside
 
 
 @parallel_loop()
 def find_beside(chunk, about, candidates, clear, results):
     """Compute, for each candidate of one surface, its distance from the other surface, the normal of that surface, the weights
-    of its points and the factor of the contact area.
+    of its points and the factor of the contact area; the factor is 0 for candidates at the distance `clear` [m] or more.
 
-    about: a `Neighbourhood`. candidates: a `Candidates`. clear: distance of the surfaces below which they overlap [m]. results:
-    a `Found`, whose `beside` and `weight` are filled.
+    about: a `Neighbourhood`. candidates: a `Candidates`. results: a `Found`, whose `beside`, `end`, `heavy` and `weight` are
+    filled.
     """
-    other, meeting, found, s = about.other, about.meeting, results.beside, zeros(17)
+    other, meeting, found, s = about.other, about.meeting, results.beside, zeros(8)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
         found[p, SHARE] = 0.0
-        closest, outside = _sum_moments(about, candidates, p, clear, s, results.weight)
+        x, n = _asking(about.one, uintp(candidates.asks[p]))
+        closest, outside = _sum_weights(about, candidates, p, x, n, s, results)
+        if abs(outside) > clear + CLEAR * other.reach[closest] and (meeting.two_sided[1] or outside > 0.0):
+            continue  # it lies too far above to overlap
         if s[0] <= NO_CONTACT:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
         if size < 0.3 * s[0]:  # the normals of the points that face it have no common direction
             continue
-        found[p, SHARE] = min(1.0, (s[0] - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
-        found[p, WEIGHT] = s[0]
         n0, n1, n2 = s[2] / size, s[3] / size, s[4] / size
-        found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n0, n1, n2
         e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
-        away = n0 * e[0] + n1 * e[1] + n2 * e[2]
-        found[p, GAP] = 0.5 * (s[1] / s[0] + away)
+        gap = 0.5 * (s[1] / s[0] + (n0 * e[0] + n1 * e[1] + n2 * e[2]))
+        if gap >= clear:
+            continue
+        share = min(1.0, (s[0] - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
         turned = n0 * other.normal[closest, 0] + n1 * other.normal[closest, 1] + n2 * other.normal[closest, 2] < CORNER
-        if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -found[p, GAP] - meeting.slack):
+        if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -gap - meeting.slack):
             fades = meeting.any_way and turned
-            found[p, SHARE] *= max(0.0, 1.0 - outside / (BEYOND * other.reach[closest])) if fades else 0.0
-        _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[closest] ** 2, meeting.dimension, found)
+            share *= max(0.0, 1.0 - outside / (BEYOND * other.reach[closest])) if fades else 0.0
+        found[p, GAP], found[p, SHARE], found[p, WEIGHT] = gap, share, s[0]
+        found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n0, n1, n2
+        if share > 0.0:
+            alone = ALONE * other.reach[closest] ** 2
+            _find_slope(about, candidates.first[p], results, p, x, (n0, n1, n2), e, alone)
 
 
-@kernel(inline=True)
-def _find_slope(p, s, n, e, alone, dimension, found):
+@kernel(inner=True)
+def _find_slope(about, first, results, p, x, n, e, alone):
     """Compute the linear correction c of the weights w of the points of the other surface, such that Σ w (1 + c·(d - e)) d = 0
-    along the surface, with the vectors d from these points to point p; store it in row p of `found` (`Found.beside`).
+    along the surface, with the vectors d from these points to point p; store it in row p of `Found.beside`.
 
-    s: moments of the weights, see `_sum_moments`. n: normal of the surface. e: weighted mean of d. alone: square of a distance
-    [m²]; if the points are closer together, the correction tends to zero.
+    first: start of the list of the point. x: position of the point [m]. n: normal of the surface. e: weighted mean of d.
+    alone: square of a distance [m²]; if the points are closer together, the correction tends to zero.
     """
+    other, found, heavy, weight = about.other, results.beside, results.heavy, results.weight
     found[p, LEVEL] = 1.0
     for a in range(3):
         found[p, SLOPE + a] = 0.0
-    if dimension == 0:
+    if about.meeting.dimension == 0:
         return
     # two directions along the surface
     if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]):
@@ -263,15 +266,15 @@ def _find_slope(p, s, n, e, alone, dimension, found):
     size = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
     t = (t[0] / size, t[1] / size, t[2] / size)
     u = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
-    tt = tu = uu = et = eu = 0.0
-    for a in range(3):
-        et += t[a] * e[a]
-        eu += u[a] * e[a]
-        for c in range(3):
-            tt += t[a] * t[c] * s[8 + 3 * a + c]
-            tu += t[a] * u[c] * s[8 + 3 * a + c]
-            uu += u[a] * u[c] * s[8 + 3 * a + c]
-    tt, tu, uu = tt / s[0] - et * et, tu / s[0] - et * eu, uu / s[0] - eu * eu
+    tt = tu = uu = 0.0
+    for r in range(first, results.end[p]):
+        d, w = _beside(other, uintp(heavy[r]), x), weight[r]
+        d = (d[0] - e[0], d[1] - e[1], d[2] - e[2])
+        along_t, along_u = t[0] * d[0] + t[1] * d[1] + t[2] * d[2], u[0] * d[0] + u[1] * d[1] + u[2] * d[2]
+        tt, tu, uu = tt + w * along_t * along_t, tu + w * along_t * along_u, uu + w * along_u * along_u
+    scale = 1.0 / found[p, WEIGHT]
+    tt, tu, uu = scale * tt, scale * tu, scale * uu
+    et, eu = t[0] * e[0] + t[1] * e[1] + t[2] * e[2], u[0] * e[0] + u[1] * e[1] + u[2] * e[2]
     least = 1e-3 * (tt + uu) + alone  # in a plane problem the points have no spread across the slice
     tt, uu = tt + least, uu + least
     whole = tt * uu - tu * tu
@@ -283,89 +286,71 @@ def _find_slope(p, s, n, e, alone, dimension, found):
     found[p, LEVEL] = 1.0 - a * et - b * eu
 
 
-@pointwise
-def _corrected(w, found, p, d):
-    """Return the corrected weight of a point of the other surface with weight w at a vector d from point p. The corrected
-    weights have the sum one, and the mean position with these weights is the foot of point p. found: `Found.beside`."""
-    along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
-    return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
-
-
 @kernel()
-def find_feet(about, candidates, results, counts, most):
-    """Compute the feet (projections on the other surface) of the candidates that are closer than `most` [m] to the other
-    surface, and write them to `results`.
-
-    Return the number of feet, and the number of weights that define them (`pellucid.contact.feet`). about: a
-    `Neighbourhood`. results: a `Found` in which `find_beside` has stored the distances. counts: factors of the contact
-    areas of the points, shape (m,); points with the factor 0 are omitted.
-    """
-    other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
-    for e in range(len(candidates.asks)):
-        p = uintp(candidates.asks[e])
-        if not found[e, SHARE] * counts[p] > 0.0 or found[e, GAP] >= most:
-            continue
-        x, _ = _asking(about.one, p)
-        results.candidate[n], results.first[n] = e, k
-        for d in range(3):
-            results.place[n, d] = 0.0
-        for r in range(candidates.first[e], candidates.first[e + 1]):
-            q = uintp(candidates.near[r])
-            if weight[r] > 0.0:
-                w = _corrected(weight[r], found, e, _beside(other, q, x)[0])
-                results.point[k], results.share[k] = q, w
-                k += 1
-                for a in range(3):
-                    results.place[n, a] += w * other.place[q, a]
-        n += 1
-    results.first[n] = k
-    return n, k
-
-
-@kernel()
-def measure_depths(about, candidates, results, counts, weights, velocity, of_other, width, most, from_feet, by_own_normals):
+def measure_depths(
+    about, candidates, results, counts, weights, velocity, of_other, images, width, most, from_feet, by_own_normals
+):
     """Compute the depths, contact areas and relative velocities of the candidates that are closer than `most` [m] to the
-    other surface, and write them to `results`; return the number of these candidates.
+    other surface, with their feet (projections on the other surface), and write them to `results`; return the number of
+    these candidates.
 
     Parameters
     ----------
-    about, candidates, results, counts, most
-        See `find_feet`.
-    weights
-        Areas of the points of the surface with the candidates [m²], shape (m,).
+    about, candidates, results
+        A `Neighbourhood`, a `Candidates`, and a `Found` in which `find_beside` has stored distances and weights.
+    counts, weights
+        Factors of the contact areas and areas [m²] of the points of the surface with the candidates, shape (m,); points with
+        the factor 0 are omitted.
     velocity, of_other
         Velocities of the points of both surfaces [m/s], shape (m, 3) and (q, 3).
+    images
+        Original points and signs of the images of the other surface, see `pellucid.contact.images.Images`.
     width
         Distance of the surfaces at which they touch [m].
     from_feet
-        True to measure depths from the feet (see `find_feet`), on which the forces act, as required for deforming surfaces:
-        with another distance they would gain energy when they vibrate. False to measure from the surface itself.
+        True to measure depths from the feet, on which the forces act, as required for deforming surfaces: with another
+        distance they would gain energy when they vibrate. False to measure from the surface itself.
     by_own_normals
         True to measure depths along the normals of the points instead of the normals of the other surface.
     """
-    n, _ = find_feet(about, candidates, results, counts, most)
-    one, found = about.one, results.beside
-    for i in range(n):
-        e = results.candidate[i]
+    one, other, found, n, k, own = about.one, about.other, results.beside, 0, 0, len(of_other)
+    for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])
-        n0, n1, n2, gap = found[e, NORMAL], found[e, NORMAL + 1], found[e, NORMAL + 2], found[e, GAP]
+        gap, area = found[e, GAP], found[e, SHARE] * counts[p]
+        if not area > 0.0 or gap >= most:
+            continue
+        x, m = _asking(one, p)
+        # corrected weights have the sum one, and the mean position with these weights is the foot
+        scale, level = 1.0 / found[e, WEIGHT], found[e, LEVEL]
+        c0, c1, c2 = found[e, SLOPE], found[e, SLOPE + 1], found[e, SLOPE + 2]
+        f0 = f1 = f2 = v0 = v1 = v2 = 0.0
+        results.first[n] = k
+        for r in range(candidates.first[e], results.end[e]):
+            q = results.heavy[r]
+            d = _beside(other, uintp(q), x)
+            w = scale * results.weight[r] * (level + (c0 * d[0] + c1 * d[1] + c2 * d[2]))
+            results.point[k], results.share[k] = q, w
+            k += 1
+            f0, f1, f2 = f0 + w * d[0], f1 + w * d[1], f2 + w * d[2]
+            if q < own:
+                v0, v1, v2 = v0 + w * of_other[q, 0], v1 + w * of_other[q, 1], v2 + w * of_other[q, 2]
+            else:
+                flip, o = images.flip[q - own], images.point[q - own]
+                v0, v1 = v0 + w * flip[0] * of_other[o, 0], v1 + w * flip[1] * of_other[o, 1]
+                v2 += w * flip[2] * of_other[o, 2]
+        n0, n1, n2 = found[e, NORMAL], found[e, NORMAL + 1], found[e, NORMAL + 2]
         if by_own_normals:
-            sign = 1.0 if one.normal[p, 0] * n0 + one.normal[p, 1] * n1 + one.normal[p, 2] * n2 > 0.0 else -1.0
-            n0, n1, n2 = sign * one.normal[p, 0], sign * one.normal[p, 1], sign * one.normal[p, 2]
+            sign = 1.0 if m[0] * n0 + m[1] * n1 + m[2] * n2 > 0.0 else -1.0
+            n0, n1, n2 = sign * m[0], sign * m[1], sign * m[2]
         if from_feet:
-            gap = n0 * (one.place[p, 0] - results.place[i, 0]) + n1 * (one.place[p, 1] - results.place[i, 1])
-            gap += n2 * (one.place[p, 2] - results.place[i, 2])
-        results.listed[i], results.depth[i] = p, width - gap
-        results.normal[i, 0], results.normal[i, 1], results.normal[i, 2] = n0, n1, n2
-        results.area[i] = found[e, SHARE] * counts[p] * weights[p]
-        for d in range(3):
-            results.relative[i, d] = 0.0
-        for r in range(results.first[i], results.first[i + 1]):
-            q = uintp(results.point[r])
-            for d in range(3):
-                results.relative[i, d] += results.share[r] * of_other[q, d]
-        for d in range(3):
-            results.relative[i, d] = velocity[p, d] - results.relative[i, d]
+            gap = n0 * f0 + n1 * f1 + n2 * f2
+        results.listed[n], results.depth[n], results.area[n] = p, width - gap, area * weights[p]
+        results.normal[n, 0], results.normal[n, 1], results.normal[n, 2] = n0, n1, n2
+        results.relative[n, 0] = velocity[p, 0] - v0
+        results.relative[n, 1] = velocity[p, 1] - v1
+        results.relative[n, 2] = velocity[p, 2] - v2
+        n += 1
+    results.first[n] = k
     return n
 
 
@@ -391,13 +376,14 @@ def keep_touching(results, n, pushed, step, ahead):
             stays = not new or depth - 1.5 * step * min(opening, 0.0) > 0.0
         if not stays:
             continue
-        results.listed[kept], results.depth[kept], results.area[kept], results.new[kept] = p, depth, results.area[i], new
-        for d in range(3):
-            results.normal[kept, d], results.relative[kept, d] = results.normal[i, d], results.relative[i, d]
-        first[kept] = k
-        for s in range(begin, end):
-            results.point[k], results.share[k] = results.point[s], results.share[s]
-            k += 1
+        results.new[kept] = new
+        if kept < i:
+            results.listed[kept], results.depth[kept], results.area[kept], first[kept] = p, depth, results.area[i], k
+            for d in range(3):
+                results.normal[kept, d], results.relative[kept, d] = results.normal[i, d], results.relative[i, d]
+            for s in range(end - begin):
+                results.point[k + s], results.share[k + s] = results.point[begin + s], results.share[begin + s]
+        k += end - begin
         kept += 1
     first[kept] = k
     return kept, k

@@ -135,6 +135,7 @@ class SurfacePairs(StepPart):
         self._forces: dict[int, np.ndarray] = {}
         self._holding = {id(surface) for surface in self.surfaces}  # surfaces with points that friction may hold
         self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
+        self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
 
     def __len__(self) -> int:
@@ -159,13 +160,8 @@ class SurfacePairs(StepPart):
             pair.step = max(dt, last)
             pair.follow(last)
         touching = [pair.find(described) for pair in self._pairs]
-        for pair, touches in zip(self._pairs, touching, strict=True):
-            rigid = [surface for surface in pair.surfaces if touches and surface.rigid_mass < np.inf]
-            if rigid:
-                way = pair.way()
-                for surface in rigid:
-                    surface.pushed_along.append(way)
-        self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
+        if self._stops:
+            self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         late = []
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
@@ -220,8 +216,14 @@ class SurfacePairs(StepPart):
     def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
         """Iterate the contact forces on flat sides of rigid bodies if bodies have several such contacts, as in a stack.
 
-        touching: contacts with an overlap. dt, last: lengths of this and of the previous step [s].
+        touching: contacts with an overlap. dt, last: lengths of this and of the previous step [s]. Also finds the directions
+        along which all contacts push the rigid bodies.
         """
+        for pair in touching:
+            if rigid := [surface for surface in pair.surfaces if surface.rigid_mass < np.inf]:
+                way = pair.way()
+                for surface in rigid:
+                    surface.pushed_along.append(way)
         if not any(surface.pushed_along for surface in self.surfaces):
             return
         apart = [pair for pair in touching if pair.stops_apart]

@@ -8,9 +8,8 @@ from pellucid.contact import proximity
 from pellucid.contact.contact_side import ContactSide
 from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING
-from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
-from pellucid.contact.images import Described, Seam
+from pellucid.contact.images import Described, Feet, Seam
 from pellucid.contact.overlap import Overlap, StartOverlap, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, Asking, Meeting, Neighbourhood, Points
 from pellucid.jit.bundle import Bundle
@@ -74,7 +73,7 @@ class SurfaceSide(ContactSide):
         if self._corners is not None:
             return self._find_within_planes(self._corners)
         one, other, before = described[id(self.one)], described[id(self.other)], self._following.candidates
-        self.images = other
+        self.images = other.images
         may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
         if self._following.candidates is not before:
             n, k = len(self._following.candidates.asks), self._following.n_near
@@ -108,8 +107,8 @@ class SurfaceSide(ContactSide):
         # own normals only for bodies that do not deform: other normals tilt by 1 % and more as the surface crosses cells,
         # which would slow down sliding
         how = width, width + self._near, self._from_feet, self._from_feet and self.one.is_hard
-        counts, velocities = (self._counts, self.one.weights()), (one.velocity, other.velocity)
-        return int(proximity.measure_depths(about, candidates, self._found, *counts, *velocities, *how))
+        values = self._counts, self.one.weights(), self.one.velocity, self.other.velocity, self.images
+        return int(proximity.measure_depths(about, candidates, self._found, *values, *how))
 
     def _find_within_planes(self, corners: np.ndarray) -> Overlap | None:
         """Return the overlap with a convex rigid body bounded by planes; None if no point overlaps.

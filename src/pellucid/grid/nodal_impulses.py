@@ -4,11 +4,10 @@ import numpy as np
 
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
+from pellucid.jit import kernel
 
 
-def add_impulses(
-    nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | slice = slice(None)
-) -> np.ndarray:
+def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
     """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3). Return
     the impulses that were applied, same shape.
 
@@ -16,15 +15,25 @@ def add_impulses(
     along directions with motion fully prescribed by driven points (points with a prescribed motion), or to nodes without
     mass.
     """
-    mass = nodes.mass[node, None]
-    free = (mass >= MASS_EPS) & (nodes.constrained[node] == 0)
-    if len(external.driven_mass):
-        free &= external.driven_mass[node] < FULL_DRIVE_FRACTION * mass
-    with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.where(free, impulse / mass, 0.0)
-    # else a light node, which must not strain points
-    strained = np.where(nodes.strain_velocity[node] == nodes.velocity[node], change, 0.0)
-    nodes.velocity[node] += change
-    nodes.velocity_increment[node] += change
-    nodes.strain_velocity[node] += strained
-    return np.where(free, impulse, 0.0)
+    listed = np.arange(len(nodes.mass)) if node is None else node
+    given = np.empty_like(impulse)
+    velocities = nodes.velocity, nodes.velocity_increment, nodes.strain_velocity
+    _add_impulses(listed, impulse, given, nodes.mass, nodes.constrained, external.driven_mass, *velocities)
+    return given
+
+
+@kernel()
+def _add_impulses(listed, impulse, given, mass, constrained, driven_mass, velocity, velocity_increment, strain_velocity):
+    for e in range(len(listed)):
+        I = listed[e]
+        m = mass[I]
+        for d in range(3):
+            given[e, d] = 0.0
+            driven = len(driven_mass) > 0 and driven_mass[I, d] >= FULL_DRIVE_FRACTION * m
+            if m < MASS_EPS or constrained[I, d] != 0 or driven:
+                continue
+            change, given[e, d] = impulse[e, d] / m, impulse[e, d]
+            if strain_velocity[I, d] == velocity[I, d]:  # else a light node, which must not strain points
+                strain_velocity[I, d] += change
+            velocity[I, d] += change
+            velocity_increment[I, d] += change

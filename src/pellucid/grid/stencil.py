@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pellucid.approximants.grid_functions import axis_numbers, axis_values
 from pellucid.grid.folding import real_node
 from pellucid.jit import pointwise
-from pellucid.jit.vector import LANES, load, nothing, store
+from pellucid.jit.vector import LANES, load, nothing, splat, store
 
 
 class Stencil(NamedTuple):
@@ -140,27 +140,25 @@ def gather_gradient(about, lattice, velocity):
 
 
 @pointwise
-def gather_affine(about, lattice, velocity):
-    """Return a nodal velocity, shape (nodes, 3), at the point with the stencil `about` [m/s], a 3-tuple, and its gradient
-    [1/s], a 9-tuple: `gather` and `gather_gradient` in one pass."""
+def gather_affine(about, lattice, rows, found):
+    """Write the nodal velocity at the point with the stencil `about` [m/s] and its derivatives along x, y and z [1/s] to
+    `found`, shape (16,): four rows of three components and an unused number. rows: nodal velocities, a row of four numbers
+    per node, shape (4 nodes,)."""
     wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
-    v0 = v1 = v2 = xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
+    v, along_x, along_y, along_z = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
     for a in range(len(wx)):
         for b in range(len(wy)):
-            I = node_at(about, lattice, a, b, 0)
-            x, y, z = velocity[I, 0], velocity[I, 1], velocity[I, 2]
-            line0, line1, line2, slope0, slope1, slope2 = wz[0] * x, wz[0] * y, wz[0] * z, gz[0] * x, gz[0] * y, gz[0] * z
+            velocity = load(rows, 4 * node_at(about, lattice, a, b, 0))
+            line, slope = wz[0] * velocity, gz[0] * velocity
             for c in range(1, len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                x, y, z = velocity[I, 0], velocity[I, 1], velocity[I, 2]
-                line0, line1, line2 = line0 + wz[c] * x, line1 + wz[c] * y, line2 + wz[c] * z
-                slope0, slope1, slope2 = slope0 + gz[c] * x, slope1 + gz[c] * y, slope2 + gz[c] * z
-            w, along_x, along_y = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-            v0, v1, v2 = v0 + w * line0, v1 + w * line1, v2 + w * line2
-            xx, xy, xz = xx + along_x * line0, xy + along_y * line0, xz + w * slope0
-            yx, yy, yz = yx + along_x * line1, yy + along_y * line1, yz + w * slope1
-            zx, zy, zz = zx + along_x * line2, zy + along_y * line2, zz + w * slope2
-    return (v0, v1, v2), (xx * h, xy * h, xz * h, yx * h, yy * h, yz * h, zx * h, zy * h, zz * h)
+                velocity = load(rows, 4 * node_at(about, lattice, a, b, c))
+                line, slope = line + wz[c] * velocity, slope + gz[c] * velocity
+            v, along_z = v + wx[a] * wy[b] * line, along_z + wx[a] * wy[b] * slope
+            along_x, along_y = along_x + gx[a] * wy[b] * line, along_y + wx[a] * gy[b] * line
+    store(found, 0, v)
+    store(found, 4, h * along_x)
+    store(found, 8, h * along_y)
+    store(found, 12, h * along_z)
 
 
 @pointwise

@@ -153,7 +153,7 @@ class VelocityField:
         """
         if self._momentum.is_counted:
             raise ValueError("impulses were added after the work of the step was computed; add them in `act_on_nodes`")
-        given = add_impulses(self.grid.nodes, self.external, impulse, slice(None) if node is None else node)
+        given = add_impulses(self.grid.nodes, self.external, impulse, node)
         self._given.append((given, column, sign, node))
         return given
 

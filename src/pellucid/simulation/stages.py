@@ -30,6 +30,8 @@ class Stages:
         self.grid_bodies = [body for body in bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in bodies if isinstance(body, NodalBody)]
         self._without_heat = {field for field, together in on_grid.items() if not all(body.keeps_heat for body in together)}
+        pushed = [fields if part.pushed_fields is None else part.pushed_fields for part in parts.at("act_on_nodes")]
+        self._pushed = {field for several in pushed for field in several}
         self.works: list[StepWork] = []
         """Works and impulses of the last step on the nodes, an entry for each velocity field that moves points; without
         contact."""
@@ -80,9 +82,8 @@ class Stages:
 
     def advance_momentum(self, dt: float) -> None:
         """Advance the momentum of the grid nodes by a step dt [s], and apply the impulses of conditions."""
-        acting = self._parts.at("act_on_nodes")
         for field in self._fields:
-            field.advance(dt, counted=not acting)
+            field.advance(dt, counted=field not in self._pushed)
         self._parts.run("act_on_nodes", dt)
 
     def stop_approach(self) -> None:

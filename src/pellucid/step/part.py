@@ -59,6 +59,10 @@ class StepPart:
         Use `VelocityField.add_impulses`, which also computes the work of the impulses.
         """
 
+    pushed_fields: Sequence[object] | None = None
+    """Velocity fields to which `act_on_nodes` may apply impulses; None for all. The works of other fields are computed with
+    their momentum."""
+
     def stop_approach(self) -> None:
         """Apply impulses of contact to the grid nodes, after all other impulses."""
 

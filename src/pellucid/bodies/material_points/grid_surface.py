@@ -25,6 +25,7 @@ from pellucid.grid.stencil import add_affine, gather_affine, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.memory import numbers
 from pellucid.ranks.domain import domain
 
 CHUNK = 256  # points that a thread processes at a time
@@ -41,7 +42,7 @@ class MovedSurface(NamedTuple):
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice  # cells of the grid
-    velocity: np.ndarray  # (nodes, 3) nodal velocities that strain the points [m/s]; internal forces do work on them
+    velocities: np.ndarray  # (4 nodes,) rows of the nodal velocities that strain the points, on which forces do work [m/s]
     host: np.ndarray  # (m, 3) positions of the host material points at the start of the step [m]
     offset: np.ndarray  # (m, 3) vectors from the hosts to the surface points, less a constant depth along the normal [m]
     area: np.ndarray  # (m, 3) outward vector areas of the surface points [m²]
@@ -53,20 +54,17 @@ def _follow(chunk, surface, step, dt):
     """Update, for a chunk of surface points, the velocities and vector areas over a step dt [s], and over `step` [s] their
     offsets (vectors from their host material points); positions of the hosts are not changed. surface: a `MovedSurface`.
     """
-    functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
+    functions, lattice, o, a, found = surface.functions, surface.lattice, surface.offset, surface.area, numbers(16)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
-        v, gradient = gather_affine(about, lattice, surface.velocity)
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = gradient
-        o0, o1, o2 = o[p, 0], o[p, 1], o[p, 2]
-        more = (xx * o0 + xy * o1 + xz * o2, yx * o0 + yy * o1 + yz * o2, zx * o0 + zy * o1 + zz * o2)
+        gather_affine(about, lattice, surface.velocities, found)
+        o0, o1, o2, a0, a1, a2 = o[p, 0], o[p, 1], o[p, 2], a[p, 0], a[p, 1], a[p, 2]
+        growth = dt * (found[4] + found[9] + found[14])
         for d in range(3):
-            surface.motion[p, d] = v[d] + more[d]
+            surface.motion[p, d] = found[d] + (found[4 + d] * o0 + found[8 + d] * o1 + found[12 + d] * o2)
             o[p, d] += step * surface.motion[p, d]
-        a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
-        a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
-        a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
-        a[p, 2] += dt * (growth * a2 - xz * a0 - yz * a1 - zz * a2)
+            k = 4 + 4 * d  # derivatives along this axis
+            a[p, d] += growth * a[p, d] - dt * (found[k] * a0 + found[k + 1] * a1 + found[k + 2] * a2)
 
 
 @kernel()
@@ -187,7 +185,7 @@ class GridSurface(ContactSurface):
         self._offset = place - self._above() - self._host
         nodes = mapped.nodes
         moved = MovedSurface(
-            mapped.functions, mapped.lattice, nodes.strain_velocity, self._host, self._offset, self.area, self.velocity
+            mapped.functions, mapped.lattice, nodes.strain_velocities, self._host, self._offset, self.area, self.velocity
         )
         self._moved = Bundle(moved)
 

@@ -261,6 +261,7 @@ class RigidBodies(StepPart):
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns
+        self.pushed_fields = [body.velocity_field for body in bodies if body.velocity_field is not None]
 
     def begin(self, time: float, dt: float) -> None:
         for body in self._bodies:
