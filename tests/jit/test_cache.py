@@ -210,7 +210,7 @@ def test_on_a_full_disk_kernels_are_compiled_and_nothing_half_written_stays(run,
 def test_without_a_home_the_folder_must_be_named(monkeypatch):
     for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("pellucid.jit.cache_folder.Path.home", lambda: (_ for _ in ()).throw(RuntimeError))
+    monkeypatch.setattr("pellucid.jit.kernel_folder.Path.home", lambda: (_ for _ in ()).throw(RuntimeError))
     with pytest.raises(UsageError, match="no home folder for compiled kernels: set the environment"):
         cache_folder()
 

@@ -7,7 +7,7 @@ Numba's disk cache does not detect edits in other files; `cache` stores kernels 
 depend on.
 """
 
-from pellucid.jit.cache_folder import cache_folder
+from pellucid.jit.kernel_folder import cache_folder
 from pellucid.jit.kernels import check_threads, kernel, set_threads
 from pellucid.jit.registry import MissingFunction, default_function, generic, implementations, point_function, pointwise
 

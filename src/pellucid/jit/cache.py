@@ -20,8 +20,8 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
 
-from pellucid.jit.cache_folder import cache_folder, held
 from pellucid.jit.calls import LinkedKernel, compiled_for, linked_kernels
+from pellucid.jit.kernel_folder import cache_folder, held
 from pellucid.jit.region import make_known
 from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
@@ -29,7 +29,7 @@ from pellucid.jit.sources import Sources, sources_of
 FORMAT = 2
 """Format of the files; files of other formats are ignored."""
 LOCKS = "locks"
-"""Name of the file whose bytes are the locks of kernels, see `pellucid.jit.cache_folder`."""
+"""Name of the file whose bytes are the locks of kernels, see `pellucid.jit.kernel_folder`."""
 DIGEST = 32
 """Length of a digest [bytes]."""
 

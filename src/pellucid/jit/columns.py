@@ -6,21 +6,17 @@ the points of a block automatically if the loop writes only to one such array.
 
 Nested tuples of numbers use one column for each of their numbers, in order.
 
-Sums over points that share their nodes have one vector for each node. `outer(a, b)`: products of each number of a with each
-number of b, ordered by the numbers of a. `no_sums(like)`: a zero vector for each number of a tuple. `plus(sums, weights,
-vectors)`: to each vector of `sums`, add the weight at the same place times `vectors`, a single vector or a tuple of vectors.
-`moved(vectors, like, step)`: for the number k = 0, 1, ... of each entry of `like`, the vectors plus k times `step`.
+Sums over points that share their nodes have one vector for each node (`outer`, `no_sums`, `plus`, `moved`).
 """
 
 from collections.abc import Iterator
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import types
-from numba.extending import intrinsic
 
+from pellucid.jit.kernels import intrinsic_or
 from pellucid.jit.memory import address_of
 from pellucid.jit.vector import FUSED, LANES, VECTOR, repeat, vector_at
 
@@ -51,6 +47,23 @@ def lanes_of(kind: Any) -> Any:
     return types.Tuple(parts)  # type: ignore[attr-defined]
 
 
+def numbers_in(value: Any) -> Iterator[Any]:
+    """Yield the numbers, or vectors, of a number or nested tuples, in order."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from numbers_in(part)
+    else:
+        yield value
+
+
+def rebuilt(like: Any, values: Iterator[Any]) -> Any:
+    """Build nested tuples with the structure of `like` from an iterator over their numbers or vectors."""
+    if not isinstance(like, tuple):
+        return next(values)
+    parts = [rebuilt(part, values) for part in like]
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
+
+
 def built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
     """Build nested tuples of the compiled type `kind` from an iterator over their scalars or vectors, in generated code.
 
@@ -75,8 +88,13 @@ def _column(builder: Any, data: Any, at: Any, column: int) -> Any:
     return builder.gep(data, [builder.add(at, at.type(column * WIDTH))], inbounds=True)
 
 
-@intrinsic
-def _size(typing: Any, like: Any) -> Any:
+def _plain_size(like: Any) -> int:
+    return sum(1 for _ in numbers_in(like))
+
+
+@intrinsic_or(_plain_size)
+def size(typing: Any, like: Any) -> Any:
+    """Return the number of columns that the numbers of nested tuples use."""
     size = leaves(like)
     return types.intp(like), lambda context, builder, signature, values: ir.IntType(64)(size)
 
@@ -95,13 +113,27 @@ def _emit_put(context: Any, builder: Any, signature: Any, given: Any) -> Any:
     return context.get_dummy_value()
 
 
-@intrinsic
-def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
+def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
+    for column, value in enumerate(numbers_in(values)):
+        start = at + column * WIDTH
+        array[start : start + np.size(value)] = value
+
+
+@intrinsic_or(_plain_put)
+def put(typing: Any, array: Any, at: Any, values: Any) -> Any:
+    """Store the numbers, or vectors, of nested tuples, one per column, from the position `at` in the first column on."""
     return types.none(array, types.intp, values), _emit_put
 
 
-@intrinsic
-def _put_like(typing: Any, like: Any, array: Any, at: Any, values: Any) -> Any:
+def _plain_put_like(like: Any, array: np.ndarray, at: int, values: Any) -> None:
+    if _plain_size(values) != _plain_size(like):
+        raise TypeError(f"{_plain_size(values)} numbers were given, but {_plain_size(like)} were declared")
+    _plain_put(array, at, values)
+
+
+@intrinsic_or(_plain_put_like)
+def put_like(typing: Any, like: Any, array: Any, at: Any, values: Any) -> Any:
+    """Do the same as `put` for a tuple with as many numbers as `like`; otherwise raise TypeError."""
     if leaves(values) != leaves(like):
         raise TypeError(f"{leaves(values)} numbers were given, but {leaves(like)} were declared")
     return types.none(like, array, types.intp, values), _emit_put
@@ -119,53 +151,15 @@ def _taking(kind: Any, lanes: bool) -> Any:
     return wanted, emit
 
 
-@intrinsic
-def _take(typing: Any, like: Any, array: Any, at: Any) -> Any:
-    wanted, emit = _taking(like, lanes=False)
-    return wanted(like, array, types.intp), emit
-
-
-@intrinsic
-def _take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
-    wanted, emit = _taking(like, lanes=True)
-    return wanted(like, array, types.intp), emit
-
-
-def numbers_in(value: Any) -> Iterator[Any]:
-    """Yield the numbers, or vectors, of a number or nested tuples, in order."""
-    if isinstance(value, tuple):
-        for part in value:
-            yield from numbers_in(part)
-    else:
-        yield value
-
-
-def _plain_size(like: Any) -> int:
-    return sum(1 for _ in numbers_in(like))
-
-
-def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
-    for column, value in enumerate(numbers_in(values)):
-        start = at + column * WIDTH
-        array[start : start + np.size(value)] = value
-
-
-def rebuilt(like: Any, values: Iterator[Any]) -> Any:
-    """Build nested tuples with the structure of `like` from an iterator over their numbers or vectors."""
-    if not isinstance(like, tuple):
-        return next(values)
-    parts = [rebuilt(part, values) for part in like]
-    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
-
-
-def _plain_put_like(like: Any, array: np.ndarray, at: int, values: Any) -> None:
-    if _plain_size(values) != _plain_size(like):
-        raise TypeError(f"{_plain_size(values)} numbers were given, but {_plain_size(like)} were declared")
-    _plain_put(array, at, values)
-
-
 def _plain_take(like: Any, array: np.ndarray, at: int) -> Any:
     return rebuilt(like, (float(array[at + column * WIDTH]) for column in range(_plain_size(like))))
+
+
+@intrinsic_or(_plain_take)
+def take(typing: Any, like: Any, array: Any, at: Any) -> Any:
+    """Return nested tuples of numbers with the structure of `like` from the columns, at the position `at` in the first."""
+    wanted, emit = _taking(like, lanes=False)
+    return wanted(like, array, types.intp), emit
 
 
 def _plain_take_lanes(like: Any, array: np.ndarray, at: int) -> Any:
@@ -173,16 +167,16 @@ def _plain_take_lanes(like: Any, array: np.ndarray, at: int) -> Any:
     return rebuilt(like, (array[start : start + LANES].copy() for start in starts))
 
 
-_PLAIN = _plain_size, _plain_put, _plain_put_like, _plain_take, _plain_take_lanes
-_COMPILED = _size, _put, _put_like, _take, _take_lanes
-# size(like): how many columns a tuple takes. put(array, at, values): store its numbers, or vectors, one to a column, from `at`
-# in the first one on; put_like(like, array, at, values): the same of a tuple with as many numbers as another, else a TypeError.
-# take(like, array, at), take_lanes(like, array, at): such a tuple of numbers, or of vectors.
-size, put, put_like, take, take_lanes = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+@intrinsic_or(_plain_take_lanes)
+def take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
+    """Return nested tuples of vectors with the structure of `like` from the columns, at the position `at` in the first."""
+    wanted, emit = _taking(like, lanes=True)
+    return wanted(like, array, types.intp), emit
 
 
-@intrinsic
-def _outer(typing: Any, a: Any, b: Any) -> Any:
+@intrinsic_or(lambda a, b: tuple(one * other for one in numbers_in(a) for other in numbers_in(b)))
+def outer(typing: Any, a: Any, b: Any) -> Any:
+    """Return the products of each number of a with each number of b, ordered by the numbers of a."""
     made = types.UniTuple(types.float64, len(a) * len(b))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -192,14 +186,24 @@ def _outer(typing: Any, a: Any, b: Any) -> Any:
     return made(a, b), emit
 
 
-@intrinsic
-def _no_sums(typing: Any, like: Any) -> Any:
+@intrinsic_or(lambda like: tuple(np.zeros(LANES) for _ in like))
+def no_sums(typing: Any, like: Any) -> Any:
+    """Return a zero vector for each number of a tuple."""
     made = types.UniTuple(VECTOR, len(like))  # type: ignore[attr-defined]
     return made(like), lambda context, builder, signature, given: context.get_constant_null(made)
 
 
-@intrinsic
-def _plus(typing: Any, sums: Any, weights: Any, vectors: Any) -> Any:
+def _plain_plus(sums: Any, weights: Any, vectors: Any) -> Any:
+    of = vectors if isinstance(vectors, tuple) else (vectors,) * len(weights)
+    return tuple(so_far + weight * vector for so_far, weight, vector in zip(sums, weights, of, strict=True))
+
+
+@intrinsic_or(_plain_plus)
+def plus(typing: Any, sums: Any, weights: Any, vectors: Any) -> Any:
+    """Return `sums` plus, for each of its vectors, the weight at the same place times `vectors`, one vector or a tuple of
+    vectors.
+    """
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         so_far, by, of = (
             [value for _, value in flat(builder, *pair)] for pair in zip((sums, weights, vectors), given, strict=True)
@@ -212,8 +216,9 @@ def _plus(typing: Any, sums: Any, weights: Any, vectors: Any) -> Any:
     return sums(sums, weights, vectors), emit
 
 
-@intrinsic
-def _moved(typing: Any, vectors: Any, like: Any, step: Any) -> Any:
+@intrinsic_or(lambda vectors, like, step: tuple(vector + number * step for number in range(len(like)) for vector in vectors))
+def moved(typing: Any, vectors: Any, like: Any, step: Any) -> Any:
+    """Return, for the number k = 0, 1, ... of each entry of `like`, the vectors plus k times `step`."""
     made = types.UniTuple(VECTOR, len(vectors) * len(like))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -225,24 +230,3 @@ def _moved(typing: Any, vectors: Any, like: Any, step: Any) -> Any:
         return context.make_tuple(builder, made, found)
 
     return made(vectors, like, VECTOR), emit
-
-
-def _plain_outer(a: Any, b: Any) -> Any:
-    return tuple(one * other for one in numbers_in(a) for other in numbers_in(b))
-
-
-def _plain_no_sums(like: Any) -> Any:
-    return tuple(np.zeros(LANES) for _ in like)
-
-
-def _plain_plus(sums: Any, weights: Any, vectors: Any) -> Any:
-    of = vectors if isinstance(vectors, tuple) else (vectors,) * len(weights)
-    return tuple(so_far + weight * vector for so_far, weight, vector in zip(sums, weights, of, strict=True))
-
-
-def _plain_moved(vectors: Any, like: Any, step: np.ndarray) -> Any:
-    return tuple(vector + number * step for number in range(len(like)) for vector in vectors)
-
-
-_PLAIN_SUMS = _plain_outer, _plain_no_sums, _plain_plus, _plain_moved
-outer, no_sums, plus, moved = _PLAIN_SUMS if numba.config.DISABLE_JIT else (_outer, _no_sums, _plus, _moved)

@@ -45,7 +45,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
             from pellucid.jit.cache import KernelCache
-            from pellucid.jit.cache_folder import held
+            from pellucid.jit.kernel_folder import held
 
             compiled._cache = KernelCache(function)
             compiled.compile = signals_held()(_without_collection()(held.compiling()(compiled.compile)))
@@ -58,6 +58,16 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         return compiled
 
     return decorate
+
+
+def intrinsic_or(plain: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator for a numba intrinsic, an operation of kernels whose code is generated. Without the compiler
+    (`NUMBA_DISABLE_JIT`), the function `plain` is the operation.
+    """
+    import numba
+    from numba.extending import intrinsic
+
+    return lambda generated: plain if numba.config.DISABLE_JIT else intrinsic(generated)
 
 
 @contextmanager

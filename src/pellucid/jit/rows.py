@@ -4,25 +4,17 @@ Rows are contiguous in memory. The rows of four points are read two components a
 pairs into one vector for each component; rows are also written for four points at a time. Values are (nested) tuples of
 numbers or vectors. The matching arrays are a single array, or a tuple of arrays for the members of the values. Each array
 has the shape (points,) or (points, components) in C order, with as many components as the member has numbers.
-
-For a single point, `vector_at_point(array, p)` is a row of three numbers, followed by a zero. `symmetric_at_point(array, p)`:
-the three columns of a symmetric tensor, from a row of six numbers (xx, yy, zz, yz, xz, xy). `tensor_at_point(array, p)`: the
-three columns of a tensor, from a row of ten numbers, nine of the tensor row by row and one more. The last lane of a column has
-no meaning. `cross(a, b)`: the vector product of two vectors whose last lanes are zero. `with_last(vector, number)`: the vector
-with its last lane replaced by `number`.
 """
 
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic
 
 from pellucid.jit.columns import built, flat, is_tuple, lanes_of, leaves, numbers_in, rebuilt
-from pellucid.jit.kernels import LINE
+from pellucid.jit.kernels import LINE, intrinsic_or
 from pellucid.jit.vector import DOUBLES, LANES, SHUFFLE, VECTOR
 
 DOUBLE = ir.DoubleType()
@@ -94,8 +86,14 @@ def _rows(builder: Any, columns: list[Any]) -> Iterator[tuple[int, Any]]:
             yield length * lane + length - 1, builder.extract_element(columns[-1], ir.IntType(32)(lane))
 
 
-@intrinsic
-def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+def _plain_take_rows(like: Any, arrays: Any, p: Any) -> Any:
+    rows = [array[int(p) : int(p) + LANES].reshape(LANES, -1) for _, array in _plain_walk(like, arrays)]
+    return rebuilt(like, iter([column.copy() for part in rows for column in part.T]))
+
+
+@intrinsic_or(_plain_take_rows)
+def take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    """Return nested tuples of vectors with the structure of `like` from the rows of four points, from point p on."""
     wanted = lanes_of(like)
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -114,8 +112,14 @@ def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     return wanted(like, arrays, types.uintp), emit
 
 
-@intrinsic
-def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+def _plain_take_row(like: Any, arrays: Any, p: Any) -> Any:
+    return rebuilt(like, iter([float(value) for _, array in _plain_walk(like, arrays) for value in np.atleast_1d(array[p])]))
+
+
+@intrinsic_or(_plain_take_row)
+def take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    """Return nested tuples of numbers with the structure of `like` from the row of point p."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         def visit(part: Any, kind: Any, array: Any) -> list[Any]:
             length = leaves(part)
@@ -128,8 +132,15 @@ def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     return like(like, arrays, types.uintp), emit
 
 
-@intrinsic
-def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+def _plain_keep_rows(arrays: Any, p: Any, values: Any) -> None:
+    for part, array in _plain_walk(values, arrays):
+        array[int(p) : int(p) + LANES] = np.stack(list(numbers_in(part)), axis=1).reshape(LANES, *array.shape[1:])
+
+
+@intrinsic_or(_plain_keep_rows)
+def keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+    """Store nested tuples of vectors in the rows of four points, from point p on."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         kept = (value for _, value in flat(builder, values, given[2]))
 
@@ -147,8 +158,15 @@ def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
     return types.none(arrays, types.uintp, values), emit
 
 
-@intrinsic
-def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+def _plain_keep_row(arrays: Any, p: Any, values: Any) -> None:
+    for part, array in _plain_walk(values, arrays):
+        array[p] = part if array.ndim == 1 else list(numbers_in(part))
+
+
+@intrinsic_or(_plain_keep_row)
+def keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+    """Store nested tuples of numbers in the row of point p."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         kept = (value for _, value in flat(builder, values, given[2]))
 
@@ -172,8 +190,10 @@ def _prefetch_line(builder: Any, place: Any) -> None:
     builder.call(prefetch, [place, to_read, to_stay, of_data])
 
 
-@intrinsic
-def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+@intrinsic_or(lambda like, arrays, p: None)
+def expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    """Prefetch the rows of four points, from point p on, to the cache."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         def visit(part: Any, kind: Any, array: Any) -> None:
             length = leaves(part)
@@ -188,21 +208,15 @@ def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     return types.none(like, arrays, types.uintp), emit
 
 
-@intrinsic
-def _prefetch(typing: Any, address: Any) -> Any:
+@intrinsic_or(lambda address: None)
+def prefetch(typing: Any, address: Any) -> Any:
+    """Prefetch the cache line at an address."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         _prefetch_line(builder, builder.inttoptr(given[0], BYTE))
         return context.get_dummy_value()
 
     return types.none(types.intp), emit
-
-
-def _plain_prefetch(address: int) -> None:
-    pass
-
-
-def _plain_expect_rows(like: Any, arrays: Any, p: Any) -> None:
-    pass
 
 
 def _plain_walk(like: Any, arrays: Any) -> Iterator[tuple[Any, np.ndarray]]:
@@ -213,40 +227,13 @@ def _plain_walk(like: Any, arrays: Any) -> Iterator[tuple[Any, np.ndarray]]:
         yield like, arrays
 
 
-def _plain_take_rows(like: Any, arrays: Any, p: Any) -> Any:
-    rows = [array[int(p) : int(p) + LANES].reshape(LANES, -1) for _, array in _plain_walk(like, arrays)]
-    return rebuilt(like, iter([column.copy() for part in rows for column in part.T]))
-
-
-def _plain_take_row(like: Any, arrays: Any, p: Any) -> Any:
-    return rebuilt(like, iter([float(value) for _, array in _plain_walk(like, arrays) for value in np.atleast_1d(array[p])]))
-
-
-def _plain_keep_rows(arrays: Any, p: Any, values: Any) -> None:
-    for part, array in _plain_walk(values, arrays):
-        array[int(p) : int(p) + LANES] = np.stack(list(numbers_in(part)), axis=1).reshape(LANES, *array.shape[1:])
-
-
-def _plain_keep_row(arrays: Any, p: Any, values: Any) -> None:
-    for part, array in _plain_walk(values, arrays):
-        array[p] = part if array.ndim == 1 else list(numbers_in(part))
-
-
-_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row, _plain_expect_rows, _plain_prefetch
-_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row, _expect_rows, _prefetch
-# take_rows(like, arrays, p), keep_rows(arrays, p, values): of the LANES points from p on, in vectors.
-# take_row(like, arrays, p), keep_row(arrays, p, values): of point p, in numbers.
-# expect_rows(like, arrays, p): prefetch the rows of the LANES points from p on.
-# prefetch(address): prefetch the cache line at an address [bytes].
-take_rows, take_row, keep_rows, keep_row, expect_rows, prefetch = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
-
-
 FLAGS = ir.VectorType(ir.IntType(1), LANES)
 COLUMNS = types.UniTuple(VECTOR, 3)  # type: ignore[attr-defined]
 
 
-@intrinsic
-def _vector_at_point(typing: Any, array: Any, p: Any) -> Any:
+@intrinsic_or(lambda array, p: np.append(array[p], 0.0))
+def vector_at_point(typing: Any, array: Any, p: Any) -> Any:
+    """Return the row of three numbers of point p, followed by a zero."""
     kind = ir.FunctionType(DOUBLES, [DOUBLES.as_pointer(), ir.IntType(32), FLAGS, DOUBLES])
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -259,8 +246,17 @@ def _vector_at_point(typing: Any, array: Any, p: Any) -> Any:
     return VECTOR(array, types.uintp), emit
 
 
-@intrinsic
-def _symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
+def _plain_symmetric_at_point(array: np.ndarray, p: Any) -> Any:
+    xx, yy, zz, yz, xz, xy = array[p]
+    return np.array([xx, xy, xz, xx]), np.array([xy, yy, yz, xx]), np.array([xz, yz, zz, xx])
+
+
+@intrinsic_or(_plain_symmetric_at_point)
+def symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
+    """Return the three columns of a symmetric tensor from the row of six numbers of point p (xx, yy, zz, yz, xz, xy). The
+    last lane of a column has no meaning.
+    """
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         places = (address_of_row(context, builder, signature.args[0], given[0], given[1], 6, first, LANES) for first in (0, 2))
         xx_yy_zz_yz, zz_yz_xz_xy = (builder.load(place, align=8) for place in places)
@@ -271,8 +267,17 @@ def _symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
     return COLUMNS(array, types.uintp), emit
 
 
-@intrinsic
-def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
+def _plain_tensor_at_point(array: np.ndarray, p: Any) -> Any:
+    columns = array[p, :9].reshape(3, 3).T
+    return tuple(np.append(column, column[0]) for column in columns)
+
+
+@intrinsic_or(_plain_tensor_at_point)
+def tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
+    """Return the three columns of a tensor from the row of ten numbers of point p: nine of the tensor, row by row, and one
+    more. The last lane of a column has no meaning.
+    """
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         places = (
             address_of_row(context, builder, signature.args[0], given[0], given[1], 10, first, LANES) for first in (0, 3, 6)
@@ -288,8 +293,9 @@ def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
     return COLUMNS(array, types.uintp), emit
 
 
-@intrinsic
-def _cross(typing: Any, a: Any, b: Any) -> Any:
+@intrinsic_or(lambda a, b: np.append(np.cross(a[:3], b[:3]), 0.0))
+def cross(typing: Any, a: Any, b: Any) -> Any:
+    """Return the vector product of two vectors whose last lanes are zero."""
     next_lanes = ir.Constant(SHUFFLE, [1, 2, 0, 3])
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -301,38 +307,11 @@ def _cross(typing: Any, a: Any, b: Any) -> Any:
     return VECTOR(VECTOR, VECTOR), emit
 
 
-@intrinsic
-def _with_last(typing: Any, vector: Any, number: Any) -> Any:
+@intrinsic_or(lambda vector, number: np.append(vector[:-1], number))
+def with_last(typing: Any, vector: Any, number: Any) -> Any:
+    """Return a vector with its last lane replaced by a number."""
+
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         return builder.insert_element(*given, ir.IntType(32)(LANES - 1))
 
     return VECTOR(VECTOR, types.float64), emit
-
-
-def _plain_vector_at_point(array: np.ndarray, p: Any) -> np.ndarray:
-    return np.append(array[p], 0.0)
-
-
-def _plain_symmetric_at_point(array: np.ndarray, p: Any) -> Any:
-    xx, yy, zz, yz, xz, xy = array[p]
-    return np.array([xx, xy, xz, xx]), np.array([xy, yy, yz, xx]), np.array([xz, yz, zz, xx])
-
-
-def _plain_tensor_at_point(array: np.ndarray, p: Any) -> Any:
-    columns = array[p, :9].reshape(3, 3).T
-    return tuple(np.append(column, column[0]) for column in columns)
-
-
-def _plain_cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.append(np.cross(a[:3], b[:3]), 0.0)
-
-
-def _plain_with_last(vector: np.ndarray, number: float) -> np.ndarray:
-    return np.append(vector[:-1], number)
-
-
-_PLAIN_POINT = _plain_vector_at_point, _plain_symmetric_at_point, _plain_tensor_at_point, _plain_cross, _plain_with_last
-_COMPILED_POINT = _vector_at_point, _symmetric_at_point, _tensor_at_point, _cross, _with_last
-vector_at_point, symmetric_at_point, tensor_at_point, cross, with_last = (
-    _PLAIN_POINT if numba.config.DISABLE_JIT else _COMPILED_POINT
-)

@@ -1,12 +1,7 @@
 """A vector of four doubles for kernels, i.e. four points at a time.
 
-LLVM vectorizes loops by itself only if they contain no sums, and it runs the last few iterations as scalar code. `load`
-reads four contiguous numbers of an array, in single or double precision; `store` writes four. `spread` repeats a number of
-an array, `splat` a number; `row` builds a vector of four numbers; `nothing` returns zero of the type of a number or vector.
-`total` adds the lanes in a fixed order, `totals` the lanes of three vectors at once. `larger` returns the larger number in
-each lane, and the second if the first is nan. `where_positive` selects lanes of the second argument where the first is
-positive, else of the third. The operators + - * / accept vectors and numbers. Without the compiler, numpy arrays of length
-four replace vectors.
+LLVM vectorizes loops by itself only if they contain no sums, and it runs the last few iterations as scalar code. The operators
++ - * / accept vectors and numbers. Without the compiler, numpy arrays of length four replace vectors.
 
 Exponents of numbers follow from their bits (`exponent_and_rest`, `two_to`), for `pellucid.jit.elementary`. Conversions use 32
 bits and shifts are logical: processors without AVX-512 have no other vector instructions for them.
@@ -17,12 +12,12 @@ Four doubles fill an AVX2 register, and there are sixteen registers: nine sums o
 import operator
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic, models, overload, register_model
 
+from pellucid.jit.kernels import intrinsic_or
 from pellucid.jit.memory import address_of
 from pellucid.jit.registry import IN_KERNELS
 
@@ -66,8 +61,9 @@ def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any
     return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())
 
 
-@intrinsic
-def _load(typing: Any, array: Any, index: Any) -> Any:
+@intrinsic_or(lambda array, index: array[index : index + LANES].astype(float))
+def load(typing: Any, array: Any, index: Any) -> Any:
+    """Read four contiguous numbers of an array, in single or double precision, from an index on."""
     size = array.dtype.bitwidth // 8
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -77,8 +73,14 @@ def _load(typing: Any, array: Any, index: Any) -> Any:
     return VECTOR(array, types.intp), emit
 
 
-@intrinsic
-def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
+def _plain_store(array: np.ndarray, index: int, vector: np.ndarray) -> None:
+    array[index : index + LANES] = vector
+
+
+@intrinsic_or(_plain_store)
+def store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
+    """Write a vector to four contiguous numbers of an array, from an index on."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         builder.store(values[2], _place(context, builder, signature.args[0], *values[:2]), align=8)
         return context.get_dummy_value()
@@ -93,13 +95,20 @@ def repeat(builder: Any, number: Any) -> Any:
     return builder.shuffle_vector(first, empty, ir.Constant(SHUFFLE, [0] * LANES))
 
 
-@intrinsic
-def _splat(typing: Any, number: Any) -> Any:
+def _plain_splat(number: float) -> np.ndarray:
+    return np.full(LANES, number)
+
+
+@intrinsic_or(_plain_splat)
+def splat(typing: Any, number: Any) -> Any:
+    """Return a vector with a number in all lanes."""
     return VECTOR(types.float64), lambda context, builder, signature, values: repeat(builder, values[0])
 
 
-@intrinsic
-def _spread(typing: Any, array: Any, index: Any) -> Any:
+@intrinsic_or(lambda array, index: _plain_splat(array[index]))
+def spread(typing: Any, array: Any, index: Any) -> Any:
+    """Return a vector with a number of an array in all lanes."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         data = address_of(context, builder, signature.args[0], values[0])
         return repeat(builder, builder.load(builder.gep(data, [values[1]])))
@@ -107,8 +116,17 @@ def _spread(typing: Any, array: Any, index: Any) -> Any:
     return VECTOR(array, types.intp), emit
 
 
-@intrinsic
-def _total(typing: Any, vector: Any) -> Any:
+def _plain_total(vector: np.ndarray) -> float:
+    lanes = vector
+    while len(lanes) > 1:
+        lanes = lanes[::2] + lanes[1::2]
+    return float(lanes[0])
+
+
+@intrinsic_or(_plain_total)
+def total(typing: Any, vector: Any) -> Any:
+    """Return the sum of the lanes of a vector, added in a fixed order."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         lanes = [builder.extract_element(values[0], ir.IntType(32)(lane)) for lane in range(LANES)]
         while len(lanes) > 1:  # neighbours, then pairs of them
@@ -118,8 +136,10 @@ def _total(typing: Any, vector: Any) -> Any:
     return types.float64(VECTOR), emit
 
 
-@intrinsic
-def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
+@intrinsic_or(lambda a, b, c: np.array([_plain_total(a), _plain_total(b), _plain_total(c), _plain_total(c)]))
+def totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a vector with the sums of the lanes of three vectors; the fourth lane repeats the third."""
+
     def pick(builder: Any, one: Any, other: Any, *lanes: int) -> Any:
         return builder.shuffle_vector(one, other, ir.Constant(SHUFFLE, lanes))
 
@@ -132,8 +152,10 @@ def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
     return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
 
-@intrinsic
-def _row(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+@intrinsic_or(lambda a, b, c, d: np.array([a, b, c, d]))
+def row(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return a vector of four numbers."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         row = ir.Constant(DOUBLES, ir.Undefined)
         for lane, value in enumerate(values):
@@ -143,22 +165,27 @@ def _row(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     return VECTOR(*[types.float64] * 4), emit
 
 
-@intrinsic
-def _nothing(typing: Any, like: Any) -> Any:
+@intrinsic_or(lambda like: 0.0 * np.asarray(like))
+def nothing(typing: Any, like: Any) -> Any:
+    """Return zero of the type of a number or vector."""
     kind: Any = VECTOR if like is VECTOR else types.float64
     return kind(like), lambda context, builder, signature, values: context.get_constant_null(kind)
 
 
-@intrinsic
-def _larger(typing: Any, one: Any, other: Any) -> Any:
+@intrinsic_or(lambda one, other: np.where(one > other, one, other))
+def larger(typing: Any, one: Any, other: Any) -> Any:
+    """Return the larger number in each lane, and the second if the first is nan."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.select(builder.fcmp_ordered(">", *values), *values)
 
     return VECTOR(VECTOR, VECTOR), emit
 
 
-@intrinsic
-def _where_positive(typing: Any, flag: Any, one: Any, other: Any) -> Any:
+@intrinsic_or(lambda flag, one, other: np.where(flag > 0.0, one, other))
+def where_positive(typing: Any, flag: Any, one: Any, other: Any) -> Any:
+    """Return the lanes of `one` where `flag` is positive, else those of `other`."""
+
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         flag, one, other = values
         return builder.select(builder.fcmp_ordered(">", flag, ir.Constant(DOUBLES, [0.0] * LANES)), one, other)
@@ -182,9 +209,9 @@ def _overload(operation: Any, in_place: Any, combine: Any) -> None:
         if one is VECTOR and other is VECTOR:
             return lambda one, other: combine(one, other)
         if one is VECTOR and isinstance(other, types.Float):
-            return lambda one, other: combine(one, _splat(other))
+            return lambda one, other: combine(one, splat(other))
         if other is VECTOR and isinstance(one, types.Float):
-            return lambda one, other: combine(_splat(one), other)
+            return lambda one, other: combine(splat(one), other)
         return None
 
     for function in (operation, in_place):
@@ -195,57 +222,6 @@ _overload(operator.add, operator.iadd, _binary("fadd"))
 _overload(operator.sub, operator.isub, _binary("fsub"))
 _overload(operator.mul, operator.imul, _binary("fmul"))
 _overload(operator.truediv, operator.itruediv, _binary("fdiv"))
-
-
-def _plain_load(array: np.ndarray, index: int) -> np.ndarray:
-    return array[index : index + LANES].astype(float)
-
-
-def _plain_store(array: np.ndarray, index: int, vector: np.ndarray) -> None:
-    array[index : index + LANES] = vector
-
-
-def _plain_splat(number: float) -> np.ndarray:
-    return np.full(LANES, number)
-
-
-def _plain_spread(array: np.ndarray, index: int) -> np.ndarray:
-    return _plain_splat(array[index])
-
-
-def _plain_total(vector: np.ndarray) -> float:
-    lanes = vector
-    while len(lanes) > 1:
-        lanes = lanes[::2] + lanes[1::2]
-    return float(lanes[0])
-
-
-def _plain_totals(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    return np.array([_plain_total(a), _plain_total(b), _plain_total(c), _plain_total(c)])
-
-
-def _plain_nothing(like: Any) -> Any:
-    return 0.0 * np.asarray(like)
-
-
-def _plain_larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.where(one > other, one, other)
-
-
-def _plain_where_positive(flag: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.where(flag > 0.0, one, other)
-
-
-def _plain_row(a: float, b: float, c: float, d: float) -> np.ndarray:
-    return np.array([a, b, c, d])
-
-
-_PLAIN_VECTORS = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_row, _plain_nothing
-_VECTORS = _load, _store, _spread, _splat, _row, _nothing
-load, store, spread, splat, row, nothing = _PLAIN_VECTORS if numba.config.DISABLE_JIT else _VECTORS
-_PLAIN_OPERATIONS = _plain_total, _plain_totals, _plain_larger, _plain_where_positive
-_OPERATIONS = _total, _totals, _larger, _where_positive
-total, totals, larger, where_positive = _PLAIN_OPERATIONS if numba.config.DISABLE_JIT else _OPERATIONS
 
 
 LONG, SHORT, DOUBLE = ir.IntType(64), ir.IntType(32), ir.DoubleType()

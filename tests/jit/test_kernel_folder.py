@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from pellucid.jit import cache_folder
-from pellucid.jit.cache_folder import Held, acquire, release
+from pellucid.jit import kernel_folder
+from pellucid.jit.kernel_folder import Held, acquire, release
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 KEY = "0123456789abcdef0123456789abcdef"
@@ -59,7 +59,7 @@ def test_of_several_processes_one_compiles(tmp_path):
 HOLD = """
 import sys
 from pathlib import Path
-from pellucid.jit.cache_folder import acquire
+from pellucid.jit.kernel_folder import acquire
 assert acquire(Path(sys.argv[1]), sys.argv[2])
 print("held", flush=True)
 sys.stdin.readline()
@@ -78,7 +78,7 @@ def holder(tmp_path):
 
 
 def test_a_lock_that_is_never_released_is_not_waited_for(tmp_path, holder, monkeypatch):
-    monkeypatch.setattr(cache_folder, "LONGEST_WAIT", 0.1)
+    monkeypatch.setattr(kernel_folder, "LONGEST_WAIT", 0.1)
     start = time.monotonic()
     assert not acquire(tmp_path / "locks", KEY)
     assert time.monotonic() - start >= 0.1
