@@ -31,7 +31,7 @@ from pellucid.geometry.region import Region, within
 from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly

@@ -1,7 +1,7 @@
 """Kernels for nodes at walls of the grid, with friction.
 
 A node that would pass a wall is stopped at the wall by an impulse P. Friction then reduces its motion along the wall, by an
-impulse of at most μ P (see `pellucid.grid.supports`).
+impulse of at most μ P (see `pellucid.grid.nodal_conditions`).
 """
 
 from math import sqrt
