@@ -10,10 +10,10 @@ from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import NodeFlags
-from pellucid.grid.momentum import AdvancedNodes, ExternalAction
+from pellucid.grid.momentum import AdvancedNodes
+from pellucid.grid.nodal_conditions import ExternalAction, YieldingWalls
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, declared
 from pellucid.grid.points import FullCells
-from pellucid.grid.supports import YieldingWalls
 from pellucid.grid.velocity_field import FieldNodes
 from pellucid.grid.viscous_rows import ViscousRows
 

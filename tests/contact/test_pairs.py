@@ -11,7 +11,7 @@ from pellucid.contact.impulses import CHUNK, SLIP, STICK, Friction
 from pellucid.contact.pairs import ContactPair, ContactPairs
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.supports import Supports
+from pellucid.grid.nodal_conditions import Supports
 from pellucid.grid.velocity_field import VelocityField
 
 N = CHUNK + 50  # so that works are sums of two chunks

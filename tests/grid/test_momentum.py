@@ -9,7 +9,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.chunks import CHUNK
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import ExternalAction
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.velocity_field import VelocityField

@@ -14,7 +14,7 @@ from nodal_field_table import SETS
 from pellucid.grid.chunks import CHUNK
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import ExternalAction
 from pellucid.grid.nodal_fields import (
     FOUND,
     MAX,

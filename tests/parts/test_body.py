@@ -14,8 +14,8 @@ from pellucid.energy import FIRST_LOAD, INTERNAL
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
+from pellucid.grid.nodal_conditions import Supports
 from pellucid.grid.own_nodes_field import OwnNodesField
-from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.parts.assembly import AssembledBody

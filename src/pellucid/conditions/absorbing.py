@@ -14,6 +14,7 @@ from pellucid.conditions.support import Face
 from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
+from pellucid.grid.nodal_conditions import ExternalAction
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.model import one_or_several, parameter
 from pellucid.parts.annotations import Assembly
@@ -84,8 +85,6 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
     face and the wave speed c, such a node has the mass m = ρ A ∫N dx, integrated along the normal. It loses the momentum ρ
     c A v per time, i.e. m v c/∫N dx.
     """
-    from pellucid.grid.momentum import ExternalAction  # numba is heavy
-
     rates = fields_of(ExternalAction)["absorption"].allocate(grid.n_nodes)
     index, position = grid.where()
     lattice = grid.lattice

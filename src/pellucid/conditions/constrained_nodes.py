@@ -14,8 +14,8 @@ from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, ch
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
+from pellucid.grid.nodal_conditions import Supports, YieldingWalls, no_walls
 from pellucid.grid.nodal_fields import fields_of
-from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import HeldInRegions, NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody

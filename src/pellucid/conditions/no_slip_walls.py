@@ -30,7 +30,7 @@ from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.geometry.region import Region, Shape, within
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain

@@ -6,10 +6,10 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.detection import reach_of_point
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid
+from pellucid.grid.nodal_conditions import YieldingWalls
 from pellucid.grid.nodal_fields import STEP
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
-from pellucid.grid.supports import YieldingWalls
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.step.part import StepPart

@@ -21,7 +21,7 @@ from numpy import uintp
 
 from pellucid.contact.contact_body import ContactBody, is_membrane
 from pellucid.grid.folding import nodes_before, seen_from
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.nodal_fields import FOUND, MAX, RUN, STEP, SUM, NodalField, fields_of
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil

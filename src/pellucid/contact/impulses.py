@@ -13,7 +13,7 @@ import numpy as np
 
 from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import FULL_DRIVE_FRACTION, ExternalAction
+from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, ExternalAction
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
 

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import ExternalAction, Supports
 from pellucid.grid.nodal_fields import allocate, with_memory
-from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 
 
@@ -44,7 +43,7 @@ class NodalActions:
     def absorption(self) -> np.ndarray:
         """Return the rates at which absorbing faces reduce the nodal velocities [1/s], shape (nodes, 3), allocated if needed; a
         condition adds its rates to this array."""
-        return self._ask("absorption", "absorbed").absorption
+        return self._ask("absorption").absorption
 
     def driven(self) -> DrivenNodes:
         """Return the arrays of nodal sums over driven points (points with a prescribed motion), allocated if needed; in each

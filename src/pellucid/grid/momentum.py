@@ -1,45 +1,39 @@
-"""The momentum equation of the nodes, with external actions and constraints.
+"""The momentum equation of the nodes with all conditions (`pellucid.grid.nodal_conditions`), and the works of a step.
 
 Most nodes are free and only internal forces and gravity act on them. These nodes are processed by rows, one vector per
-node.
+node. Forces do work along the mean of the nodal velocities before and after the step. Most nodes are processed directly after
+the momentum update, while their data is in the cache. Nodes that await contact impulses are flagged and listed, skipped at
+first, and processed after contact.
 """
 
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
+from pellucid.energy import ABSORBED, FIRST_LOAD, FRICTION, GRAVITY, IMPACT, INTERNAL, MOTION, SUPPORT
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField
-from pellucid.grid.supports import Supports, is_beside, leaves, rub
+from pellucid.grid.listed import listed
+from pellucid.grid.nodal_conditions import (
+    MASS_EPS,
+    ExternalAction,
+    Supports,
+    apply_friction,
+    apply_rule,
+    approach,
+    find_rule,
+    find_support,
+    is_beside,
+    is_unconstrained,
+    is_zero,
+)
+from pellucid.grid.nodal_fields import FOUND, RUN, NodalField
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.vector import LANES, load, nothing, row, store
+from pellucid.jit.loops import parallel_for, parallel_loop
+from pellucid.jit.memory import numbers
+from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
-FULL_DRIVE_FRACTION = 0.05  # fraction of a node's mass from driven points, from which on the node fully follows their motion
-MASS_EPS = 1e-290  # nodes with a smaller mass [kg] count as nodes without mass
-
-
-class ExternalAction(NamedTuple):
-    """External actions on nodes, in addition to gravity and supports; arrays of absent actions have no rows.
-
-    Conditions request the arrays, see `pellucid.grid.actions`.
-
-    A prescribed motion constrains the nodes that its driven points (the points that it moves) reach. The constraint is
-    complete if the driven points contribute at least the share FULL_DRIVE_FRACTION of the mass of the node; below, it is
-    proportional to the share. If the constraint were complete as soon as the shape function of a driven point reaches a
-    node, a body would cause an impulse at every cell that it crosses. If it were proportional throughout, the node would
-    yield to a lasting force.
-    """
-
-    loads: Annotated[np.ndarray, NodalField(3, SUM, STEP, "N", "external forces, an array for each channel", several=True)]
-    absorption: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "1/s", "rate at which an absorbing face removes momentum")]
-    absorbed: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse of absorbing faces over the step")]
-    driven_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "mass of driven points")]
-    driven_momentum: Annotated[
-        np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "momentum of driven points at the prescribed velocity")
-    ]
-    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "m/s", "impulse of prescribed motions per unit driven mass")]
-    drag_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "momentum removed by drags before the step")]
+NOWHERE = np.zeros(0, np.uint8)
+"""Empty array, used instead of nodal flags if no node awaits impulses."""
 
 
 class AdvancedNodes(NamedTuple):
@@ -56,70 +50,16 @@ class AdvancedNodes(NamedTuple):
 
 
 @pointwise
-def driven_fraction(external, I, d, m):
-    """Return the fraction, 0 to 1, to which the prescribed velocity of driven points (points with a prescribed motion)
-    determines the velocity of node I of mass m [kg] along axis d; external: see `ExternalAction`."""
-    return min(1.0, external.driven_mass[I, d] / (FULL_DRIVE_FRACTION * m))
-
-
-@pointwise
-def driven_velocity(external, I, d):
-    """Return the mean prescribed velocity along axis d of the driven points (points with a prescribed motion) that
-    contribute to node I [m/s]; external: see `ExternalAction`."""
-    return external.driven_momentum[I, d] / external.driven_mass[I, d]
-
-
-@pointwise
-def is_driven(external, I, d):
-    """Return True if driven points (points with a prescribed motion) constrain the velocity of node I along axis d, completely
-    or partly; external: see `ExternalAction`."""
-    return len(external.driven_mass) > 0 and external.driven_mass[I, d] > 0.0
-
-
-@pointwise
-def apply_prescribed_velocity(external, I, d, m, v):
-    """Return the velocity of node I of mass m [kg] along axis d [m/s]: v, corrected by the prescribed velocity of driven
-    points (points with a prescribed motion) that contribute to the node; external: see `ExternalAction`."""
-    if is_driven(external, I, d) and m >= MASS_EPS:
-        v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
-    return v
-
-
-@pointwise
-def apply_absorption(external, I, d, dt, old, new):
-    """Return the velocity [m/s] of node I along axis d after a step dt [s] in which an absorbing face reduces the velocity.
-    Absorption acts on the mean velocity over the step, which is stable for any time step.
-
-    external: see `ExternalAction`; old: velocity before the step; new: velocity after the step without absorption [m/s].
-    """
-    half = 0.5 * dt * external.absorption[I, d]
-    return (new - half * old) / (1.0 + half)
-
-
-@pointwise
-def is_zero(vectors, I):
-    """Return True if the vector of node I is zero; vectors: shape (nodes, 3)."""
-    return vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0
-
-
-@pointwise
-def is_unconstrained(nodes, external, I):
-    """Return True if neither supports nor driven points (points with a prescribed motion) constrain node I along any axis;
-    arguments: see `AdvancedNodes`."""
-    return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
-
-
-@pointwise
-def what_acts(field):
+def _what_acts(field):
     """Return three flags: True if external forces, absorbing faces or driven points (points with a prescribed motion) act
     on any node of the field (`AdvancedNodes`). Called once for many nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
 
 @pointwise
-def moves_freely(field, acts, I):
+def _moves_freely(field, acts, I):
     """Return True if node I is unconstrained and only internal forces and gravity act on it; field: see `AdvancedNodes`;
-    acts: the three flags returned by `what_acts`."""
+    acts: the three flags returned by `_what_acts`."""
     loaded, absorbing, driven = acts
     free = is_zero(field.nodes.constrained, I)
     if loaded:
@@ -131,48 +71,45 @@ def moves_freely(field, acts, I):
     return free
 
 
-@pointwise
-def meet_wall(field, I, d, m, v, gained):
-    """Constrain node I along axis d at a wall that has friction or opens (releases bodies that move away), or release the
-    node if the wall opens and the node moves away. Return 1 + the number of the support that acts as the wall (0:
-    released), which is also stored in `constrained`, and whether the wall acts as a plane of symmetry for the body.
-
-    field: see `AdvancedNodes`; m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A wall
-    that opens acts as a plane of symmetry only if it constrained the node before and forces do not pull the node away:
-    otherwise the mirror image of the body would pull the node.
-    """
-    nodes, walls = field.nodes, field.supports.walls
-    s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
-    if leaves(field.supports, s, I, d, apply_prescribed_velocity(field.external, I, d, m, v + gained)):
-        nodes.constrained[I, d] = 0
-        return 0, False
-    nodes.constrained[I, d] = s
-    return s, walls.opens[s - 1] == 0 or (was_held and walls.inward[s - 1] * gained <= 0.0)
+@kernel(inner=True)
+def _sum_loads_chunk(chunk, field):
+    loads = field.external.loads
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
+        for d in range(3):
+            external_force = 0.0
+            for k in range(len(loads)):
+                external_force += loads[k, I, d]
+            field.load[I, d] = external_force
 
 
-@pointwise
-def may_slide(field, I, d):
-    """Return True if neither a support nor driven points (points with a prescribed motion) constrain the velocity of node I
-    along axis d; field: see `AdvancedNodes`."""
-    return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
+@kernel()
+def sum_loads(n, field):
+    """Sum the external forces of all channels (entries of the energy balance, each with its own array of forces) on the nodes
+    of n chunks into `load` [N], if there are any; field: see `AdvancedNodes`."""
+    if len(field.load) > 0:
+        parallel_for(_sum_loads_chunk, n, field)
 
 
 @kernel(inner=True)
-def advance_chunk(chunk, field, dt, small, flip):
-    """Advance the momentum p of the nodes of a chunk over a step dt [s] to p + dt (f + m g), with the forces f, the mass m
-    and the acceleration of gravity g, and apply supports and prescribed motions.
+def _add_separate_forces_chunk(chunk, field):
+    """Add the internal forces in `separate_forces` (see `FieldNodes`) to the other internal forces on the nodes of a chunk;
+    field: see `AdvancedNodes`."""
+    forces, separate = field.nodes.forces, field.separate_forces
+    for k in range(4 * field.edges[chunk], 4 * field.edges[chunk + 1], LANES):
+        store(forces, k, load(forces, k) + load(separate, k))
 
-    field: see `AdvancedNodes`; small, flip: `small_mass` and `flip` of `NodalMomentum`.
-    """
-    nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
-    external, work = field.external, field.work
+
+@kernel(inner=True)
+def _advance_nodes(chunk, field, dt, small, flip):
+    nodes, gravity = field.nodes, field.gravity
+    external, work, walls = field.external, field.work, field.supports.walls
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
-    velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
-    acts, total_load = what_acts(field), field.load
-    loaded, absorbing, driven = acts
+    velocity_increment, strain_velocity = nodes.velocity_increment, nodes.strain_velocity
+    acts, total_load = _what_acts(field), field.load
+    loaded, _, driven = acts
     gravity_increment = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
-    pushed = lost = rubbed = 0.0
-    yields = len(field.supports.walls.held) > 0
+    of_supports = of_motions = rubbed = 0.0
+    yields = len(walls.held) > 0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         m = mass[I]
@@ -186,7 +123,7 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.mean_velocities, 4 * I, zero)
             continue
         nodes.has_mass[I], over_m = 1, 1.0 / m
-        if moves_freely(field, acts, I) and not (yields and is_beside(field.supports.walls, I)):
+        if _moves_freely(field, acts, I) and not (yields and is_beside(walls, I)):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
@@ -200,71 +137,225 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.strain_velocities, 4 * I, with_gravity)
             continue
         for d in range(3):
-            mapped = momentum[I, d] * over_m
-            external_force = total_load[I, d] if loaded else 0.0
-            s = constrained[I, d]
-            mirrored = s > 0 and mirror[s - 1] != 0
-            if yields and field.supports.walls.held[I, d] > 0:
-                gained = dt * (gravity[d] + (force[I, d] + external_force) * over_m)
-                s, mirrored = meet_wall(field, I, d, m, mapped, gained)
-            # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
-            # beside their mirror image; points in a clamp take the velocity of the clamp
-            v = walls[s - 1, d] if mirrored else mapped
-            velocity_without_force = v + dt * gravity[d]
-            new = velocity_without_force + dt * (force[I, d] + external_force) * over_m
-            if absorbing and s == 0:
-                freely, new = new, apply_absorption(external, I, d, dt, v, new)
-                velocity_without_force = apply_absorption(external, I, d, dt, v, velocity_without_force)
-                external.absorbed[I, d] = m * (new - freely)
-            if driven and s == 0:
-                external.impulse[I, d] = 0.0
-                if is_driven(external, I, d):
-                    freely, new = new, apply_prescribed_velocity(external, I, d, m, new)
-                    velocity_without_force = apply_prescribed_velocity(external, I, d, m, velocity_without_force)
-                    external.impulse[I, d] = m * (new - freely) / external.driven_mass[I, d]
+            mapped, external_force = momentum[I, d] * over_m, total_load[I, d] if loaded else 0.0
+            gained = dt * (gravity[d] + (force[I, d] + external_force) * over_m)
+            s, mirrored = find_support(field, I, d, m, mapped, gained)
+            rule = find_rule(field, s, I, d, m, dt)
+            old = rule.goal if mirrored else mapped
+            without_force = old + dt * gravity[d]
+            free = approach(rule.absorbed, -old, without_force + dt * (force[I, d] + external_force) * over_m)
+            new = approach(rule.share, rule.goal, free)
+            impulse = m * (new - free)
             if s > 0:
-                wall = walls[s - 1, d]
-                impulse = m * (wall - new)
-                lost += 0.5 * m * (wall - v) * (wall - v)
                 if mirrored:  # FLIP hands on the increment of velocity, PIC the velocity itself
-                    impulse += m * (1.0 - flip) * (wall - mapped)
-                pushed += impulse * wall
+                    impulse += m * (1.0 - flip) * (rule.goal - mapped)
+                of_supports += impulse * rule.goal
                 work[chunk, first + 3 * (s - 1) + d] += impulse
-                if yields:
-                    field.supports.walls.impulse[I, d] = impulse
-                new = wall
-            elif yields:
-                field.supports.walls.impulse[I, d] = 0.0
-            velocity_increment[I, d] = new - v
+            elif driven:
+                of_motions += impulse * rule.goal
+                external.impulse[I, d] = impulse / external.driven_mass[I, d] if rule.share > 0.0 else 0.0
+            if yields:
+                walls.impulse[I, d] = impulse if s > 0 else 0.0
+            velocity_increment[I, d] = new - old
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
-            strain_velocity[I, d] = new if m > small or s > 0 else velocity_without_force
+            strain_velocity[I, d] = new if m > small else apply_rule(rule, old, without_force)
         if yields:
-            slides = may_slide(field, I, 0), may_slide(field, I, 1), may_slide(field, I, 2)
-            rubbed += rub(nodes, field.supports, slides, I, m, small, work[chunk], first)
-    work[chunk, SUPPORT] = pushed + rubbed
-    work[chunk, IMPACT] = lost
+            rubbed += apply_friction(field, I, m, small, work[chunk], first)
+    work[chunk, SUPPORT] = of_supports + rubbed
+    work[chunk, MOTION] = of_motions
     work[chunk, FRICTION] = rubbed
 
 
+@pointwise
+def _awaits(awaiting, I):
+    return len(awaiting) > 0 and awaiting[I] != 0
+
+
 @kernel(inner=True)
-def sum_loads_chunk(chunk, field):
-    """Sum the external forces of all channels (entries of the energy balance, each with its own array of forces) on the nodes
-    of a chunk into `load` [N]; field: see `AdvancedNodes`."""
-    loads = field.external.loads
-    for I in range(field.edges[chunk], field.edges[chunk + 1]):
+def _count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
+    nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
+    mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
+    acts, rubbing = _what_acts(field), field.supports.walls.impulse
+    loaded, rubs = acts[0], len(rubbing) > 0
+    of_rows = numbers(LANES)
+    of_velocity, of_mass = row(1.0, 1.0, 1.0, 0.0), row(0.0, 0.0, 0.0, 1.0)
+    power, momentum = nothing(of_velocity), nothing(of_velocity)
+    internal = gravity_work = sum_of_masses = absorbed = lost = 0.0
+    columns = FIRST_LOAD + len(external.loads)
+    others = columns + 1 + 3 * len(field.supports.velocity)
+    for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):
+        I = listed(chunks.node, e)
+        if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
+            continue
+        m, energy = mass[I], 0.0
+        sum_of_masses += m
+        if m > small and _moves_freely(field, acts, I):
+            change = of_velocity * load(nodes.increments, 4 * I)
+            mean_row = load(nodes.velocities, 4 * I) - 0.5 * change
+            store(nodes.mean_velocities, 4 * I, mean_row)
+            nodes.increment_energy[I] = 0.5 * total(change * change)
+            power += load(nodes.forces, 4 * I) * mean_row
+            momentum += m * mean_row
+            store(nodes.inertia, 4 * I, m * of_mass)
+            continue
         for d in range(3):
-            external_force = 0.0
-            for k in range(len(loads)):
-                external_force += loads[k, I, d]
-            field.load[I, d] = external_force
+            s, external_force = nodes.constrained[I, d], field.load[I, d] if loaded else 0.0
+            rule = find_rule(field, s, I, d, m, dt)
+            if m > small or s > 0:
+                increment = velocity_increment[I, d]
+                old = velocity[I, d] - increment
+                mean = mean_of_gravity = velocity[I, d] - 0.5 * increment
+            else:
+                increment = dt * gravity[d]
+                old = mean = nodes.momentum[I, d] / m
+                mean_of_gravity = mean + 0.5 * increment
+            energy += 0.5 * increment * increment
+            if rule.share > 0.0:
+                lost += m * rule.share * (rule.goal - old) * (rule.goal - mean)
+                mean = mean_of_gravity = approach(rule.share, rule.goal, mean)
+            if rubs and s == 0:
+                work[first + chunk, FRICTION] -= rubbing[I, d] * mean
+            nodes.mean_velocity[I, d], nodes.momentum[I, d] = mean, 0.0
+            internal += dt * force[I, d] * mean
+            gravity_work += dt * m * gravity[d] * mean_of_gravity
+            if rule.absorbed > 0.0:
+                taken = rule.absorbed * (2.0 * m * old + dt * (force[I, d] + external_force + m * gravity[d]))
+                absorbed += taken * mean
+                work[first + chunk, others + d] -= taken
+            if external_force != 0.0:
+                work[first + chunk, others + d] += dt * external_force
+                for k in range(len(external.loads)):
+                    work[first + chunk, FIRST_LOAD + k] += dt * external.loads[k, I, d] * mean
+        nodes.increment_energy[I] = energy
+    store(of_rows, 0, momentum)
+    for d in range(3):
+        gravity_work += dt * gravity[d] * of_rows[d]
+    work[first + chunk, INTERNAL] = internal + dt * total(power)
+    work[first + chunk, GRAVITY] = gravity_work
+    work[first + chunk, ABSORBED] = absorbed
+    work[first + chunk, IMPACT] = lost
+    work[first + chunk, columns] = sum_of_masses
 
 
 @kernel(inner=True)
-def add_separate_forces_chunk(chunk, field):
-    """Add the internal forces in `separate_forces` (see `FieldNodes`) to the other internal forces on the nodes of a chunk;
-    field: see `AdvancedNodes`."""
-    forces, separate = field.nodes.forces, field.separate_forces
-    for k in range(4 * field.edges[chunk], 4 * field.edges[chunk + 1], LANES):
-        store(forces, k, load(forces, k) + load(separate, k))
+def _advance_chunk(chunk, field, dt, small, flip, counted, chunks, awaiting):
+    _advance_nodes(chunk, field, dt, small, flip)
+    if counted:
+        _count_works_chunk(chunk, 0, chunks, awaiting, field, dt, small)
+
+
+@kernel()
+def advance(n, field, dt, small, flip, counted, chunks, awaiting):
+    """Advance the momentum p of the nodes in n chunks (`chunks`, see `ChunkedNodes`) over a step dt [s] to p + dt (f + m g),
+    with the forces f, the mass m and the acceleration of gravity g, and apply the conditions; if `counted`, also compute the
+    works of forces while the data of the nodes is in the cache.
+
+    field: see `AdvancedNodes`; small, flip: `small_mass` and `flip` of `NodalMomentum`; awaiting: flags of the nodes that
+    await contact impulses, whose works are not computed yet; `NOWHERE` if there are none.
+    """
+    if len(field.separate_forces) > 0:
+        parallel_for(_add_separate_forces_chunk, n, field)
+    sum_loads(n, field)  # by itself: loops over the channels within the momentum equation would slow down all nodes
+    parallel_for(_advance_chunk, n, field, dt, small, flip, counted, chunks, awaiting)
+
+
+@kernel()
+def count_works(n, first, chunks, awaiting, field, dt, small):
+    """Compute the works of forces in the step dt [s], the heat of conditions and the impulses on the nodes of n chunks
+    (`chunks`, see `ChunkedNodes`), a row of `field.work` for each chunk, from row `first` on; see `NodalMomentum.works`. The
+    momentum of the nodes is reset to zero, so that momentum can be mapped to the nodes again.
+
+    field: see `AdvancedNodes`; awaiting: flags of nodes to skip, which await contact impulses; `NOWHERE` to skip none; small:
+    `small_mass` of `NodalMomentum`.
+    """
+    parallel_for(_count_works_chunk, n, first, chunks, awaiting, field, dt, small)
+
+
+@pointwise
+def project_node(field, I):
+    """Compute `strain_velocity` of node I: the velocity p/m from the momentum p mapped to the node and its mass m, with the
+    constraints of the node; along a wall on which the node does not slide, the velocity of the wall.
+
+    field: see `ConditionedNodes`.
+    """
+    nodes, walls = field.nodes, field.supports.walls
+    m = nodes.mass[I]
+    over_m = 1.0 / m if m >= MASS_EPS else 0.0
+    if is_unconstrained(field, I):
+        store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
+        return
+    for d in range(3):
+        s, v = nodes.constrained[I, d], nodes.momentum[I, d] * over_m
+        if s == 0 and len(walls.stuck) > 0:
+            s = walls.stuck[I, d]
+        nodes.strain_velocity[I, d] = apply_rule(find_rule(field, s, I, d, m, 0.0), v, v)
+
+
+@kernel(inner=True)
+def _meet_walls(chunk, field):
+    """Constrain or release the nodes of a chunk at walls that have friction or open, if their momentum has not been advanced
+    yet; field: see `AdvancedNodes`."""
+    nodes, walls = field.nodes, field.supports.walls
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
+        m = nodes.mass[I]
+        for d in range(3 if nodes.has_mass[I] == 0 and m >= MASS_EPS else 0):
+            walls.stuck[I, d] = 0
+            find_support(field, I, d, m, nodes.momentum[I, d] / m, 0.0)
+
+
+@parallel_loop()
+def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
+    """Compute `strain_velocity` (see `project_node`) of those nodes of a chunk that have mass. If `counted`, also compute the
+    work of `NodalMomentum.strain_lag_work` for the nodes of the chunk in `chunks` (`ChunkedNodes`), into a row of `sums` [J].
+
+    field: see `AdvancedNodes`; advanced: True if the momentum has been advanced with the present nodal masses; dt: step
+    [s]; awaiting: flags of nodes to skip in the work, which await contact impulses; small: `small_mass` of `NodalMomentum`.
+    """
+    nodes = field.nodes
+    if not advanced and len(field.supports.walls.held) > 0:
+        _meet_walls(chunk, field)
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
+        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= MASS_EPS):
+            project_node(field, I)
+    if counted:
+        _sum_strain_lag_chunk(chunk, 0, chunks, awaiting, field, dt, small, sums)
+
+
+@kernel(inner=True)
+def _sum_strain_lag_chunk(chunk, first, chunks, awaiting, field, dt, small, sums):
+    nodes, work, several = field.nodes, 0.0, len(field.separate_forces) > 0
+    power = row(0.0, 0.0, 0.0, 0.0)
+    for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):
+        I = listed(chunks.node, e)
+        if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
+            continue
+        m = nodes.mass[I]
+        if m > small and is_unconstrained(field, I):
+            force_row = load(nodes.forces, 4 * I)
+            if several:
+                force_row -= load(field.separate_forces, 4 * I)
+            power += force_row * (load(nodes.velocities, 4 * I) - load(nodes.strain_velocities, 4 * I))
+            continue
+        for d in range(3):
+            force = nodes.force[I, d] - field.separate_forces[4 * I + d] if several else nodes.force[I, d]
+            old = mean = nodes.mean_velocity[I, d]
+            s = nodes.constrained[I, d]
+            if m > small or s > 0:
+                old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            if s == 0:  # as points were strained along it
+                old = apply_rule(find_rule(field, s, I, d, m, 0.0), old, old)
+            work += 0.5 * dt * force * (2.0 * mean - old - nodes.strain_velocity[I, d])
+    sums[first + chunk, 0] = work + 0.5 * dt * total(power)
+
+
+@kernel()
+def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
+    """Compute the work returned by `NodalMomentum.strain_lag_work` in a step dt [s] for n chunks of nodes (`chunks`, see
+    `ChunkedNodes`), into rows of `sums` [J] from row `first` on.
+
+    field: see `AdvancedNodes`; awaiting: flags of nodes to skip, which await contact impulses; `NOWHERE` to skip none; small:
+    `small_mass` of `NodalMomentum`.
+    """
+    parallel_for(_sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

@@ -8,11 +8,9 @@ from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.chunks import ALL, ChunkedNodes, by_row
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import NodeFlags
-from pellucid.grid.momentum import MASS_EPS, AdvancedNodes, ExternalAction
+from pellucid.grid.momentum import NOWHERE, AdvancedNodes, advance, count_works, project, sum_strain_lag
+from pellucid.grid.nodal_conditions import MASS_EPS, ExternalAction, Supports
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
-from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
-from pellucid.grid.nodal_works import NOWHERE
-from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum

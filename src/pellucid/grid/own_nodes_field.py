@@ -6,9 +6,8 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import ExternalAction, Supports
 from pellucid.grid.reached import ReachedNodes
-from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 

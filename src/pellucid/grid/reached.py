@@ -5,25 +5,25 @@ Contact needs the momentum equation only at nodes to which other bodies contribu
 processing the rest of the grid would take most of the time of its step.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from pellucid.grid.chunks import CHUNK, chunks_of
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.lattice import Grid, Nodes
+from pellucid.grid.lattice import Grid
 from pellucid.grid.listed import NodeFlags
-from pellucid.grid.momentum import (
+from pellucid.grid.momentum import project_node
+from pellucid.grid.nodal_conditions import (
     MASS_EPS,
+    ConditionedNodes,
     ExternalAction,
-    apply_absorption,
+    Supports,
+    apply_rule,
+    find_rule,
     is_unconstrained,
 )
 from pellucid.grid.nodal_fields import REMAP, STEP, fields_of
 from pellucid.grid.points import place_of
-from pellucid.grid.projection import constrained_velocity, project_node
 from pellucid.grid.stencil import node_at, stencil
-from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import joint_region, parallel_by_colour, parallel_loop
@@ -31,15 +31,6 @@ from pellucid.jit.vector import load, row, splat, store
 
 WORD = 8  # flags that are read at once as one integer
 NONE = np.zeros((0, 3))
-
-
-class ConstrainedNodes(NamedTuple):
-    """Arguments of the kernels that compute velocities of the nodes that a body with its own nodes reaches: the nodes of
-    its velocity field, with supports and external actions."""
-
-    nodes: Nodes  # mass, momentum and velocities
-    supports: Supports  # constraints
-    external: ExternalAction  # actions of conditions, such as prescribed motions
 
 
 @kernel(inner=True)
@@ -92,29 +83,24 @@ def _list_flagged(words, flags, node):
 
 @parallel_loop()
 def _advance(chunk, node, field, dt):
-    nodes, external = field.nodes, field.external
-    absorbing = len(external.absorption) > 0
+    nodes, absorbing = field.nodes, len(field.external.absorption) > 0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         m = nodes.mass[I]
         over_m = 1.0 / m if m >= MASS_EPS else 0.0
         store(nodes.increments, 4 * I, splat(0.0))
-        if not absorbing and is_unconstrained(nodes, external, I):
+        if not absorbing and is_unconstrained(field, I):
             store(nodes.velocities, 4 * I, over_m * load(nodes.inertia, 4 * I) + (dt * over_m) * load(nodes.forces, 4 * I))
             continue
         for d in range(3):
-            old = nodes.momentum[I, d] * over_m
-            new = old + dt * nodes.force[I, d] * over_m
-            if absorbing:
-                new = apply_absorption(external, I, d, dt, old, new)
-            nodes.velocity[I, d] = constrained_velocity(nodes, field.supports, external, I, d, m, new)
+            old, rule = nodes.momentum[I, d] * over_m, find_rule(field, nodes.constrained[I, d], I, d, m, dt)
+            nodes.velocity[I, d] = apply_rule(rule, old, old + dt * nodes.force[I, d] * over_m)
 
 
 @parallel_loop()
 def _project(chunk, node, field):
-    nodes = field.nodes
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        project_node(nodes, field.supports, field.external, node[e])
+        project_node(field, node[e])
 
 
 class ReachedNodes:
@@ -133,7 +119,7 @@ class ReachedNodes:
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
         """Set the constraints of the nodes: supports with walls, and external actions with driven points (points with a
         prescribed motion) and absorbing faces."""
-        self._field = Bundle(ConstrainedNodes(self._all, supports, external))
+        self._field = Bundle(ConditionedNodes(self._all, supports, external))
 
     @property
     def _chunks(self) -> int:

@@ -8,11 +8,9 @@ import numpy as np
 from pellucid.energy import StepWork
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import ExternalAction, Supports, add_impulses
 from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, allocate, rows, with_memory
-from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
-from pellucid.grid.supports import Supports
 from pellucid.ranks.domain import domain
 
 
@@ -148,7 +146,7 @@ class VelocityField:
         that were applied.
 
         node: sorted indices of the nodes; default: all nodes. column, sign: entry of the energy balance to which the work of
-        the impulses is added, and its sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step
+        the impulses is added, and its sign. See `pellucid.grid.nodal_conditions`. Raises ValueError if the works of the step
         are already counted.
         """
         if self._momentum.is_counted:

@@ -5,14 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.momentum import (
-    MASS_EPS,
-    apply_absorption,
-    driven_fraction,
-    driven_velocity,
-    is_driven,
-    sum_loads_chunk,
-)
+from pellucid.grid.momentum import sum_loads
+from pellucid.grid.nodal_conditions import MASS_EPS, apply_rule, find_rule
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -37,8 +31,8 @@ class ViscousNodes(NamedTuple):
 @kernel(inner=True)
 def _begin_chunk(chunk, viscous, dt):
     field, own = viscous.field, viscous.own
-    nodes, external, gravity, walls = field.nodes, field.external, field.gravity, field.supports.velocity
-    loaded, absorbing, apart = len(field.load) > 0, len(external.absorption) > 0, len(field.separate_forces) > 0
+    nodes, gravity = field.nodes, field.gravity
+    loaded, apart = len(field.load) > 0, len(field.separate_forces) > 0
     zero = row(0.0, 0.0, 0.0, 0.0)
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         m = nodes.mass[I]
@@ -50,23 +44,14 @@ def _begin_chunk(chunk, viscous, dt):
         if m < MASS_EPS:
             continue
         for d in range(3):
-            k, s, old = 4 * I + d, nodes.constrained[I, d], nodes.momentum[I, d] / m
-            if s > 0:
-                own.target[k] = own.solution[k] = walls[s - 1, d]
-                continue
-            force = nodes.force[I, d]
+            k, old, force = 4 * I + d, nodes.momentum[I, d] / m, nodes.force[I, d]
             if apart:
                 force += field.separate_forces[k]
             if loaded:
                 force += field.load[I, d]
-            new, inertia = old + dt * (gravity[d] + force / m), m
-            if absorbing:
-                new = apply_absorption(external, I, d, dt, old, new)
-                inertia = m * (1.0 + 0.5 * dt * external.absorption[I, d])
-            if is_driven(external, I, d):
-                follow = driven_fraction(external, I, d, m)
-                new += follow * (driven_velocity(external, I, d) - new)
-                inertia = inertia / (1.0 - follow) if follow < 1.0 else 0.0
+            rule = find_rule(field, nodes.constrained[I, d], I, d, m, dt)
+            new = apply_rule(rule, old, old + dt * (gravity[d] + force / m))
+            inertia = m / ((1.0 - rule.absorbed) * (1.0 - rule.share)) if rule.share < 1.0 else 0.0
             own.target[k], own.inertia[k] = new, inertia
             own.solution[k] = old if inertia > 0.0 else new
 
@@ -76,8 +61,7 @@ def begin(n, viscous, dt):
     """Compute, for n chunks of nodes, the velocities after a step dt [s] without viscosity (`target`), the initial velocities
     of the iteration (`solution`), and the effective masses (`inertia`, 0 where the velocity is prescribed); viscous:
     `ViscousNodes`."""
-    if len(viscous.field.load) > 0:
-        parallel_for(sum_loads_chunk, n, viscous.field)
+    sum_loads(n, viscous.field)
     parallel_for(_begin_chunk, n, viscous, dt)
 
 

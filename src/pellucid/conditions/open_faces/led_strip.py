@@ -1,7 +1,7 @@
 """Strip of cells at an opening, whose nodes have a prescribed velocity.
 
 All nodes to which points in the layer of cells at the face contribute have the velocity of the flow along the normal, like
-nodes around driven points (`pellucid.grid.momentum.ExternalAction`). The material in the strip thus has the prescribed
+nodes around driven points (`pellucid.grid.nodal_conditions.ExternalAction`). The material in the strip thus has the prescribed
 velocity. At its inner side the strip exchanges forces with the rest of the fluid.
 """
 

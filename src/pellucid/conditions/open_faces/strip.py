@@ -13,7 +13,7 @@ from pellucid.energy import Channel, StepWork, Totals, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
 from pellucid.step.limit import NO_LIMIT, StepLimit
 

@@ -24,7 +24,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_conditions import MASS_EPS
 
 SAMPLES = (2.0, 3.5)  # cells outside the surface; points of the body barely reach the first
 DEGREES = {"trilinear": 1, "gimp": 1, "quadratic-bspline": 2, "cubic-bspline": 3}

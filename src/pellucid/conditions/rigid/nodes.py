@@ -44,7 +44,7 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS
+from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, MASS_EPS, free_axes
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.ranks.domain import domain
@@ -204,10 +204,8 @@ class RigidNodes:
         self._here = here = np.flatnonzero(mass > MASS_EPS)
         self._at = domain.of_nodes(here, here)
         self._m, constrained, self._share = self._of(nodes.mass)[:, None], self._of(nodes.constrained), self._of(mass)
-        free, driven = constrained == 0, self._field.external.driven_mass
-        if len(driven):
-            free &= self._of(driven) < FULL_DRIVE_FRACTION * self._m
-        self._free, self._given = free, motions.given
+        self._free = free = domain.of_nodes(free_axes(nodes, self._field.external, here), here)
+        self._given = motions.given
         self._motions = motions.at(self._arms(centre))
         filled = self._share / (self._density * self._field.grid.cell_volume)
         self._outer = (filled < FILLED_HALF_A_CELL_OUTSIDE[self._field.grid.case.functions])[:, None] & (not self._alone)

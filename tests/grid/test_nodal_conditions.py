@@ -1,4 +1,4 @@
-"""Walls that rub, stick and open, node by node, against the same in numpy."""
+"""What holds at a node: the order of conditions, and walls that rub, stick and open, against the same in numpy."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,12 @@ from small_cases import box, case
 
 from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, ExternalAction, free_axes
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum
+from pellucid.grid.velocity_field import VelocityField
 
 DT, SMALL = 0.25, 1e-3
 GRAVITY = (0.5, 0.0, -2.0)
@@ -29,10 +31,10 @@ def heavy_nodes(*support, held=()):
     return grid, constrain_nodes(grid, tables.support), index[position[:, 2] == 0.0]
 
 
-def momentum_of(nodes, walls):
-    """Of these nodes, on which nothing acts but forces, gravity and walls."""
-    nothing = allocate(ExternalAction, 0)
-    return NodalMomentum(nodes, np.array([0, len(nodes.mass)]), walls, GRAVITY, SMALL, flip=1.0, external=nothing)
+def momentum_of(nodes, walls, external=None):
+    """Of these nodes, on which nothing acts but forces, gravity and walls where `external` is left out."""
+    free = allocate(ExternalAction, 0)
+    return NodalMomentum(nodes, np.array([0, len(nodes.mass)]), walls, GRAVITY, SMALL, flip=1.0, external=external or free)
 
 
 def stepped(grid, walls):
@@ -46,6 +48,67 @@ def stepped(grid, walls):
     momentum = momentum_of(nodes, walls)
     momentum.advance(DT)
     return before, free, momentum.works(DT)
+
+
+def approach(share, goal, v):
+    return v + share * (goal - v)
+
+
+def test_conditions_act_in_one_order():
+    """Support before all, then absorbing face, driven points, friction; everywhere by v + φ (goal - v). Works and heat are the
+    change of kinetic energy, also where several conditions act on one node."""
+    floor = FLOOR | {"friction": 0.9, "opens": False, "velocity": (0.75, -0.5, 0.25)}
+    clamp = {"where": {"box": {"lower": (1, 1, 0), "upper": (3, 3, 3)}}, "fix": ["x"], "velocity": (0.3, 0.0, 0.0)}
+    grid, walls, on_floor = heavy_nodes(floor, held=[clamp])
+    nodes, generator = grid.nodes, np.random.default_rng(6)
+    full, m = nodes.mass > 0.0, np.where(nodes.mass > 0.0, nodes.mass, 1.0)[:, None]
+    actions = NodalActions(VelocityField("common", grid), 0)
+    rates, driven = actions.absorption(), actions.driven()
+    rates[full] = generator.uniform(0.0, 3.0, (full.sum(), 3)) * generator.choice([0.0, 1.0], (full.sum(), 3))
+    shares = generator.choice([0.0, 0.4, 2.0], (len(m), 3))
+    driven.mass[:] = full[:, None] * m * FULL_DRIVE_FRACTION * shares
+    goals = generator.normal(size=driven.mass.shape)
+    driven.momentum[:] = driven.mass * goals
+    external = actions.external()
+    mapped, push = nodes.momentum / m, DT * (nodes.force / m + np.array(GRAVITY))
+
+    held = nodes.constrained > 0
+    of_support = walls.velocity[nodes.constrained - 1, np.arange(3)]
+    before = np.where(held & (walls.mirror[nodes.constrained - 1] == 1), of_support, mapped)
+    half = 0.5 * DT * rates
+    of_face, of_points = np.where(held, 0.0, half / (1.0 + half)), np.where(held, 0.0, np.minimum(1.0, shares))
+    absorbed = approach(of_face, -before, before + push)
+    led = np.where(held, of_support, approach(of_points, goals, absorbed))
+    press, slides, belt = np.zeros(len(m)), ~held & (shares == 0.0), walls.velocity[0]
+    press[on_floor] = 0.9 * np.maximum(-m[on_floor, 0] * push[on_floor, 2], 0.0)
+    size = m[:, 0] * np.linalg.norm(np.where(slides, belt - led, 0.0), axis=1)
+    rubs = np.where(size > press, press / np.where(size > 0.0, size, 1.0), 1.0 * (press > 0.0))[:, None]
+    new = np.where(slides, approach(rubs, belt, led), led)
+
+    momentum = momentum_of(nodes, walls, external)
+    momentum.advance(DT)
+    given = external.impulse * driven.mass
+    work = momentum.works(DT)
+    assert nodes.velocity[full] == pytest.approx(new[full], rel=1e-12, abs=1e-13)
+    assert np.array_equal(nodes.velocity[held & full[:, None]], of_support[held & full[:, None]])
+    followed = (of_points == 1.0) & full[:, None]
+    assert nodes.velocity[followed] == pytest.approx(goals[followed], rel=1e-15)
+    assert given == pytest.approx(np.where(full[:, None] & ~held & (shares > 0.0), m * (led - absorbed), 0.0), abs=1e-12)
+    assert np.array_equal(free_axes(nodes, external), full[:, None] & ~held & (shares < 1.0))
+    for several in (held & (rates > 0.0) & (shares > 0.0), (of_face > 0.0) & (of_points % 1.0 > 0.0)):
+        assert several.any(), "the order matters at these"
+    assert (rubs[on_floor] > 0.0).any()
+    assert (slides & (rubs > 0.0) & (of_face > 0.0)).any()
+
+    change = 0.5 * np.sum(nodes.mass[:, None] * (new**2 - before**2))
+    works = work.works
+    done = sum(works[column] for column in (energy.INTERNAL, energy.GRAVITY, energy.SUPPORT, energy.MOTION))
+    lost = {column: works[column] for column in (energy.IMPACT, energy.FRICTION, energy.ABSORBED)}
+    assert min(lost.values()) > 0.0
+    assert change == pytest.approx(done - sum(lost.values()), rel=1e-12)
+    assert works[energy.MOTION] == pytest.approx(np.sum(given * goals), rel=1e-12)
+    rubbed = np.where(slides, m * (new - led), 0.0)[on_floor].sum(axis=0)
+    assert work.reactions[0][:2] == pytest.approx(rubbed[:2], rel=1e-12)
 
 
 @pytest.mark.parametrize("opens", [False, True])

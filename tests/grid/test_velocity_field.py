@@ -8,7 +8,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import FULL_DRIVE_FRACTION
+from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 
