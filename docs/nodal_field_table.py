@@ -8,8 +8,7 @@ from pellucid.conditions.open_faces.pushed_strip import StripNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
-from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import NodeFlags
+from pellucid.grid.lattice import NodeFlags, Nodes
 from pellucid.grid.momentum import AdvancedNodes
 from pellucid.grid.nodal_conditions import ExternalAction, YieldingWalls
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, declared

@@ -12,7 +12,7 @@ from pellucid.case import Case, check_memory, loads, memory
 from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
-from pellucid.grid.reached import ReachedNodes
+from pellucid.grid.own_nodes_field import ReachedNodes
 from pellucid.materials.kelvin_voigt import KelvinVoigtMaterial
 
 BLOCK = """

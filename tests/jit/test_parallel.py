@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.loops import _plain_by_colour, parallel_by_colour, parallel_for
+from pellucid.jit.loops import _plain_by_colour, _plain_loop, parallel_by_colour, parallel_for
 from pellucid.jit.region import make_known
-from pellucid.studies.pages import _plain
 
 
 @kernel(inner=True)
@@ -115,7 +114,7 @@ def test_plain_python_does_the_same(count):
     def note(s, *rest):
         done.append((s, rest))
 
-    _plain(note, count, "a", "b")
+    _plain_loop(note, count, "a", "b")
     assert done == [(s, ("a", "b")) for s in range(count)]
     done.clear()
     _plain_by_colour(note, count, 1, "a")

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.lattice import Nodes, layers_of
-from pellucid.grid.listed import NodeFlags
+from pellucid.grid.lattice import NodeFlags, Nodes, layers_of
 from pellucid.grid.nodal_fields import bytes_of
 from pellucid.grid.viscous_rows import ViscousRows
 

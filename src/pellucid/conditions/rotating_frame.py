@@ -62,12 +62,14 @@ class FrameForces(StepPart):
         self._field, self._column, turn = field, column, np.array(frame.angular_velocity)
         self.pushed_fields = [field]
         self._turn = np.cross(np.eye(3), turn)  # Ω × v = self._turn @ v
-        self._outward = np.zeros((field.grid.n_nodes, 3))
         index, position = field.grid.where()
-        self._outward[index] = -(position - np.array(frame.centre)) @ (self._turn @ self._turn).T
+        order = np.argsort(index)
+        self._node = index[order]
+        self._outward = -(position[order] - np.array(frame.centre)) @ (self._turn @ self._turn).T
 
     def act_on_nodes(self, dt: float) -> None:
-        nodes, turn = self._field.grid.nodes, dt * self._turn
-        new, old = nodes.velocity, nodes.velocity - nodes.velocity_increment
+        nodes, at, turn = self._field.grid.nodes, self._node, dt * self._turn
+        new = nodes.velocity[at]
+        old = new - nodes.velocity_increment[at]
         wanted = (new - old @ turn.T + dt * self._outward) @ np.linalg.inv(np.eye(3) + turn).T
-        self._field.add_impulses(nodes.mass[:, None] * (wanted - new), self._column)
+        self._field.add_impulses(nodes.mass[at, None] * (wanted - new), self._column, node=at)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 
 CHUNK = 512  # largest number of nodes in a chunk
 ALL = np.zeros(0, np.int64)
@@ -75,3 +75,10 @@ def _divide(rows, node, is_all, most, edges, of_row):
 def chunks_of(n: int) -> int:
     """Return the number of chunks of at most CHUNK nodes into which n nodes are divided."""
     return -(-n // CHUNK)
+
+
+@pointwise
+def listed(node, e):
+    """Return the storage index of entry e of a list of nodes, shape (m,). An empty list stands for all nodes: the index is
+    then e."""
+    return node[e] if len(node) > 0 else e

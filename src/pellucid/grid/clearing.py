@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.chunks import ALL, ChunkedNodes, by_row, chunked
-from pellucid.grid.listed import listed
+from pellucid.grid.chunks import ALL, ChunkedNodes, by_row, chunked, listed
 from pellucid.grid.nodal_fields import ROW, Cleared, fields_of, views_of
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop

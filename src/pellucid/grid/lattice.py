@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.grid.folding import Folded, Walled
 from pellucid.grid.model import GridCase
-from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
+from pellucid.grid.nodal_fields import FOUND, OR, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
 PAD = 2  # nodes minus cells: one node at the end, and one beyond the upper wall, which splines list with weight zero
 LARGEST_STENCIL = 4
@@ -114,6 +114,18 @@ class Nodes(NamedTuple):
     constrained: Annotated[
         np.ndarray,
         NodalField(3, FOUND, RUN, "", "0 if free along this axis, else 1 + the number of the support or of its face", np.int16),
+    ]
+
+
+class NodeFlags(NamedTuple):
+    """Nodal flags, 0 or 1: nodes that may receive contact impulses, and nodes to which a body with its own nodes
+    contributes."""
+
+    awaiting: Annotated[
+        np.ndarray, NodalField(1, FOUND, RUN, "", "1 if contact may exert an impulse on the node in this step", np.uint8)
+    ]
+    reached: Annotated[
+        np.ndarray, NodalField(1, OR, STEP, "", "1 if the body with its own nodes contributes to the node", np.uint8)
     ]
 
 

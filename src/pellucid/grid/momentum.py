@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from pellucid.energy import ABSORBED, FIRST_LOAD, FRICTION, GRAVITY, IMPACT, INTERNAL, MOTION, SUPPORT
+from pellucid.grid.chunks import listed
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import listed
 from pellucid.grid.nodal_conditions import (
     MASS_EPS,
     ExternalAction,

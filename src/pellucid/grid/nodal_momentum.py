@@ -6,8 +6,7 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.chunks import ALL, ChunkedNodes, by_row
-from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import NodeFlags
+from pellucid.grid.lattice import NodeFlags, Nodes
 from pellucid.grid.momentum import NOWHERE, AdvancedNodes, advance, count_works, project, sum_strain_lag
 from pellucid.grid.nodal_conditions import MASS_EPS, ExternalAction, Supports
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of

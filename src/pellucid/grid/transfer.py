@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.affine import spread_along
 from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
 from pellucid.grid.stencil import gather, stencil
+from pellucid.grid.transfer_heat import spread_along
 from pellucid.jit import kernel, point_function
 from pellucid.jit.loops import joint_by_colour, parallel_loop
 

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.affine import affine_energy, affine_functions, affine_functions_like
 from pellucid.grid.particle_to_grid import inertia_of
 from pellucid.grid.passes.points_pass import Declaration, Found, ToCells, at_point, gathered, in_cell, looked_up, pass_points
 from pellucid.grid.points import (
@@ -28,7 +27,7 @@ from pellucid.grid.points import (
     MappedPoints,
 )
 from pellucid.grid.stencil import gather, gather_gradient, gather_scalar
-from pellucid.grid.transfer_heat import kept_heat, lumping_heat, renewed
+from pellucid.grid.transfer_heat import affine_energy, affine_functions, affine_functions_like, kept_heat, lumping_heat, renewed
 from pellucid.grid.velocity_transfer import VelocityTransfer, new_velocity
 from pellucid.jit import generic, point_function
 from pellucid.jit.bundle import Bundle

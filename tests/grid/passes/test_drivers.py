@@ -13,6 +13,7 @@ ON_BLOCKS = {
     "bodies/membrane_elements/strain.py",
     "bodies/membrane_points/blocks.py",  # five stages, and loops over the triangles about a point
     "bodies/membrane_points/kernels.py",
+    "grid/particle_to_grid.py",  # affine fields of points, in the rows of four points
     "conditions/driven_points.py",  # the unit of work is a run with one motion
 }
 BY_COLOUR = {
@@ -22,7 +23,7 @@ BY_COLOUR = {
     "conditions/surface_tension/kernels.py",
     "contact/detection.py",
     "grid/full_cells.py",
-    "grid/reached.py",
+    "grid/own_nodes_field.py",
     "grid/transfer.py",
     "grid/vectors.py",
 }
