@@ -59,7 +59,8 @@ def module(case: str) -> ModuleType | None:
     from importlib import import_module
     from importlib.util import find_spec
 
-    name = f"{GALLERY}.{case.replace('/', '.').replace('-', '_')}"
+    shared = import_module(GALLERY).MODULES.get(case)
+    name = f"{GALLERY}.{shared or case.replace('/', '.').replace('-', '_')}"
     return import_module(name) if has(case) and find_spec(name) else None
 
 

@@ -1,6 +1,6 @@
 """Metrics of a sheet that falls on a sphere, compared with our own finite elements, which also carry no compression."""
 
-from pellucid.gallery.lian2014.curves import beside_elements
+from pellucid.gallery.lian2014.sphere_on_membrane import beside_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import Run
 
