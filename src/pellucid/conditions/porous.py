@@ -37,7 +37,7 @@ class Porous(Condition):
     lower: Vector = parameter("m", "lower corner of the box")
     upper: Vector = parameter("m", "upper corner of the box")
     permeability: float = parameter("m^2", "permeability k of the porous material", gt=0)
-    viscosity: float | None = parameter("Pa s", "viscosity μ of the fluid; default: that of its material", None, gt=0)
+    viscosity: float | None = parameter("Pa*s", "viscosity μ of the fluid; default: that of its material", None, gt=0)
 
     @check
     def _box_is_not_empty(self) -> None:

@@ -21,8 +21,6 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 from numba.core import cgutils, types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
@@ -131,40 +129,6 @@ def _kind(value: Any) -> Any:
         return kind
     members = tuple(map(_kind, value)) if isinstance(value, tuple) else (None,)
     return None if None in members else (kind, members)
-
-
-class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Library of compiled code that is only linked into other libraries."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """Return 0: there is no machine code to which a pointer could refer."""
-        self._ensure_finalized()
-        return 0
-
-    @property
-    def codegen(self) -> Any:
-        """Substitute for the code generator of numba. Numba would register objects of the Python interpreter (environments)
-        with it, which code without machine code does not need."""
-        return _NoEnvironments
-
-
-class _NoEnvironments:
-    @staticmethod
-    def set_env(name: str, environment: Any) -> None:
-        pass
-
-
-class InlinedCompiler(Compiler):  # type: ignore[misc]
-    """Compiler that produces an `InlinedLibrary`."""
-
-    def compile_extra(self, function: Any) -> Any:
-        """Compile a function to intermediate code that is linked into kernels; generate no machine code."""
-        self.state.library = InlinedLibrary(self.state.targetctx.codegen(), function.__qualname__)
-        return super().compile_extra(function)
 
 
 @contextmanager

@@ -12,8 +12,6 @@ from pellucid.jit.registry import IN_KERNELS, activate, kernels
 from pellucid.system.interrupts import signals_held
 
 MOST_PER_CORE = 16
-LINE = 64
-"""Size of a cache line [bytes]; arrays of kernels start at a multiple of it."""
 
 # Waiting threads look for work some tenths of a millisecond, as long as what lies between two kernels takes, and then sleep:
 # woken each time, two would be slower than one below 50 000 points, and those that never sleep bring a busy machine to a crawl.

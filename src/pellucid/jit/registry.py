@@ -174,7 +174,7 @@ def _replace(function: Callable[..., Any]) -> None:
 
 
 def _inlined() -> dict[str, Any]:
-    from pellucid.jit.calls import InlinedCompiler
+    from pellucid.jit.inlined import InlinedCompiler
 
     return IN_KERNELS | {"pipeline_class": InlinedCompiler}
 

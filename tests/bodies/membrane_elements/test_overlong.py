@@ -8,7 +8,7 @@ from elements import body_of, bring, element_sheet, places
 from membranes import sheet
 from small_cases import advance, box, simulation
 
-from pellucid.bodies.own_nodes.contact_surface import LONGEST
+from pellucid.bodies.own_nodes.contact_surface import LONGEST_EDGE
 
 
 def stretched(times, **more):
@@ -26,7 +26,7 @@ def everywhere(body):
 def test_elements_up_to_the_limit_pass(elements):
     side = 1.0 / 6.0 / 0.25  # cells
     diagonal = (side * side + (1.4 * side) ** 2) ** 0.5
-    assert (1.4 * side if elements == "quads" else diagonal) < LONGEST
+    assert (1.4 * side if elements == "quads" else diagonal) < LONGEST_EDGE
     body = stretched(1.4, elements=elements)
     assert body.contact_warning(everywhere(body)) is None
 

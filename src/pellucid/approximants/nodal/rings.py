@@ -4,14 +4,19 @@ The first ring of a node is the cells that contain it; the k-th ring is the cell
 (Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712).
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from pellucid.approximants.nodal.contract import Evaluator, Lists
+from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit memory
+
+if TYPE_CHECKING:
+    from pellucid.approximants.nodal.contract import Evaluator
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
@@ -73,7 +78,7 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
     return Lists(np.concatenate(first), np.concatenate(items)), np.concatenate(sizes)
 
 
-def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+def with_faces(evaluator: "Evaluator", mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> "Evaluator":
     """Return an evaluator with an additional face for each given node, on which its shape function vanishes.
 
     evaluator: evaluator whose parameters include `distances`; nodes, faces: numbers of the nodes and of the corresponding

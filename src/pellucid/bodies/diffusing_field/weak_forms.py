@@ -1,7 +1,7 @@
 """The matrices of the equations of a diffusing field c at its nodes, M ċ + D K c = 0, on a line and on a closed surface."""
 
 from math import ceil
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -9,11 +9,13 @@ from scipy.sparse import csr_array
 from pellucid.approximants.radial.blending import BlendedRows, Simplices, blended
 from pellucid.approximants.radial.functions import RadialModel
 from pellucid.approximants.radial.stencils import along_curve, interpolants, on_surface
-from pellucid.bodies.diffusing_field.model import Line
 from pellucid.geometry.meshes.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.triangulation import Triangulation, vertex_normals
 
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # each part of a window lies in one segment, where functions are smooth
+
+if TYPE_CHECKING:
+    from pellucid.bodies.diffusing_field.model import Line
 
 
 class Windows(NamedTuple):
@@ -91,7 +93,7 @@ class WeakForm(NamedTuple):
     share: np.ndarray  # (n,) integrals of the shape functions [m or m²]
 
 
-def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
+def on_line(line: "Line", radial: RadialModel, window: float) -> WeakForm:
     """Return M and K for a line from balances of the amount of solute in an interval (window) around each node.
 
     radial: settings of the shape functions; window: half-width of the intervals divided by the node spacing (Benet 2015, eqs.

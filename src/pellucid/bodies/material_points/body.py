@@ -7,9 +7,10 @@ import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
+from pellucid.bodies.material_points.initial_arrays import seeded_arrays
 from pellucid.bodies.material_points.leaving import OpenPoints
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.seeding import points_along_axes, seeded_arrays
+from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.material_points.touching import PointsInContact
 from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase

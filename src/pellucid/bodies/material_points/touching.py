@@ -42,7 +42,7 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
     _model: SeededBody
     _grid_case: GridCase
     _takes_in: bool
-    _begun: np.ndarray | None
+    _begun: np.ndarray | None = None
     """Initial positions by point number [m], shape (n, 3), if this process stores all."""
     _surface_parts: SurfaceParts | None = None
 
