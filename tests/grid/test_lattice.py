@@ -6,7 +6,7 @@ import pytest
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import aligned_rows
-from pellucid.jit.memory import LINE
+from pellucid.jit.registry import LINE
 
 
 @pytest.mark.parametrize("n", [1, 7, 1000])

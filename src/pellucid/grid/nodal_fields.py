@@ -16,7 +16,7 @@ from typing import Any, Final, Literal, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 
-from pellucid.jit.memory import LINE
+from pellucid.jit.registry import LINE
 
 Combine = Literal["sum", "max", "min", "or", "found"]
 """Ways to combine the contributions of points or conditions to a field; found: a pass over the nodes computes the field."""

@@ -20,8 +20,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np.arrayobj import populate_array
 
-LINE = 64
-"""Size of a cache line [bytes]; arrays of kernels start at a multiple of it."""
+from pellucid.jit.registry import LINE
 
 
 class AddressType(types.Type):

@@ -28,6 +28,9 @@ Python and C never call these functions, and arrays exist as long as the kernel,
 callers need the same options: otherwise a shared function would be compiled for each.
 """
 
+LINE = 64
+"""Size of a cache line [bytes]; arrays of kernels start at a multiple of it."""
+
 
 class MissingFunction(TypeError):
     """Error for a call of a pointwise operation with a first argument for whose type no function is registered."""

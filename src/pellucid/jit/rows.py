@@ -15,7 +15,7 @@ from numba.core import cgutils, types
 
 from pellucid.jit.columns import built, flat, is_tuple, lanes_of, leaves, numbers_in, rebuilt
 from pellucid.jit.kernels import intrinsic_or
-from pellucid.jit.memory import LINE
+from pellucid.jit.registry import LINE
 from pellucid.jit.vector import DOUBLES, LANES, SHUFFLE, VECTOR
 
 DOUBLE = ir.DoubleType()

@@ -16,7 +16,7 @@ from pellucid.grid.points import ByIndex, InOrder, place_of
 from pellucid.grid.stencil import functions_at, stencil_of
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, take, take_lanes
-from pellucid.jit.memory import LINE
+from pellucid.jit.registry import LINE
 from pellucid.jit.rows import expect_rows, keep_row, keep_rows, prefetch, take_row, take_rows
 from pellucid.jit.vector import LANES, larger, load, store
 from pellucid.tensors import ZERO_VECTOR
