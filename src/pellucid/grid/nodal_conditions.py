@@ -41,7 +41,7 @@ import numpy as np
 
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.nodal_fields import FOUND, MIN, RUN, STEP, SUM, NodalField
-from pellucid.jit import kernel, pointwise
+from pellucid.jit import pointwise
 
 FULL_DRIVE_FRACTION = 0.05  # fraction of a node's mass from driven points, from which on the node fully follows their motion
 MASS_EPS = 1e-290  # nodes with a smaller mass [kg] count as nodes without mass
@@ -278,29 +278,3 @@ def free_axes(nodes: Nodes, external: ExternalAction, node: np.ndarray | slice =
     if len(external.driven_mass):
         free &= external.driven_mass[node] < FULL_DRIVE_FRACTION * mass
     return np.asarray(free)
-
-
-def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
-    """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3), after the
-    momentum update. Return the impulses that were applied, same shape: no impulse is applied where `free_axes` is False.
-
-    nodes, external: nodal arrays and actions, see `ConditionedNodes`.
-    """
-    listed = np.arange(len(nodes.mass)) if node is None else node
-    given = np.where(free_axes(nodes, external, slice(None) if node is None else node), impulse, 0.0)
-    _add_impulses(listed, given, nodes.mass, nodes.velocity, nodes.velocity_increment, nodes.strain_velocity)
-    return given
-
-
-@kernel()
-def _add_impulses(listed, given, mass, velocity, velocity_increment, strain_velocity):
-    for e in range(len(listed)):
-        I = listed[e]
-        for d in range(3):
-            if given[e, d] == 0.0:
-                continue
-            change = given[e, d] / mass[I]
-            if strain_velocity[I, d] == velocity[I, d]:  # else a light node, which must not strain points
-                strain_velocity[I, d] += change
-            velocity[I, d] += change
-            velocity_increment[I, d] += change

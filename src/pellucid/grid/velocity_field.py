@@ -7,10 +7,11 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.lattice import Grid
-from pellucid.grid.nodal_conditions import ExternalAction, Supports, add_impulses
+from pellucid.grid.lattice import Grid, Nodes
+from pellucid.grid.nodal_conditions import ExternalAction, Supports, free_axes
 from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, allocate, rows, with_memory
 from pellucid.grid.nodal_momentum import NodalMomentum
+from pellucid.jit import kernel
 from pellucid.ranks.domain import domain
 
 
@@ -240,3 +241,29 @@ class VelocityField:
         if not len(load):
             raise ValueError(f"no condition has requested external forces in the velocity field {self.name}")
         return load
+
+
+def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
+    """Change the velocities of all nodes, or of the nodes with the indices `node`, by impulses [N s], shape (n, 3), after the
+    momentum update. Return the impulses that were applied, same shape: no impulse is applied where `free_axes` is False.
+
+    nodes, external: nodal arrays and actions, see `ConditionedNodes`.
+    """
+    listed = np.arange(len(nodes.mass)) if node is None else node
+    given = np.where(free_axes(nodes, external, slice(None) if node is None else node), impulse, 0.0)
+    _add_impulses(listed, given, nodes.mass, nodes.velocity, nodes.velocity_increment, nodes.strain_velocity)
+    return given
+
+
+@kernel()
+def _add_impulses(listed, given, mass, velocity, velocity_increment, strain_velocity):
+    for e in range(len(listed)):
+        I = listed[e]
+        for d in range(3):
+            if given[e, d] == 0.0:
+                continue
+            change = given[e, d] / mass[I]
+            if strain_velocity[I, d] == velocity[I, d]:  # else a light node, which must not strain points
+                strain_velocity[I, d] += change
+            velocity[I, d] += change
+            velocity_increment[I, d] += change
