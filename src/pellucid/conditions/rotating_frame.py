@@ -9,18 +9,21 @@ the frame, the new velocity solves
 """
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, listed
-from pellucid.grid.velocity_field import VelocityField
 from pellucid.model import Vector, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
+
+if TYPE_CHECKING:  # numba is slow to import
+    from pellucid.grid.velocity_field import VelocityField
 
 FRAME_WORK = Channel("rotating_frame_work")
 
@@ -58,7 +61,7 @@ class RotatingFrame(Condition):
 class FrameForces(StepPart):
     """Applies Coriolis and centrifugal forces to the nodes of a velocity field."""
 
-    def __init__(self, frame: RotatingFrame, field: VelocityField, column: int) -> None:
+    def __init__(self, frame: RotatingFrame, field: "VelocityField", column: int) -> None:
         self._field, self._column, turn = field, column, np.array(frame.angular_velocity)
         self.pushed_fields = [field]
         self._turn = np.cross(np.eye(3), turn)  # Ω × v = self._turn @ v
