@@ -1,4 +1,4 @@
-"""What holds at a node: the order of conditions, and walls that rub, stick and open, against the same in numpy."""
+"""Conditions at nodes: their order, and walls with friction or that open, compared with the same rules in numpy."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def heavy_nodes(*support, held=()):
 
 
 def momentum_of(nodes, walls, external=None):
-    """Of these nodes, on which nothing acts but forces, gravity and walls where `external` is left out."""
+    """Return the momentum equation of these nodes; without `external` only forces, gravity and walls act."""
     free = allocate(ExternalAction, 0)
     return NodalMomentum(nodes, np.array([0, len(nodes.mass)]), walls, GRAVITY, SMALL, flip=1.0, external=external or free)
 

@@ -1,4 +1,4 @@
-"""Base class of bodies of points on the grid: arrays, sorting, and the stages of a step except straining."""
+"""Base class of bodies of points on the grid: arrays for kernels, and the stages of a step except straining."""
 
 from collections.abc import Callable
 
@@ -37,8 +37,6 @@ from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import TransferLoss
-
-NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
 class PointsOnGrid(SummedPoints, TakesExternalForces, TakesDrag, TakesSecondImpulses):

@@ -1,4 +1,4 @@
-"""What holds at a node: every condition changes the velocity of a node along an axis by one rule, in one order.
+"""Conditions on the velocities of nodes: each acts along an axis by one rule, in one fixed order.
 
 A condition with the share φ, 0 to 1, and the velocity `goal` changes the velocity v of a node of mass m, and thus exerts the
 impulse J:

@@ -1,1 +1,1 @@
-"""What acts in a step: the interface of its parts, and the limits of its length."""
+"""Interface of the parts that act in a step, and limits of its length."""

@@ -45,7 +45,6 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         self.material = case.material
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
-        self._by_cells = case.cell_pressure
         self._model, self._grid_case, self._gravity = case, grid_case, gravity
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
@@ -82,7 +81,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
     @property
     def fills_cells(self) -> bool:
         """True if mean pressures of full cells act on the body: `cell_pressure` is on and no motion prescribes the body."""
-        return self._by_cells and self.constraint is None
+        return self._model.cell_pressure and self.constraint is None
 
     @property
     def solves_viscosity(self) -> bool:

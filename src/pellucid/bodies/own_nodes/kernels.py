@@ -61,7 +61,7 @@ def friction_of_walls(forces, p, free, gain, dt, chunk):
     node from the heat of friction.
 
     A node that would pass a wall is stopped at the wall by an impulse P. Friction then reduces its motion along the wall, by
-    an impulse of at most μ P (see `pellucid.grid.supports`).
+    an impulse of at most μ P (see `pellucid.grid.nodal_conditions`).
     """
     m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
     x, y, z = 0.0, 0.0, 0.0
