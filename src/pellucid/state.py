@@ -66,6 +66,13 @@ FIELDS: dict[str, Field] = {
     "prescribed": Field(3, "1", "for each direction 0 if the node is free, else 1 + index of the prescribed motion"),
     "damage": Field(1, "1", "damage of a membrane: largest excess of strain over the elastic limit, divided by the limit"),
     "failed": Field(1, "1", "1 if the membrane point has failed and carries no stress, else 0"),
+    "torn": Field(
+        3,
+        "1",
+        "strain that opened a failed point of a membrane since it failed, in its frame, components 11, 22, 12",
+        ("11", "22", "12"),
+        shown=False,
+    ),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress dissipated by damage or viscosity"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC", shown=False, leaves=True, begins=True),

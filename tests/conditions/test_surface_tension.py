@@ -327,7 +327,7 @@ def test_threads_and_going_on_change_no_bit(tmp_path):
     stopped.step()
     stopped.step()
     going_on.restore(stopped.state_arrays(), stopped.state_numbers())
-    assert going_on.conditions.columns() == stopped.conditions.columns(), "before the next step too"
+    assert going_on.parts.columns() == stopped.parts.columns(), "before the next step too"
     resume_case(tmp_path / "part", threads=1)
     whole, part = (history.read(tmp_path / name / "history.csv") for name in ("whole", "part"))
     for name, values in whole.items():

@@ -46,7 +46,7 @@ class PointFields(GridBody):
 
     @property
     def field_names(self) -> list[str]:
-        return [name for name in self.arrays if name not in FIELDS or FIELDS[name].shown] + ["density", "pressure"]
+        return [name for name in self.arrays if FIELDS[name].shown] + ["density", "pressure"]
 
     def field(self, name: str) -> np.ndarray:
         try:

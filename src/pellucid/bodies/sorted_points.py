@@ -162,7 +162,7 @@ class SortedPoints(PointFields):
         """Load the arrays of an earlier run; arrays that this run did not store start at zero if their field allows it."""
         number = self._there("id")
         for name in self.arrays.keys() - {"id"}:
-            if name in state or name not in FIELDS or not FIELDS[name].begins:
+            if name in state or not FIELDS[name].begins:
                 self._there(name)[...] = state[name][number]
         for name, array in self.element_arrays.items():
             array[...] = state[f"elements/{name}"]

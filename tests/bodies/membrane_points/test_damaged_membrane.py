@@ -122,6 +122,7 @@ def test_probes_and_frames_show_the_damage():
     sim = torn(steps=1)
     assert {"damage", "failed", "dissipated_energy"} <= set(sim.bodies[0].frame())
     assert {"damage", "failed", "dissipated_energy"} <= set(sim.case.body[0].probed)
+    assert "torn" not in torn(steps=1, damage={**ZONA, "radius": 0.13}).bodies[0].frame(), "only checkpoints contain it"
     assert "failed" not in simulation(sheet(), counts=(16, 16, 16), cell=0.25, lower=(-2, -2, -2)).case.body[0].probed
 
 

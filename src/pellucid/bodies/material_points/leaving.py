@@ -204,7 +204,7 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
     that they crossed. arrays: arrays of the points; which: selection of points that left; lattice: cells of the grid.
     """
     for name, array in arrays.items():
-        if name in FIELDS and FIELDS[name].leaves:
+        if FIELDS[name].leaves:
             array[which] = 0.0
     lower = np.array(lattice.lower)
     upper = lower + np.array(lattice.counts) * lattice.cell
