@@ -99,8 +99,7 @@ class Motion(Condition):
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[StepPart]:
         """Build one active condition for all motions of a body; motions of a fluid film act along its normal. Motions of
         rigid bodies are left out, since the condition `Rigid` applies these motions."""
-        from pellucid.conditions.normal_motion import NormalMotions
-        from pellucid.conditions.prescribed_points import PrescribedPoints
+        from pellucid.conditions.prescribed_points import NormalMotions, PrescribedPoints
 
         result: list[StepPart] = []
         for name, member in assembly.bodies.items():
@@ -174,7 +173,7 @@ def _why_not(body: BodyModel, along_normal: bool, whole: bool) -> Reason | None:
     """Return the reason why nodes of the body (all of them if `whole`) cannot follow a prescribed motion along the axes, or
     `along_normal`; None if they can."""
     if along_normal:
-        from pellucid.conditions.normal_motion import why_no_normal_motion
+        from pellucid.conditions.prescribed_points import why_no_normal_motion
 
         return why_no_normal_motion(body, whole)
     if not body.moves:

@@ -17,7 +17,7 @@ ON_BLOCKS = {
     "conditions/driven_points.py",  # the unit of work is a run with one motion
 }
 BY_COLOUR = {
-    "bodies/membrane_points/pressure.py",
+    "bodies/membrane_points/surface.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
     "conditions/surface_tension/kernels.py",
@@ -25,7 +25,6 @@ BY_COLOUR = {
     "grid/full_cells.py",
     "grid/own_nodes_field.py",
     "grid/transfer.py",
-    "grid/vectors.py",
 }
 
 

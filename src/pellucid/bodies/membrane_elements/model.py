@@ -27,7 +27,7 @@ from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 from pellucid.step.limit import (
     StepLimit,
     bending_in_cells,

@@ -1,20 +1,29 @@
 """Strip of cells at an opening, whose nodes move with the flow through it."""
 
+from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.columns import Columns, OpenFace
-from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
+from pellucid.conditions.open_faces.given_flow import (
+    GivenFlow,
+    Wall,
+    across_tube,
+    across_walls,
+    is_tube,
+    walled_axes,
+    why_no_profile,
+)
 from pellucid.conditions.open_faces.opening import layers, led_depth, nodes_across
-from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube, why_no_profile
 from pellucid.energy import Channel, StepWork, Totals, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
+from pellucid.ranks.domain import domain
 from pellucid.step.limit import NO_LIMIT, StepLimit
 
 
@@ -138,3 +147,40 @@ def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np
         done.impulse[:] = impulse
         return done
     return done._replace(motions={name: impulse})
+
+
+HEAVY = 1e6
+"""Mass that is added to a node to give it the prescribed velocity, as a multiple of the mass of a cell filled with the
+fluid: large enough that all material in the strip follows."""
+
+
+class LedStrip(Strip):
+    """Strip (layer of cells) at an opening with a flow of prescribed velocity."""
+
+    def __init__(self, flow: GivenFlow, passage: Passage) -> None:
+        """flow: data model of the prescribed flow; passage: the opening and the body that flows through it."""
+        super().__init__(flow, passage)
+        self._driven, body = self._actions.driven(), passage.member.body
+        density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
+        self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # a power of 2: no rounding
+
+    def mean_at(self, time: float) -> float:
+        """Return the prescribed mean velocity through the opening at a time [s], in m/s."""
+        mean = self._flow.velocity if self._flow.flow_rate is None else self._flow.flow_rate / self.area
+        return self._flow.share(time) * (mean or 0.0)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Set the velocity of the nodes over a step dt [s] from `time` [s]; it is zero if dt is 0."""
+        self.speed = self.mean_at(time) if dt > 0.0 else 0.0
+        self._driven.mass[self._nodes] += self._mass
+        self._driven.momentum[self._nodes, self._face.axis] += self._mass * self._velocity()
+
+    def _velocity(self) -> np.ndarray:
+        return self._direction * self.speed * self._share
+
+    def act(self, dt: float) -> tuple[float, np.ndarray]:
+        """Return the work of the flow on the nodes over the step dt [s], in J, and its impulse [N s], shape (3,). Called
+        after the momentum update."""
+        given = np.where(self._free(), self._mass * self._driven.impulse[self._nodes], 0.0)
+        impulse = domain.of_nodes(given, self._nodes)
+        return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)

@@ -5,11 +5,7 @@ This module lists the kinds that a case can name.
 
 from typing import Annotated
 
-from pellucid.conditions.signals.contract import SignalModel
-from pellucid.conditions.signals.ramp import Ramp
-from pellucid.conditions.signals.sine import Sine
-from pellucid.conditions.signals.steady import Steady
-from pellucid.conditions.signals.table import Table
+from pellucid.conditions.signals.displacements import Ramp, SignalModel, Sine, Steady, Table
 from pellucid.conditions.signals.turns import RampTurn, SineTurn, SteadyTurn, TableTurn, TurnModel
 from pellucid.registry import Family, OneOf
 

@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.conditions.signals.displacements import Displacement, SignalModel
 from pellucid.conditions.signals.turns import TurnModel
 from pellucid.errors import RunStopped
 from pellucid.users.users_code import failing_as, home_of

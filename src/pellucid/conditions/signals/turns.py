@@ -7,10 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.conditions.signals.contract import Displacement, SignalModel
-from pellucid.conditions.signals.ramp import Ramp
-from pellucid.conditions.signals.sine import Sine
-from pellucid.conditions.signals.steady import Steady
+from pellucid.conditions.signals.displacements import Displacement, Ramp, SignalModel, Sine, Steady
 from pellucid.conditions.signals.time_table import OverTime, read_rows
 from pellucid.model import InputFile, Model, parameter
 from pellucid.units import in_degrees

@@ -34,7 +34,7 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
-from pellucid.grid.cell_integrals import axis_integrals
+from pellucid.grid.full_cells import axis_integrals
 from pellucid.grid.lattice import Grid, layers_of
 from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
 
