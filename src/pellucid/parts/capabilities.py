@@ -38,7 +38,6 @@ if TYPE_CHECKING:  # keeps the import fast for the models of conditions
     from pellucid.energy import Passed
     from pellucid.geometry.meshes.cells import FaceShares
     from pellucid.grid.velocity_transfer import VelocityTransfer
-    from pellucid.parts.capabilities import Traction
 
 
 # loads and drag

@@ -20,7 +20,7 @@ BY_COLOUR = {
     "bodies/membrane_points/surface.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
-    "conditions/surface_tension/kernels.py",
+    "conditions/surface_tension/colour.py",
     "contact/detection.py",
     "grid/full_cells.py",
     "grid/own_nodes_field.py",
