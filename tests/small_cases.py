@@ -9,24 +9,6 @@ from pellucid.simulation.simulation import Simulation
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 GAS = {"kind": "fluid", "density": 1.0, "pressure": 1.0, "eos": {"kind": "ideal-gas", "gamma": 1.4}}
-TABLES = (
-    "gravity",
-    "gravity_amplitude",
-    "energy",
-    "load",
-    "motion",
-    "pressure",
-    "contact",
-    "wall",
-    "probe",
-    "output",
-    "absorbing",
-    "inflow",
-    "outflow",
-    "steady",
-    "porous",
-    "rotating_frame",
-)
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 
 
@@ -38,8 +20,8 @@ def box(lower, upper, material=SOLID, per_cell=(2, 2, 2), name="block", **more):
 
 def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", thickness=None, support=(), **more):
     """Return a case with bodies on a grid of `counts` cells. `more` contains keys of the table `time`, and tables whose
-    names are in TABLES."""
-    table = {name: more.pop(name) for name in TABLES if name in more}
+    names are keys of a case, such as `load`."""
+    table = {name: more.pop(name) for name in Case.model_fields if name in more}
     upper = [a + n * cell for a, n in zip(lower, counts, strict=True)]
     grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
     if thickness is not None:

@@ -104,6 +104,14 @@ def test_case_reference_is_fresh() -> None:
     assert reference() == PAGE.read_text(encoding="utf-8"), "run `python docs/case_reference.py`"
 
 
+def test_every_entry_of_the_energy_balance_is_on_its_page() -> None:
+    page = (ROOT / "docs" / "physics" / "energy.md").read_text(encoding="utf-8")
+    texts = (path.read_text(encoding="utf-8") for path in (ROOT / "src" / "pellucid").rglob("*.py"))
+    names = {name for text in texts for name in re.findall(r"\bChannel\(\s*\"(\w+)\"", text)}
+    assert len(names) >= 9
+    assert [name for name in sorted(names) if f"`{name}`" not in page] == []
+
+
 def test_table_of_nodal_fields_is_fresh() -> None:
     page = nodal_field_table.PAGE.read_text(encoding="utf-8")
     assert nodal_field_table.page() == page, "run `python docs/nodal_field_table.py`"

@@ -47,11 +47,11 @@ class Thrust(Condition):
 class ActiveThrust(StepPart):
     def __init__(self, thrust: Thrust, assembly: Assembly) -> None:
         self._body, self._force = assembly.bodies[thrust.body].body, np.array(thrust.force)
-        self._column = assembly.load_column(thrust.body, thrust.load_channel())
+        self._add = assembly.forces_on(thrust.body, thrust.load_channel())
 
     def begin(self, time: float, dt: float) -> None:
         mass = self._body.arrays["mass"]
-        self._body.add_external_force(mass[:, None] / mass.sum() * self._force, self._column)
+        self._add(mass[:, None] / mass.sum() * self._force)
 
 
 class Brake(Condition):

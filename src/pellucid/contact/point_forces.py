@@ -3,6 +3,7 @@
 from math import sqrt
 
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.space import add_vector, set_vector, vector_at
 
 STIFFNESS, IMPLICIT_STIFFNESS, DAMPER, SOFTNESS, FRICTION, STIFFENING, STEADY, N_LAW = 0, 1, 2, 3, 4, 5, 6, 7
 """Indices of the parameters of a law: stiffness of explicit and of implicit normal forces [Pa/m], damping [Pa s/m], growth
@@ -28,8 +29,7 @@ TINY = 1e-300
 @pointwise
 def _along(x, n):
     """Return the tangential part of a vector x at a surface with the unit normal n."""
-    across = x[0] * n[0] + x[1] * n[1] + x[2] * n[2]
-    return x[0] - across * n[0], x[1] - across * n[1], x[2] - across * n[2]
+    return x - (x @ n) * n
 
 
 @pointwise
@@ -40,17 +40,15 @@ def _carried(slip, p, n, v, last):
     slip: stored displacements of all points [m]. n: unit normal. v: sliding velocity [m/s]. last: length of the previous
     step [s].
     """
-    c = _along((slip[p, 0], slip[p, 1], slip[p, 2]), n)
-    return c[0] + last * v[0], c[1] + last * v[1], c[2] + last * v[2]
+    return _along(vector_at(slip, p), n) + last * v
 
 
 @pointwise
 def _limit(f, most):
     """Return the friction force f [N], scaled down so that its magnitude is at most `most` [N], and True if f was larger
     (Coulomb)."""
-    size = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
-    scale = most / size if size > most else 1.0
-    return (scale * f[0], scale * f[1], scale * f[2]), size > most
+    size = sqrt(f @ f)
+    return (most / size if size > most else 1.0) * f, size > most
 
 
 @pointwise
@@ -74,15 +72,15 @@ def _keep_slip(slip, p, c, spring, most, slides, is_steady, work, damped):
     work: work of the friction force in the step [J]. damped: energy that the damper of a sticking point dissipated in the
     step [J]. is_steady: True to store the whole displacement until the next equilibrium is found.
     """
-    before = (slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1]) + slip[p, 2] * slip[p, 2]
-    now = c[0] * c[0] + c[1] * c[1] + c[2] * c[2]
+    stored = vector_at(slip, p)
+    before, now = stored @ stored, c @ c
     held = _held(now, spring, most)
     if is_steady:
         before *= _held(before, spring, most) ** 2
         now *= held * held
     if is_steady or not slides:
         held = 1.0
-    slip[p, 0], slip[p, 1], slip[p, 2] = held * c[0], held * c[1], held * c[2]
+    set_vector(slip, p, held * c)
     return -work if slides else 0.5 * spring * (now - before) + damped
 
 
@@ -96,12 +94,11 @@ def begin_friction(listed, normal, relative, slip, spring, most, last, carried, 
     previous step [s].
     """
     for i in range(len(listed)):
-        n, k = (normal[i, 0], normal[i, 1], normal[i, 2]), -spring[i]
-        v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
-        c = _carried(slip, listed[i], n, v, last)
-        f, _ = _limit((k * c[0], k * c[1], k * c[2]), most[i])
-        for d in range(3):
-            carried[i, d], drag[i, d] = c[d], f[d]
+        n = vector_at(normal, i)
+        c = _carried(slip, listed[i], n, _along(vector_at(relative, i), n), last)
+        f, _ = _limit(-spring[i] * c, most[i])
+        set_vector(carried, i, c)
+        set_vector(drag, i, f)
 
 
 @kernel()
@@ -114,13 +111,11 @@ def end_friction(listed, normal, relative, slip, spring, most, last, carried, dr
     """
     taken = 0.0
     for i in range(len(listed)):
-        v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), (normal[i, 0], normal[i, 1], normal[i, 2]))
-        f, c = (force[i, 0], force[i, 1], force[i, 2]), (carried[i, 0], carried[i, 1], carried[i, 2])
-        slides = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) >= most[i] * (1.0 - ROUNDED)
-        work = last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
-        taken += _keep_slip(slip, listed[i], c, spring[i], most[i], slides, False, work, 0.0)
-        for d in range(3):
-            damped[i, d] += 0.0 if slides else f[d] - drag[i, d]
+        v, f = _along(vector_at(relative, i), vector_at(normal, i)), vector_at(force, i)
+        slides = sqrt(f @ f) >= most[i] * (1.0 - ROUNDED)
+        taken += _keep_slip(slip, listed[i], vector_at(carried, i), spring[i], most[i], slides, False, last * (f @ v), 0.0)
+        if not slides:
+            add_vector(damped, i, f - vector_at(drag, i))
     return taken
 
 
@@ -130,9 +125,8 @@ def limit_slip(listed, slip, limits):
     force of each point is at most its friction limit; limits: see `find_point_forces`."""
     for i in range(len(listed)):
         p = listed[i]
-        held = _held(slip[p, 0] * slip[p, 0] + slip[p, 1] * slip[p, 1] + slip[p, 2] * slip[p, 2], limits[i, 0], limits[i, 1])
-        for d in range(3):
-            slip[p, d] *= held
+        c = vector_at(slip, p)
+        set_vector(slip, p, _held(c @ c, limits[i, 0], limits[i, 1]) * c)
 
 
 @kernel()
@@ -164,8 +158,8 @@ def find_point_forces(
     span = 0.5 * (last if last > 0.0 else dt)  # the first step has no previous one: it counts half of its own length
     for i in range(len(listed)):
         p, d, a = listed[i], depth[i], share * area[i]
-        n0, n1, n2 = normal[i, 0], normal[i, 1], normal[i, 2]
-        approach = -(relative[i, 0] * n0 + relative[i, 1] * n1 + relative[i, 2] * n2)
+        n, moves = vector_at(normal, i), vector_at(relative, i)
+        approach = -(moves @ n)
         spring, damping = law[STIFFNESS] * a, law[DAMPER] * a
         holds = spring
         if is_implicit:
@@ -196,26 +190,21 @@ def find_point_forces(
                 sums[ENTERED] += 0.5 * spring * d * max(way - d, 0.0)
             # friction springs are stiffer where dampers press in addition to the overlap
             holds *= min(max(press / max(pressure, TINY), 1.0), law[STIFFENING])
-        force[i, 0], force[i, 1], force[i, 2] = press * n0, press * n1, press * n2
-        surplus = press - pressure
-        given[i, 0], given[i, 1], given[i, 2] = surplus * n0, surplus * n1, surplus * n2
+        set_vector(force, i, press * n)
+        set_vector(given, i, (press - pressure) * n)
         if friction > 0.0:
-            n, most = (n0, n1, n2), friction * press
-            v = _along((relative[i, 0], relative[i, 1], relative[i, 2]), n)
+            most, v = friction * press, _along(moves, n)
             if len(drag):  # a fluid resists by its viscosity alone
-                f, _ = _limit((-drag[p] * v[0], -drag[p] * v[1], -drag[p] * v[2]), most)
-                sums[RUBBED] -= last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
+                f, _ = _limit(-drag[p] * v, most)
+                sums[RUBBED] -= last * (f @ v)
             else:
                 c = _carried(slip, p, n, v, last)
-                f = (-holds * c[0] - damping * v[0], -holds * c[1] - damping * v[1], -holds * c[2] - damping * v[2])
-                f, slides = _limit(f, most)
-                work = last * (f[0] * v[0] + f[1] * v[1] + f[2] * v[2])
-                damped = last * damping * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-                sums[RUBBED] += _keep_slip(slip, p, c, holds, most, slides, law[STEADY] > 0.0, work, damped)
+                f, slides = _limit(-holds * c - damping * v, most)
+                damped = last * damping * (v @ v)
+                sums[RUBBED] += _keep_slip(slip, p, c, holds, most, slides, law[STEADY] > 0.0, last * (f @ v), damped)
                 limits[i, 0], limits[i, 1] = holds, most
-            power = f[0] * relative[i, 0] + f[1] * relative[i, 1] + f[2] * relative[i, 2]
+            power = f @ moves
             sums[NOW] += power
             sums[PENDING] += span * power
-            for r in range(3):
-                force[i, r] += f[r]
-                given[i, r] += f[r]
+            add_vector(force, i, f)
+            add_vector(given, i, f)

@@ -24,7 +24,7 @@ from numpy import uintp
 from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
-from pellucid.jit.memory import zeros
+from pellucid.jit.space import Vector3, cross, set_vector, vector_at
 
 CHUNK = 256  # number of points per chunk of a thread
 CLEAR = 0.5  # largest distance from the plane of the nearest point for an overlap, in reaches
@@ -118,7 +118,7 @@ class Neighbourhood(NamedTuple):
 @pointwise
 def _beside(other, q, x):
     """Return the vector from point q of the other surface to the place x [m]."""
-    return x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2]
+    return x - vector_at(other.place, q)
 
 
 @pointwise
@@ -131,13 +131,13 @@ def _weight(other, meeting, q, square, along, n, gain):
     best aligned point has full weight.
     """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
-    m, reach = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2]), other.reach[q]
+    m, reach = vector_at(other.normal, q), other.reach[q]
     apart, whole = square - along * along, reach * reach
     if apart >= whole:
         return 0.0, m, along
-    facing, height = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]), along
+    facing, height = -(n @ m), along
     if two_sided[1] and facing < 0.0:
-        m, facing, height = (-m[0], -m[1], -m[2]), -facing, -along
+        m, facing, height = -m, -facing, -along
     if two_sided[0]:
         facing = min(1.0, abs(facing) * gain) if gain > 0.0 else 1.0
     if facing <= 0.0 or height < -deepest or height > reach:
@@ -151,7 +151,7 @@ def _weight(other, meeting, q, square, along, n, gain):
 @pointwise
 def _asking(one, p):
     """Return the position [m] and the normal of point p of the surface `one` (an `Asking`)."""
-    return (one.place[p, 0], one.place[p, 1], one.place[p, 2]), (one.normal[p, 0], one.normal[p, 1], one.normal[p, 2])
+    return vector_at(one.place, p), vector_at(one.normal, p)
 
 
 @kernel(inner=True)
@@ -165,18 +165,17 @@ def _gain(about, candidates, e, x, n):
     for r in range(candidates.first[e], candidates.first[e + 1]):
         q = uintp(candidates.near[r])
         d = _beside(other, q, x)
-        along = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
-        w, m, _ = _weight(other, about.meeting, q, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], along, n, 0.0)
+        w, m, _ = _weight(other, about.meeting, q, d @ d, d @ vector_at(other.normal, q), n, 0.0)
         if w > 0.0:
-            largest = max(largest, abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]))
+            largest = max(largest, abs(n @ m))
     return 1.0 / largest if largest > LEAST_FACING else 0.0
 
 
 @kernel(inner=True)
-def _sum_weights(about, candidates, e, x, n, s, results):
-    """Compute the sums s over the weights at candidate e, shape (8,): Σ w, Σ w d·m, Σ w m, Σ w d, where the points of the
-    other surface have the weights w, the normals m and the vectors d to the candidate. Return the index of the nearest point
-    of the other surface, and the height of the candidate above the plane of this point [m].
+def _sum_weights(about, candidates, e, x, n, results):
+    """Return the sums Σ w, Σ w d·m, Σ w m and Σ w d over the points of the other surface, with the weights w, the normals m and
+    the vectors d to candidate e; then the index of the nearest point of the other surface, and the height of the candidate
+    above the plane of this point [m].
 
     about: a `Neighbourhood`. x, n: position [m] and normal of the candidate. The points with weight and their weights are
     stored in `results`, from the first place of the candidate's list on.
@@ -184,13 +183,13 @@ def _sum_weights(about, candidates, e, x, n, s, results):
     other, meeting, weight, heavy, near = about.other, about.meeting, results.weight, results.heavy, candidates.near
     gain = _gain(about, candidates, e, x, n) if meeting.any_way else 1.0
     nearest, outside, closest = inf, 0.0, uintp(0)
-    s0 = s1 = m0 = m1 = m2 = d0 = d1 = d2 = 0.0
+    s0 = s1 = 0.0
+    normals = beside = Vector3(0.0, 0.0, 0.0)
     begin, end = candidates.first[e], candidates.first[e]
     for r in range(begin, candidates.first[e + 1]):
         q = uintp(near[r])
         d = _beside(other, q, x)
-        square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-        along = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
+        square, along = d @ d, d @ vector_at(other.normal, q)
         if square < nearest and other.area[q] > 0.0:
             nearest, outside, closest = square, along, q
         w, m, height = _weight(other, meeting, q, square, along, n, gain)
@@ -198,11 +197,9 @@ def _sum_weights(about, candidates, e, x, n, s, results):
             weight[end], heavy[end] = w, near[r]
             end += 1
             s0, s1 = s0 + w, s1 + w * height
-            m0, m1, m2 = m0 + w * m[0], m1 + w * m[1], m2 + w * m[2]
-            d0, d1, d2 = d0 + w * d[0], d1 + w * d[1], d2 + w * d[2]
+            normals, beside = normals + w * m, beside + w * d
     results.end[e] = end
-    s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7] = s0, s1, m0, m1, m2, d0, d1, d2
-    return closest, outside
+    return s0, s1, normals, beside, closest, outside
 
 
 @parallel_loop()
@@ -213,33 +210,32 @@ def find_beside(chunk, about, candidates, clear, results):
     about: a `Neighbourhood`. candidates: a `Candidates`. results: a `Found`, whose `beside`, `end`, `heavy` and `weight` are
     filled.
     """
-    other, meeting, found, s = about.other, about.meeting, results.beside, zeros(8)
+    other, meeting, found = about.other, about.meeting, results.beside
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
         found[p, SHARE] = 0.0
         x, n = _asking(about.one, uintp(candidates.asks[p]))
-        closest, outside = _sum_weights(about, candidates, p, x, n, s, results)
+        weight, height, normals, beside, closest, outside = _sum_weights(about, candidates, p, x, n, results)
         if abs(outside) > clear + CLEAR * other.reach[closest] and (meeting.two_sided[1] or outside > 0.0):
             continue  # it lies too far above to overlap
-        if s[0] <= NO_CONTACT:
+        if weight <= NO_CONTACT:
             continue
-        size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
-        if size < 0.3 * s[0]:  # the normals of the points that face it have no common direction
+        size = sqrt(normals @ normals)
+        if size < 0.3 * weight:  # the normals of the points that face it have no common direction
             continue
-        n0, n1, n2 = s[2] / size, s[3] / size, s[4] / size
-        e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
-        gap = 0.5 * (s[1] / s[0] + (n0 * e[0] + n1 * e[1] + n2 * e[2]))
+        n, e = normals / size, beside / weight
+        gap = 0.5 * (height / weight + n @ e)
         if gap >= clear:
             continue
-        share = min(1.0, (s[0] - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
-        turned = n0 * other.normal[closest, 0] + n1 * other.normal[closest, 1] + n2 * other.normal[closest, 2] < CORNER
+        share = min(1.0, (weight - NO_CONTACT) / (FULL_CONTACT - NO_CONTACT))
+        turned = n @ vector_at(other.normal, closest) < CORNER
         if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -gap - meeting.slack):
             fades = meeting.any_way and turned
             share *= max(0.0, 1.0 - outside / (BEYOND * other.reach[closest])) if fades else 0.0
-        found[p, GAP], found[p, SHARE], found[p, WEIGHT] = gap, share, s[0]
-        found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n0, n1, n2
+        found[p, GAP], found[p, SHARE], found[p, WEIGHT] = gap, share, weight
+        found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n.x, n.y, n.z
         if share > 0.0:
             alone = ALONE * other.reach[closest] ** 2
-            _find_slope(about, candidates.first[p], results, p, x, (n0, n1, n2), e, alone)
+            _find_slope(about, candidates.first[p], results, p, x, n, e, alone)
 
 
 @kernel(inner=True)
@@ -257,32 +253,30 @@ def _find_slope(about, first, results, p, x, n, e, alone):
     if about.meeting.dimension == 0:
         return
     # two directions along the surface
-    if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]):
-        t = (0.0, -n[2], n[1])
-    elif abs(n[1]) <= abs(n[2]):
-        t = (n[2], 0.0, -n[0])
+    if abs(n.x) <= abs(n.y) and abs(n.x) <= abs(n.z):
+        t = Vector3(0.0, -n.z, n.y)
+    elif abs(n.y) <= abs(n.z):
+        t = Vector3(n.z, 0.0, -n.x)
     else:
-        t = (-n[1], n[0], 0.0)
-    size = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
-    t = (t[0] / size, t[1] / size, t[2] / size)
-    u = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+        t = Vector3(-n.y, n.x, 0.0)
+    t = t / sqrt(t @ t)
+    u = cross(n, t)
     tt = tu = uu = 0.0
     for r in range(first, results.end[p]):
-        d, w = _beside(other, uintp(heavy[r]), x), weight[r]
-        d = (d[0] - e[0], d[1] - e[1], d[2] - e[2])
-        along_t, along_u = t[0] * d[0] + t[1] * d[1] + t[2] * d[2], u[0] * d[0] + u[1] * d[1] + u[2] * d[2]
+        d, w = _beside(other, uintp(heavy[r]), x) - e, weight[r]
+        along_t, along_u = t @ d, u @ d
         tt, tu, uu = tt + w * along_t * along_t, tu + w * along_t * along_u, uu + w * along_u * along_u
     scale = 1.0 / found[p, WEIGHT]
     tt, tu, uu = scale * tt, scale * tu, scale * uu
-    et, eu = t[0] * e[0] + t[1] * e[1] + t[2] * e[2], u[0] * e[0] + u[1] * e[1] + u[2] * e[2]
+    et, eu = t @ e, u @ e
     least = 1e-3 * (tt + uu) + alone  # in a plane problem the points have no spread across the slice
     tt, uu = tt + least, uu + least
     whole = tt * uu - tu * tu
     if not whole > 0.0:
         return
     a, b = -(uu * et - tu * eu) / whole, -(tt * eu - tu * et) / whole
-    for d in range(3):
-        found[p, SLOPE + d] = a * t[d] + b * u[d]
+    slope = a * t + b * u
+    found[p, SLOPE], found[p, SLOPE + 1], found[p, SLOPE + 2] = slope.x, slope.y, slope.z
     found[p, LEVEL] = 1.0 - a * et - b * eu
 
 
@@ -313,7 +307,7 @@ def measure_depths(
     by_own_normals
         True to measure depths along the normals of the points instead of the normals of the other surface.
     """
-    one, other, found, n, k, own = about.one, about.other, results.beside, 0, 0, len(of_other)
+    one, other, found, i, k, own = about.one, about.other, results.beside, 0, 0, len(of_other)
     for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])
         gap, area = found[e, GAP], found[e, SHARE] * counts[p]
@@ -322,36 +316,32 @@ def measure_depths(
         x, m = _asking(one, p)
         # corrected weights have the sum one, and the mean position with these weights is the foot
         scale, level = 1.0 / found[e, WEIGHT], found[e, LEVEL]
-        c0, c1, c2 = found[e, SLOPE], found[e, SLOPE + 1], found[e, SLOPE + 2]
-        f0 = f1 = f2 = v0 = v1 = v2 = 0.0
-        results.first[n] = k
+        slope = Vector3(found[e, SLOPE], found[e, SLOPE + 1], found[e, SLOPE + 2])
+        foot = moves = Vector3(0.0, 0.0, 0.0)
+        results.first[i] = k
         for r in range(candidates.first[e], results.end[e]):
             q = results.heavy[r]
             d = _beside(other, uintp(q), x)
-            w = scale * results.weight[r] * (level + (c0 * d[0] + c1 * d[1] + c2 * d[2]))
+            w = scale * results.weight[r] * (level + slope @ d)
             results.point[k], results.share[k] = q, w
             k += 1
-            f0, f1, f2 = f0 + w * d[0], f1 + w * d[1], f2 + w * d[2]
+            foot = foot + w * d
             if q < own:
-                v0, v1, v2 = v0 + w * of_other[q, 0], v1 + w * of_other[q, 1], v2 + w * of_other[q, 2]
+                moves = moves + w * vector_at(of_other, q)
             else:
-                flip, o = images.flip[q - own], images.point[q - own]
-                v0, v1 = v0 + w * flip[0] * of_other[o, 0], v1 + w * flip[1] * of_other[o, 1]
-                v2 += w * flip[2] * of_other[o, 2]
-        n0, n1, n2 = found[e, NORMAL], found[e, NORMAL + 1], found[e, NORMAL + 2]
+                flip, v = vector_at(images.flip, q - own), vector_at(of_other, images.point[q - own])
+                moves = moves + w * Vector3(flip.x * v.x, flip.y * v.y, flip.z * v.z)
+        n = Vector3(found[e, NORMAL], found[e, NORMAL + 1], found[e, NORMAL + 2])
         if by_own_normals:
-            sign = 1.0 if m[0] * n0 + m[1] * n1 + m[2] * n2 > 0.0 else -1.0
-            n0, n1, n2 = sign * m[0], sign * m[1], sign * m[2]
+            n = (1.0 if m @ n > 0.0 else -1.0) * m
         if from_feet:
-            gap = n0 * f0 + n1 * f1 + n2 * f2
-        results.listed[n], results.depth[n], results.area[n] = p, width - gap, area * weights[p]
-        results.normal[n, 0], results.normal[n, 1], results.normal[n, 2] = n0, n1, n2
-        results.relative[n, 0] = velocity[p, 0] - v0
-        results.relative[n, 1] = velocity[p, 1] - v1
-        results.relative[n, 2] = velocity[p, 2] - v2
-        n += 1
-    results.first[n] = k
-    return n
+            gap = n @ foot
+        results.listed[i], results.depth[i], results.area[i] = p, width - gap, area * weights[p]
+        set_vector(results.normal, i, n)
+        set_vector(results.relative, i, vector_at(velocity, p) - moves)
+        i += 1
+    results.first[i] = k
+    return i
 
 
 @kernel()
@@ -370,17 +360,15 @@ def keep_touching(results, n, pushed, step, ahead):
         new = r == len(pushed) or pushed[r] != p
         stays = depth > 0.0
         if ahead and not stays:
-            opening = 0.0
-            for d in range(3):
-                opening += results.relative[i, d] * results.normal[i, d]
+            opening = vector_at(results.relative, i) @ vector_at(results.normal, i)
             stays = not new or depth - 1.5 * step * min(opening, 0.0) > 0.0
         if not stays:
             continue
         results.new[kept] = new
         if kept < i:
             results.listed[kept], results.depth[kept], results.area[kept], first[kept] = p, depth, results.area[i], k
-            for d in range(3):
-                results.normal[kept, d], results.relative[kept, d] = results.normal[i, d], results.relative[i, d]
+            set_vector(results.normal, kept, vector_at(results.normal, i))
+            set_vector(results.relative, kept, vector_at(results.relative, i))
             for s in range(end - begin):
                 results.point[k + s], results.share[k + s] = results.point[begin + s], results.share[begin + s]
         k += end - begin

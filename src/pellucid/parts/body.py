@@ -86,7 +86,7 @@ class Body(ConstrainedPoints, ABC):
         return self.arrays[name]
 
     def volumes(self) -> np.ndarray:
-        """Return the volumes of the points [m³], shape (n,), in storage order."""
+        """Return the current volumes of the points [m³], shape (n,), in storage order."""
         return self.stored_array("volume")
 
     # the step

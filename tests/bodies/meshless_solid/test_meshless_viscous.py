@@ -45,6 +45,7 @@ def test_the_stress_of_a_held_strain_relaxes_exponentially(steps):
     mean, time = (LAMBDA + 2.0 / 3.0 * MU) * (J - 1.0), 1.7 * TAU
     body.arrays["position"][:] = body.mesh.nodes @ F.T
     outward = boundary_integrals(body.mesh, body._functions.evaluator)
+    assert body.volumes() == pytest.approx(J * body.arrays["mass"] / PRONY["density"], rel=1e-6), "current volumes"
     for dt, fade in ((1e-12, 1.0), *[(time / steps, None)] * (steps - 1), (time / steps, np.exp(-1.7))):
         body._find_forces(dt)
         if fade is None:

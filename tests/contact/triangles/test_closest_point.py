@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.contact.triangles.closest_point import CORNER, INSIDE, closest_shares
+from pellucid.jit.space import Vector3
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -15,7 +16,7 @@ def test_closest_point_is_the_nearest_of_many_points(seed: int) -> None:
     many = u[:, None] * corners[0] + v[:, None] * corners[1] + (1.0 - u - v)[:, None] * corners[2]
     found_regions = set()
     for x in rng.normal(size=(60, 3)) * 1.5:
-        *shares, region = closest_shares(tuple(x), *map(tuple, corners))
+        *shares, region = closest_shares(Vector3(*x), *(Vector3(*corner) for corner in corners))
         foot = np.array(shares) @ corners
         found_regions.add(region)
         assert min(shares) >= 0.0

@@ -107,7 +107,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def volumes(self) -> np.ndarray:
-        return self._volume
+        return self.arrays["mass"] / self.field("density")
 
     # the step
 

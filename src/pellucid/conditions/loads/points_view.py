@@ -44,7 +44,7 @@ class PointsView:
 
     @cached_property
     def volume(self) -> np.ndarray:
-        """Volumes [m³], shape (n,); for a membrane, the volume of its material that belongs to each node."""
+        """Current volumes [m³], shape (n,); for a membrane, the volume of its material that belongs to each node."""
         return read_only(self._body.volumes()[self._order])
 
     @cached_property

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.space import Vector3, add_vector, cross, set_vector, vector_at
 
 INSIDE, EDGE, CORNER = 0, 1, 4
 """Region codes of a closest point on a triangle: INSIDE; EDGE + i on edge i, from corner i to the next corner; CORNER + i
@@ -41,21 +42,21 @@ class Facets(NamedTuple):
 def closest_shares(x, a, b, c):
     """Return the barycentric coordinates of the point of triangle abc that is closest to x, and its region: `INSIDE` the
     triangle, `EDGE` plus the number of the edge, or `CORNER` plus the number of the corner."""
-    ab, ac = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
-    p = (x[0] - a[0], x[1] - a[1], x[2] - a[2])
-    d1, d2 = ab[0] * p[0] + ab[1] * p[1] + ab[2] * p[2], ac[0] * p[0] + ac[1] * p[1] + ac[2] * p[2]
+    ab, ac = b - a, c - a
+    p = x - a
+    d1, d2 = ab @ p, ac @ p
     if d1 <= 0.0 and d2 <= 0.0:
         return 1.0, 0.0, 0.0, CORNER
-    p = (x[0] - b[0], x[1] - b[1], x[2] - b[2])
-    d3, d4 = ab[0] * p[0] + ab[1] * p[1] + ab[2] * p[2], ac[0] * p[0] + ac[1] * p[1] + ac[2] * p[2]
+    p = x - b
+    d3, d4 = ab @ p, ac @ p
     if d3 >= 0.0 and d4 <= d3:
         return 0.0, 1.0, 0.0, CORNER + 1
     vc = d1 * d4 - d3 * d2
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
         v = d1 / max(d1 - d3, TINY)
         return 1.0 - v, v, 0.0, EDGE
-    p = (x[0] - c[0], x[1] - c[1], x[2] - c[2])
-    d5, d6 = ab[0] * p[0] + ab[1] * p[1] + ab[2] * p[2], ac[0] * p[0] + ac[1] * p[1] + ac[2] * p[2]
+    p = x - c
+    d5, d6 = ab @ p, ac @ p
     if d6 >= 0.0 and d5 <= d6:
         return 0.0, 0.0, 1.0, CORNER + 2
     vb = d5 * d2 - d1 * d6
@@ -71,33 +72,26 @@ def closest_shares(x, a, b, c):
 
 
 @pointwise
-def row_of(values, i):
-    """Return row i of an array of vectors, shape (n, 3), as three numbers."""
-    return values[i, 0], values[i, 1], values[i, 2]
+def corners_at(values, triangle, t):
+    """Return the rows of an array of vectors, shape (n, 3), for the three vertices of triangle t."""
+    return vector_at(values, triangle[t, 0]), vector_at(values, triangle[t, 1]), vector_at(values, triangle[t, 2])
 
 
 @pointwise
 def at_foot(values, triangle, t, u, v, w):
     """Return vertex values, shape (n, 3), interpolated to a point of triangle t with barycentric coordinates u, v, w."""
-    a, b, c = triangle[t, 0], triangle[t, 1], triangle[t, 2]
-    return (
-        u * values[a, 0] + v * values[b, 0] + w * values[c, 0],
-        u * values[a, 1] + v * values[b, 1] + w * values[c, 1],
-        u * values[a, 2] + v * values[b, 2] + w * values[c, 2],
-    )
+    a, b, c = corners_at(values, triangle, t)
+    return u * a + v * b + w * c
 
 
 @pointwise
 def closest_on(facets, t, x):
     """Return the barycentric coordinates of the point of triangle t closest to x, its region (see `closest_shares`), and
     the squared distance [m²]."""
-    triangle, place = facets.triangle, facets.place
-    a, b, c = row_of(place, triangle[t, 0]), row_of(place, triangle[t, 1]), row_of(place, triangle[t, 2])
+    a, b, c = corners_at(facets.place, facets.triangle, t)
     u, v, w, region = closest_shares(x, a, b, c)
-    e0 = x[0] - (u * a[0] + v * b[0] + w * c[0])
-    e1 = x[1] - (u * a[1] + v * b[1] + w * c[1])
-    e2 = x[2] - (u * a[2] + v * b[2] + w * c[2])
-    return u, v, w, region, e0 * e0 + e1 * e1 + e2 * e2
+    e = x - (u * a + v * b + w * c)
+    return u, v, w, region, e @ e
 
 
 @pointwise
@@ -107,15 +101,13 @@ def normal_at(facets, t, region):
 
     region: part of the triangle with the closest point, see `closest_shares`.
     """
-    n = row_of(facets.normal, t)
+    n = vector_at(facets.normal, t)
     if region == INSIDE:
         return n
     if region < CORNER:
         q = facets.beside[t, region - EDGE]
-        if q < 0:
-            return 0.0, 0.0, 0.0
-        return n[0] + facets.normal[q, 0], n[1] + facets.normal[q, 1], n[2] + facets.normal[q, 2]
-    return row_of(facets.vertex_normal, facets.triangle[t, region - CORNER])
+        return Vector3(0.0, 0.0, 0.0) if q < 0 else n + vector_at(facets.normal, q)
+    return vector_at(facets.vertex_normal, facets.triangle[t, region - CORNER])
 
 
 @kernel()
@@ -127,28 +119,23 @@ def find_normals(triangle, place, representative, on_rim, normal, vertex_normal)
     represents all vertices at the same position on a plane of symmetry or a seam, shape (n,). on_rim: mask of the vertices on
     the rim, shape (n,); their sum is set to zero.
     """
+    zero = Vector3(0.0, 0.0, 0.0)
     for i in range(len(place)):
-        vertex_normal[i, 0] = vertex_normal[i, 1] = vertex_normal[i, 2] = 0.0
+        set_vector(vertex_normal, i, zero)
     for t in range(len(triangle)):
-        a, b, c = row_of(place, triangle[t, 0]), row_of(place, triangle[t, 1]), row_of(place, triangle[t, 2])
-        u, v = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
-        n0, n1, n2 = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-        size = max(sqrt(n0 * n0 + n1 * n1 + n2 * n2), TINY)
-        normal[t, 0], normal[t, 1], normal[t, 2] = n0 / size, n1 / size, n2 / size
+        a, b, c = corners_at(place, triangle, t)
+        across = cross(b - a, c - a)
+        size = max(sqrt(across @ across), TINY)
+        n = across / size
+        set_vector(normal, t, n)
         for k in range(3):
-            i, j = row_of(place, triangle[t, (k + 1) % 3]), row_of(place, triangle[t, (k + 2) % 3])
-            o = row_of(place, triangle[t, k])
-            along = 0.0
-            for d in range(3):
-                along += (i[d] - o[d]) * (j[d] - o[d])
-            angle = np.arctan2(size, along)
-            at = representative[triangle[t, k]]
-            for d in range(3):
-                vertex_normal[at, d] += angle * normal[t, d]
+            i, j = vector_at(place, triangle[t, (k + 1) % 3]), vector_at(place, triangle[t, (k + 2) % 3])
+            o = vector_at(place, triangle[t, k])
+            angle = np.arctan2(size, (i - o) @ (j - o))
+            add_vector(vertex_normal, representative[triangle[t, k]], angle * n)
     for i in range(len(place)):
         at = representative[i]
         if on_rim[at]:
-            vertex_normal[i, 0] = vertex_normal[i, 1] = vertex_normal[i, 2] = 0.0
+            set_vector(vertex_normal, i, zero)
         elif at != i:
-            for d in range(3):
-                vertex_normal[i, d] = vertex_normal[at, d]
+            set_vector(vertex_normal, i, vector_at(vertex_normal, at))

@@ -26,9 +26,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.contact.triangles.closest_point import INSIDE, at_foot, closest_on, normal_at, row_of
+from pellucid.contact.triangles.closest_point import INSIDE, at_foot, closest_on, normal_at
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
+from pellucid.jit.space import Vector3, set_vector, vector_at
 
 CHUNK = 128  # number of points per chunk of a thread
 STEPS = 30  # largest number of steps of a walk
@@ -103,9 +104,8 @@ def _looks_away(points, facets, sight, p, q):
     is a sheet (see `Sight.faces`)."""
     if not sight.faces:
         return False
-    m, n = row_of(points.normal, p), row_of(facets.normal, q)
-    size = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
-    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] > -OPPOSED * size
+    m = vector_at(points.normal, p)
+    return m @ vector_at(facets.normal, q) > -OPPOSED * sqrt(m @ m)
 
 
 @pointwise
@@ -168,24 +168,24 @@ def _search(points, facets, boxes, sight, p, x, hand, held, square):
     point, or -1.
     """
     found, least, b = -1, square, 0
-    for d in range(3):
-        i = int(np.floor((x[d] - boxes.lower[d]) / boxes.size))
+    for d, coordinate in enumerate((x.x, x.y, x.z)):
+        i = int(np.floor((coordinate - boxes.lower[d]) / boxes.size))
         if i < 0 or i >= boxes.counts[d]:
             return found
         b = b * boxes.counts[d] + i
-    m = row_of(points.normal, p)
+    m = vector_at(points.normal, p)
     for r in range(boxes.first[b], boxes.first[b + 1]):
         q = boxes.order[r]
         u, v, w, region, s = closest_on(facets, q, x)
         if s >= least:
             continue
         f = at_foot(facets.place, facets.triangle, q, u, v, w)
-        away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
-        if hand != 0 and hand * (away[0] * m[0] + away[1] * m[1] + away[2] * m[2]) > 0.0:
+        away = x - f
+        if hand != 0 and hand * (away @ m) > 0.0:
             continue
         if not sight.two_sided:
             n = normal_at(facets, q, region)
-            if away[0] * n[0] + away[1] * n[1] + away[2] * n[2] < -sight.outside * sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2):
+            if away @ n < -sight.outside * sqrt(n @ n):
                 continue
         if _looks_away(points, facets, sight, p, q) or _is_among(points.first, points.excluded, p, q):
             continue
@@ -201,7 +201,7 @@ def _search(points, facets, boxes, sight, p, x, hand, held, square):
 def _empty(slots, p, k):
     slots.triangle[p, k], slots.side[p, k], slots.state[p, k] = -1, 0, APART
     slots.born[p, k] = slots.depth[p, k] = 0.0
-    slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
+    set_vector(slots.slip[p], k, Vector3(0.0, 0.0, 0.0))
 
 
 @pointwise
@@ -209,14 +209,12 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
     """Store the closest point of triangle t, with barycentric coordinates u, v, w, its region and squared distance [m²], in
     slot k of point p at position x; return the signed distance of the point from the surface [m]."""
     n = normal_at(facets, t, region)
-    f = at_foot(facets.place, facets.triangle, t, u, v, w)
-    away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
-    along = away[0] * n[0] + away[1] * n[1] + away[2] * n[2]
-    size, r = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), sqrt(square)
+    away = x - at_foot(facets.place, facets.triangle, t, u, v, w)
+    along, size, r = away @ n, sqrt(n @ n), sqrt(square)
     side, beyond = slots.side[p, k], False
     if size == 0.0:  # on the rim
-        n = row_of(facets.normal, t)
-        along, size = away[0] * n[0] + away[1] * n[1] + away[2] * n[2], 1.0
+        n = vector_at(facets.normal, t)
+        along, size = away @ n, 1.0
         beyond = abs(along) < OVER_RIM * r
     if beyond:
         side = 0
@@ -225,17 +223,15 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
     elif side == 0:
         side = 1 if along >= 0.0 else -1
     slots.triangle[p, k], slots.side[p, k] = t, side
-    slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2] = u, v, w
+    set_vector(slots.share[p], k, Vector3(u, v, w))
     sign = 1.0
     if side != 0 and side * along < 0.0:
         sign = -1.0
     if r > 1e-9 * sight.far:
-        factor = sign / r
-        n0, n1, n2 = factor * away[0], factor * away[1], factor * away[2]
+        outward = (sign / r) * away
     else:
-        factor = side / size if side != 0 else 1.0
-        n0, n1, n2 = factor * n[0], factor * n[1], factor * n[2]
-    slots.normal[p, k, 0], slots.normal[p, k, 1], slots.normal[p, k, 2] = n0, n1, n2
+        outward = (side / size if side != 0 else 1.0) * n
+    set_vector(slots.normal[p], k, outward)
     return sign * r
 
 
@@ -243,10 +239,9 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
 def relative_velocity(points, facets, slots, p, k):
     """Return the velocity of point p relative to the closest point on the other surface that slot k of the point stores
     [m/s]."""
-    u, v, w = slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2]
-    of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], u, v, w)
-    v = row_of(points.velocity, p)
-    return v[0] - of_foot[0], v[1] - of_foot[1], v[2] - of_foot[2]
+    share = vector_at(slots.share[p], k)
+    of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], share.x, share.y, share.z)
+    return vector_at(points.velocity, p) - of_foot
 
 
 @kernel()
@@ -258,8 +253,7 @@ def find_power(points, facets, slots):
         for k in range(slots.triangle.shape[1]):
             if slots.state[p, k] == APART:
                 continue
-            v = relative_velocity(points, facets, slots, p, k)
-            power += v[0] * slots.lossy[p, k, 0] + v[1] * slots.lossy[p, k, 1] + v[2] * slots.lossy[p, k, 2]
+            power += relative_velocity(points, facets, slots, p, k) @ vector_at(slots.lossy[p], k)
     return power
 
 
@@ -274,7 +268,7 @@ def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead,
     """
     n_slots = slots.triangle.shape[1]
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):
-        x = row_of(points.place, p)
+        x = vector_at(points.place, p)
         for k in range(n_slots):
             t = slots.triangle[p, k]
             if t < 0 and not looks:
@@ -312,11 +306,9 @@ def update_slots(chunk, points, facets, slots, boxes, sight, way, coming, ahead,
             depth = slots.depth[p, k] = sight.thickness - gap - slots.born[p, k]
             slots.clear[p, k] = way + gap - sight.thickness
             if depth <= 0.0:
-                v = relative_velocity(points, facets, slots, p, k)
-                along = v[0] * slots.normal[p, k, 0] + v[1] * slots.normal[p, k, 1] + v[2] * slots.normal[p, k, 2]
-                depth -= ahead * along
+                depth -= ahead * (relative_velocity(points, facets, slots, p, k) @ vector_at(slots.normal[p], k))
             if depth > 0.0:
                 slots.state[p, k] = ENTERS if slots.state[p, k] == APART else STAYS
             else:
                 slots.state[p, k] = APART
-                slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
+                set_vector(slots.slip[p], k, Vector3(0.0, 0.0, 0.0))
