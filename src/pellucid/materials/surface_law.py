@@ -1,15 +1,19 @@
 """Elastic laws of surfaces: energy W per unit initial area [J/m²] as a function of in-plane stretches, moduli [N/m] without
 a thickness.
 
-An isotropic law defines W, its slopes and its curvatures as functions of the principal stretches λ₁, λ₂. The functions of
-the in-plane deformation gradient for kernels follow from them. An anisotropic law defines these functions itself, for
-initial axes whose first axis is the `direction` of its material. The tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This
-module uses τ = J T instead, τ₁ = λ₁ ∂W/∂λ₁, i.e. force times length per initial area.
+An isotropic law defines W as a function of the principal stretches λ₁, λ₂. Its slopes and curvatures are derived from it
+unless the law registers its own, and the functions of the in-plane deformation gradient for kernels follow from them. An
+anisotropic law defines these functions itself, for initial axes whose first axis is the `direction` of its material. The
+tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This module uses τ = J T instead, τ₁ = λ₁ ∂W/∂λ₁, i.e. force times length
+per initial area.
 """
 
+from collections.abc import Callable
 from math import exp, log, sqrt
+from typing import Any
 
-from pellucid.jit import default_function, generic, pointwise
+from pellucid.jit import default_function, derived_function, generic, pointwise
+from pellucid.materials.derivatives import traced
 from pellucid.materials.law import Law
 from pellucid.materials.membrane import InPlane, Shape, turned_to
 from pellucid.materials.membrane_gradient import larger_principal, left_stretch_squared
@@ -33,6 +37,18 @@ def stretch_slopes(law: Law, a: float, b: float) -> tuple[float, float]:
 def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, float]:
     """Return the second derivatives ∂²W/∂a², ∂²W/∂b² and ∂²W/∂a∂b of the energy with respect to the principal stretches
     [N/m]."""
+
+
+@derived_function(stretch_slopes)
+def _slopes(kind: type) -> Callable[..., Any] | None:
+    W = traced(stretch_energy, kind)
+    return W.function(stretch_slopes, W.slopes) if W else None
+
+
+@derived_function(stretch_curvatures)
+def _curvatures(kind: type) -> Callable[..., Any] | None:
+    W = traced(stretch_energy, kind)
+    return W.function(stretch_curvatures, W.curvatures) if W else None
 
 
 @generic
