@@ -9,7 +9,7 @@ import pytest
 
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power
-from pellucid.materials.derivatives import Energy, NotTraced, traced
+from pellucid.materials.derivatives import Energy, NotTraced, partial_derivatives, traced
 from pellucid.materials.skalak_membrane import SkalakSurface
 from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
 
@@ -44,6 +44,21 @@ def exponentials(law, a, b):
     return exp(law.c * a) * expm1(-a * b) + law.n * exp(-0.5 * (a - b) * (a - b)) + power(b, law.n)
 
 
+@pointwise
+def _halved(x, y):
+    return 0.5 * (x / y)
+
+
+@partial_derivatives(_halved)
+def _halved_slopes(x, y):
+    return 0.5 / y, -0.5 * x / (y * y)
+
+
+def with_partial_derivatives(law, a, b):
+    q = _halved(a * a, b + 1.0)
+    return log(1.0 + q * q) * law.c + q
+
+
 def of_one(law, a, b):
     return law.c * (a - 1.0) * (a - 1.0)
 
@@ -52,7 +67,16 @@ def alike(law, a, b):
     return -(a - 1.0) * (1.0 + a) - (b - a) - (a - b) + (2.0 - a) * (a - 1.0) + (a + b) * (a + b) + 0.0 * b
 
 
-ENERGIES = [cubic_product, quotient, powers, roots_and_logarithms, exponentials, of_one, alike]
+ENERGIES = [
+    cubic_product,
+    quotient,
+    powers,
+    roots_and_logarithms,
+    exponentials,
+    with_partial_derivatives,
+    of_one,
+    alike,
+]
 LAW = Numbers(0.7, 1.6)
 
 

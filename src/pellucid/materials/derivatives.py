@@ -25,7 +25,8 @@ FUNCTIONS = {"sqrt": math.sqrt} | {
     function.__name__: function
     for function in (elementary.exp, elementary.expm1, elementary.log, elementary.log1p, elementary.power)
 }
-"""Functions of derived code, by name; in W those of `math` with the same names are equivalent."""
+"""Functions of derived code, by name; in W those of `math` with the same names are equivalent. `partial_derivatives` adds
+functions."""
 
 
 class NotTraced(TypeError):
@@ -98,11 +99,29 @@ PARTIALS: dict[str | float, tuple[Callable[[Term], Any], ...]] = {
 """Partial derivatives of each operation with respect to its operands."""
 
 
+def partial_derivatives(function: Callable[..., float]) -> Callable[..., Any]:
+    """Return a decorator for a function that returns the partial derivatives of a pointwise function as a tuple, at least
+    those with respect to arguments that vary. They replace those that follow from its operations, which are longer where the
+    function is written without differences of large numbers."""
+
+    def register(slopes: Callable[..., Any]) -> Callable[..., Any]:
+        def partial(place: int) -> Callable[[Term], Any]:
+            return lambda term: _on_terms(slopes)(*term.operands)[place]
+
+        FUNCTIONS[function.__name__] = function
+        PARTIALS[function.__name__] = tuple(map(partial, range(len(inspect.signature(function).parameters))))
+        return slopes
+
+    return register
+
+
 class Graph:
     """Terms of an energy and its derivatives, each once."""
 
     def __init__(self) -> None:
         self.terms: dict[tuple[Any, ...], Term] = {}
+        self.derivatives: dict[tuple[Term, Term], Term] = {}
+        self.bottlenecks: dict[Term, Term | None] = {}
         self.zero, self.one = self.term(0.0), self.term(1.0)
 
     def term(self, operation: str | float, *operands: Term, varies: bool = False) -> Term:
@@ -152,8 +171,7 @@ class Graph:
         return self._product(self._product(p, q), self._product(u, v))
 
     def _product(self, x: Term, y: Term) -> Term:
-        if isinstance(y.operation, float) or (x.varies == y.varies and x.order > y.order):
-            x, y = y, x
+        x, y = sorted((x, y), key=lambda term: (not isinstance(term.operation, float), term.varies, term.order))
         if isinstance(x.operation, float):
             if isinstance(y.operation, float):
                 return self.term(x.operation * y.operation)
@@ -169,7 +187,8 @@ class Graph:
             return self.term(1.0 / x.operation)
         if x.operation == "inverse":
             return x.operands[0]
-        if x.operation == "*" and (x.operands[0] is x.operands[1] or x.operands[0].varies < x.varies):
+        parts = x.operands if x.operation == "*" else ()
+        if parts and (parts[0] is parts[1] or not parts[0].varies or any(part.operation == "inverse" for part in parts)):
             return self.invert(x.operands[0]) * self.invert(x.operands[1])
         return self.term("inverse", x)
 
@@ -194,10 +213,14 @@ class Graph:
         for term in terms:
             factor, rest = _split(term)
             groups.setdefault(factor, []).append(rest)
-        total = self.zero
+        scale, total = 0.0, self.zero
         for factor, rests in groups.items():
-            total += factor * self._sum_of_products(rests)
-        return total
+            factor, rest = _split(factor * self._sum_of_products(rests))
+            number, parameters = _number(factor)
+            if not scale:  # a power of 2 is taken out too: derivatives of squares have it in common
+                scale = number if abs(math.frexp(number)[0]) == 0.5 else 1.0
+            total += number / scale * parameters * rest
+        return scale * total
 
     def _sum_of_products(self, terms: list[Term]) -> Term:
         others: dict[Term, list[Term]] = {}  # by a factor of a term: the other factors
@@ -217,23 +240,38 @@ class Graph:
 
     def gradient(self, of: Term, variables: Sequence[Term]) -> list[Term]:
         """Return the derivatives of a term with respect to variables by reverse differentiation."""
-        shares: dict[Term, list[Term]] = {variable: [] for variable in variables} | {of: [self.one]}
-        for term in reversed(_needed([of])):
+        factor, rest = _split(of)
+        shares: dict[Term, list[Term]] = {variable: [] for variable in variables} | {rest: [self.one]}
+        for term in reversed(_needed([rest])):
             for operand, partial in zip(term.operands, PARTIALS.get(term.operation, ()), strict=True):
                 if operand.varies:
                     shares.setdefault(operand, []).append(self.sum(shares[term]) * partial(term))
-        return [self.sum(shares[variable]) for variable in variables]
+        return [factor * self.sum(shares[variable]) for variable in variables]
 
-    def derivative(self, of: Term, variable: Term, known: dict[Term, Term]) -> Term:
-        """Return the derivative of a term with respect to a variable by forward differentiation; known: derivatives found so
-        far."""
-        if of not in known:
-            known[of] = self.one if of is variable else self.sum([
-                self.derivative(operand, variable, known) * partial(of)
+    def derivative(self, of: Term, by: Term) -> Term:
+        """Return the derivative of a term with respect to a variable, or to a term on which it depends, by forward
+        differentiation. What depends on the variable through one term only is differentiated by the chain rule."""
+        if of is by:
+            return self.one
+        if (of, by) not in self.derivatives:
+            inner = self._bottleneck(of)
+            self.derivatives[of, by] = self.sum([
+                self.derivative(operand, by) * partial(of)
                 for operand, partial in zip(of.operands, PARTIALS.get(of.operation, ()), strict=True)
                 if operand.varies
-            ])  # fmt: skip
-        return known[of]
+            ]) if inner is None or inner is by else self.derivative(of, inner) * self.derivative(inner, by)  # fmt: skip
+        return self.derivatives[of, by]
+
+    def _bottleneck(self, of: Term) -> Term | None:
+        """Return the last term through which a term depends on all its variables; None if there is none."""
+        if of not in self.bottlenecks:
+            ahead = {operand for operand in of.operands if operand.varies}
+            while len(ahead) > 1:
+                last = max(ahead, key=lambda term: term.order)
+                inner = self._bottleneck(last)
+                ahead = ahead - {last} | {inner} if inner is not None else set()
+            self.bottlenecks[of] = ahead.pop() if ahead else None
+        return self.bottlenecks[of]
 
 
 class Energy:
@@ -257,12 +295,7 @@ class Energy:
             raise NotTraced(text).with_traceback(error.__traceback__) from None  # which has the line of the function
         self.slopes = graph.gradient(value, variables)
         (x, y), (by_x, by_y) = variables, self.slopes
-        along_x: dict[Term, Term] = {}
-        self.curvatures = [
-            graph.derivative(by_x, x, along_x),
-            graph.derivative(by_y, y, {}),
-            graph.derivative(by_y, x, along_x),
-        ]
+        self.curvatures = [graph.derivative(by_x, x), graph.derivative(by_y, y), graph.derivative(by_y, x)]
 
     def function(self, operation: Callable[..., Any], results: Sequence[Term]) -> Callable[..., Any]:
         """Return a pointwise function, an implementation of `operation`, that computes these terms. Its docstring is its
@@ -295,6 +328,14 @@ def _split(x: Term) -> tuple[Term, Term]:
     if not x.varies:
         return x, x.graph.one
     return x.operands if x.operation == "*" and not x.operands[0].varies else (x.graph.one, x)  # type: ignore[return-value]
+
+
+def _number(x: Term) -> tuple[float, Term]:
+    """Return the number in a product, and the rest."""
+    if isinstance(x.operation, float):
+        return x.operation, x.graph.one
+    first = x.operands[0].operation if x.operation == "*" else 1.0
+    return (first, x.operands[1]) if x.operation == "*" and isinstance(first, float) else (1.0, x)
 
 
 def _parts(x: Term) -> tuple[Term, Term]:

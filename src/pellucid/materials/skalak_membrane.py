@@ -43,10 +43,6 @@ class SkalakMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> SkalakSurface:
         return SkalakSurface(self.shear_modulus, self.area_coefficient)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus (1 + 2C) G at rest [N/m]."""
-        return self.shear_modulus, (1.0 + 2.0 * self.area_coefficient) * self.shear_modulus
-
 
 @point_function(stretch_energy, SkalakSurface)
 def _energy(law, a, b):

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from math import exp, log, sqrt
 from typing import Any
 
-from pellucid.jit import default_function, derived_function, generic, pointwise
-from pellucid.materials.derivatives import traced
-from pellucid.materials.law import Law
+from pellucid.jit import default_function, derived_function, generic, point_function, pointwise
+from pellucid.materials.derivatives import partial_derivatives, traced
+from pellucid.materials.law import Law, LawType
 from pellucid.materials.membrane import InPlane, Shape, turned_to
 from pellucid.materials.membrane_gradient import larger_principal, left_stretch_squared
 from pellucid.materials.wrinkling import natural_width
@@ -143,3 +143,30 @@ def by_search(law, stretch):
         if abs(change) < TOLERANCE:
             break
     return exp(y)
+
+
+def incompressible(law: type[LawType]) -> type[LawType]:
+    """Class decorator for the law of an incompressible sheet, whose thickness λ₃ = 1/(λ₁λ₂) is eliminated: register the width
+    of a strip, stretch^(-½), since neither its sides nor its faces carry stress."""
+    point_function(natural_width, law)(_incompressible_width)
+    return law
+
+
+def _incompressible_width(law, stretch):
+    return 1.0 / sqrt(stretch)
+
+
+@pointwise
+def invariant_excess(a: float, b: float) -> float:
+    """Return I - 3, with the first invariant I = a² + b² + 1/(ab)² of an incompressible sheet with the principal stretches
+    a, b, accurate also for small values."""
+    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
+    J = a * b
+    return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)
+
+
+@partial_derivatives(invariant_excess)
+def _invariant_slopes(a, b):
+    J = a * b
+    inverse = 1.0 / (J * J)
+    return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)
