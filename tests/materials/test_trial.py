@@ -4,9 +4,14 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from registries import forgotten_afterwards
+from typer.testing import CliRunner
 from user_files import CASE, told
+
+from pellucid.cli import app
+from pellucid.results.storage.run import Run
 
 LAW = """\
 from math import sqrt
@@ -257,3 +262,37 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
     assert "register `stretch_slopes` of this law as well" in message
     message = law_told(folder, "(a + b - 2.0)", "(a + b - 1.9)", law, quadratic, body)
     assert "has a stress at rest; its energy must be smallest at rest" in message
+
+
+GENT = 'kind = "gent", density = 1000, bulk_modulus = 1e5, shear_modulus = 2e4, limit = 30'
+
+
+def law_of_the_page_on_solids() -> str:
+    page = (Path(__file__).parents[2] / "docs" / "physics" / "solids.md").read_text(encoding="utf-8")
+    (law,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    return law
+
+
+def test_an_isotropic_law_states_its_energy_alone(folder: Path) -> None:
+    law = law_of_the_page_on_solids()
+    message = law_told(folder, "log1p(-first / law.limit)", "max(first, 0.0)", law, GENT)
+    assert "`invariant_energy` of the law Gent cannot be differentiated: it compares its arguments" in message
+    assert "(`return -0.5 * law.mu" in message
+    message = law_told(folder, "@point_function(invariant_energy, Gent)", "", law, GENT)
+    assert "the law Gent (" in message
+    assert "`isochoric_energy`" in message
+
+
+@pytest.mark.slow
+def test_a_law_by_its_energy_alone_runs(folder: Path) -> None:
+    """A block that starts to stretch: its kinetic energy becomes strain energy, and no stress works without the energy."""
+    (folder / "mine.py").write_text(law_of_the_page_on_solids(), encoding="utf-8")
+    start = 'initial = [{ kind = "velocity-gradient", x = [2, 0, 0], y = [0, -2, 0], origin = [1, 1, 0] }]\n'
+    text = f"{HEAD}{BLOCK}{start}material = {{ {GENT} }}\n".replace("end = 0.01", "end = 0.1")
+    (folder / "case.toml").write_text(f"{text}[output]\nhistory = 1e-3\n", encoding="utf-8")
+    result = CliRunner().invoke(app, ["run", "case.toml", "--out", "out"])
+    assert result.exit_code == 0, result.stderr
+    history = Run("out").history
+    total = history["strain_energy"] + history["kinetic_energy"]
+    assert max(history["strain_energy"]) > 0.3 * total[0]
+    assert total == pytest.approx(np.full(len(total), total[0]), rel=0.05)

@@ -297,6 +297,15 @@ class Energy:
         (x, y), (by_x, by_y) = variables, self.slopes
         self.curvatures = [graph.derivative(by_x, x), graph.derivative(by_y, y), graph.derivative(by_y, x)]
 
+    @property
+    def is_linear(self) -> bool:
+        """True if the second derivatives are zero for all parameters."""
+        return all(term.operation == 0.0 for term in self.curvatures)
+
+    def depends_on(self, place: int) -> bool:
+        """Return True if the energy depends on the variable at a place (0 or 1)."""
+        return self.slopes[place].operation != 0.0
+
     def function(self, operation: Callable[..., Any], results: Sequence[Term]) -> Callable[..., Any]:
         """Return a pointwise function, an implementation of `operation`, that computes these terms. Its docstring is its
         source."""
