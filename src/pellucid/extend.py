@@ -3,7 +3,7 @@
 A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field,
 or a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
 `hyperelastic` and `decoupled` decorate laws, `point_state` decorates states of laws, and `point_function` functions at a
-point, in which `log`, `exp` and `power` are faster than those of `math`.
+point, in which `exp`, `expm1`, `log`, `log1p` and `power` are faster than those of `math`.
 """
 
 from pellucid.bodies.initial import InitialField
@@ -12,9 +12,9 @@ from pellucid.conditions.loads.contract import Load
 from pellucid.conditions.loads.points_view import PointsView
 from pellucid.conditions.signals.displacements import SignalModel
 from pellucid.jit import point_function
-from pellucid.jit.elementary import exp, log, power
+from pellucid.jit.elementary import exp, expm1, log, log1p, power
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.decoupled import DecoupledMaterial, decoupled
+from pellucid.materials.decoupled import BulkMaterial, DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.eos.equation import EquationOfStateModel
@@ -26,6 +26,7 @@ from pellucid.model import InputFile, Vector, parameter
 from pellucid.registry import register
 
 __all__ = [
+    "BulkMaterial",
     "DecoupledMaterial",
     "ElasticMaterial",
     "ElasticMembraneMaterial",
@@ -42,9 +43,11 @@ __all__ = [
     "Vector",
     "decoupled",
     "exp",
+    "expm1",
     "finite_strain",
     "hyperelastic",
     "log",
+    "log1p",
     "parameter",
     "point_function",
     "point_state",

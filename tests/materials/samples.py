@@ -1,7 +1,7 @@
 """One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
 import pytest
-from user_laws import KelvinVoigtMaterial, StandardLinearMaterial
+from user_laws import GentMaterial, KelvinVoigtMaterial, StandardLinearMaterial
 
 from pellucid import materials
 from pellucid.materials.elastic import ElasticMaterial
@@ -30,7 +30,9 @@ def fluid(eos="ideal-gas", **changes):
 
 SOFT = {"density": 1100.0, "young_modulus": 17.9e3, "poisson_ratio": 0.45}
 ALUMINIUM = {"density": 2700.0, "young_modulus": 7e10, "poisson_ratio": 0.33}
+BULK = {"density": 1100.0, "bulk_modulus": 6e4}
 USERS = {
+    "gent": GentMaterial(**BULK, shear_modulus=6e3, limit=30.0),
     "user-kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
     "standard-linear": StandardLinearMaterial(**SOFT, branch_modulus=3e3, relaxation_time=0.5),
 }
@@ -41,7 +43,6 @@ SOLIDS = {
     if issubclass(model, ElasticMaterial)
     and not {name for name, field in model.model_fields.items() if field.is_required()} - SOFT.keys()
 }
-BULK = {"density": 1100.0, "bulk_modulus": 6e4}
 # those with parameters of their own, of about the same stiffness
 SPECIAL = {
     "mooney-rivlin": BULK | {"c1": 2e3, "c2": 1e3},

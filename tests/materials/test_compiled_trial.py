@@ -10,7 +10,7 @@ from small_cases import SOLID, box, case
 
 from pellucid.compilation.reporting import laws_blamed
 from pellucid.errors import CaseError
-from pellucid.jit import implementations, point_function
+from pellucid.jit import implementation_of, point_function
 from pellucid.materials.compiled_trial import why_not_compiled
 from pellucid.materials.hyperelastic import hyperelastic
 from pellucid.materials.law import cauchy_stress, energy, signal_speed, wave_speed
@@ -27,7 +27,7 @@ class Noted(NamedTuple):
 
 
 for operation in (energy, cauchy_stress, wave_speed):
-    point_function(operation, Noted)(implementations(operation)[NeoHookean])
+    point_function(operation, Noted)(implementation_of(operation, NeoHookean))
 
 
 @point_function(signal_speed, Noted)
@@ -52,7 +52,7 @@ def test_the_function_and_its_line_are_named():
 
 @pytest.fixture
 def making_an_array():
-    mine = implementations(signal_speed)[Noted]
+    mine = implementation_of(signal_speed, Noted)
 
     @point_function(signal_speed, Noted)
     def _speed(law, state, density, L, length):

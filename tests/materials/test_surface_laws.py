@@ -127,6 +127,24 @@ def test_moduli_at_rest(sample):
     assert 0.5 * (found[0, 1, 0, 1] + found[0, 1, 1, 0]) == pytest.approx(shear, rel=error, abs=error * area)
 
 
+@pytest.mark.parametrize("kind", SURFACE_LAWS)
+def test_moduli_are_the_parameters(kind):
+    """All have the shear modulus 1 in these samples or one that their parameters give; rubber has K = 3G."""
+    sample = material(kind)
+    shear, area = sample.surface_moduli()
+    known = {
+        "ogden-membrane": lambda m: 0.5 * sum(mu * alpha for mu, alpha in zip(m.shear_moduli, m.exponents, strict=True)),
+        "arruda-boyce-membrane": lambda m: m.rubber_modulus * {3.0: 1.2923, 8.0: 1.0851}[m.links],
+    }
+    error = 1e-4 if kind == "arruda-boyce-membrane" else 1e-14
+    assert shear == pytest.approx(known.get(kind, lambda m: m.shear_modulus)(sample), rel=error)
+    areas = {
+        "skalak-membrane": lambda m: (1.0 + 2.0 * m.area_coefficient) * shear,
+        "evans-skalak-membrane": lambda m: m.area_modulus,
+    }
+    assert area == pytest.approx(areas.get(kind, lambda m: 3.0 * shear)(sample), rel=1e-14)
+
+
 @every_isotropic
 @pytest.mark.parametrize("stretches", STATES)
 def test_curvatures_are_the_derivatives_of_the_slopes(kind, stretches):

@@ -1,12 +1,15 @@
 """Mooney-Rivlin, Ogden, Holzapfel-Gasser-Ogden: closed forms of simple states, what they reduce to, and their wave speeds."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from algebra import eigen, matrix, rotation, tensor
 from pydantic import ValidationError
 from samples import BULK, SPECIAL, material_of
 
-from pellucid.materials.decoupled import isochoric_energy, isochoric_stiffness, isochoric_stress
+from pellucid.jit import point_function
+from pellucid.materials.decoupled import decoupled, invariant_energy, isochoric_energy, isochoric_stiffness, isochoric_stress
 from pellucid.materials.law import cauchy_stress, energy, wave_speed
 from pellucid.tensors import IDENTITY
 
@@ -163,6 +166,50 @@ def test_the_isochoric_stiffness_is_exact_at_rest_and_a_bound_elsewhere(name):
         found, bound = sampled_stiffness(law, F), isochoric_stiffness(law, tensor(F))
         assert found <= bound * (1.0 + 1e-4)
         assert bound < 3.0 * found, "a bound so loose would waste steps"
+
+
+@decoupled
+class General(NamedTuple):
+    """W = c₁ x + c₂ y + c₃ x² + c₄ y² + c₅ x y, x = Ī₁ - 3, y = Ī₂ - 3."""
+
+    c: float
+    d: float
+    e: float
+    f: float
+    g: float
+    kappa: float
+    rho0: float
+
+
+@point_function(invariant_energy, General)
+def _general(law, first, second):
+    return law.c * first + law.d * second + law.e * first**2 + law.f * second**2 + law.g * first * second
+
+
+@pytest.mark.parametrize("factors", [(3, 1, 0.2, 0.1, 0.15), (5, -1, 0, 0.3, 0.2), (2, 1, 0.3, 0.2, -0.2), (-1, 4, 0.1, 0, 0)])
+@every_seed
+def test_the_stiffness_by_both_invariants_is_a_bound_for_any_slopes_and_curvatures(factors, seed):
+    law = General(*factors, 10.0, 1.0)
+    shear = 2.0 * (factors[0] + factors[1])
+    at_rest = sampled_stiffness(law, np.eye(3))
+    assert at_rest == pytest.approx(4.0 / 3.0 * shear, rel=1e-5)
+    assert isochoric_stiffness(law, IDENTITY) >= at_rest * (1.0 - 1e-5)
+    F = gradient(seed, 0.5)
+    found, bound = sampled_stiffness(law, F), isochoric_stiffness(law, tensor(F))
+    assert found <= bound * (1.0 + 1e-4)
+    if min(factors) >= 0.0:
+        assert bound < 3.0 * found, "a bound so loose would waste steps"
+
+
+@pytest.mark.parametrize("strain", [1e-2, 1e-5, 1e-9])
+def test_a_derived_stress_at_small_strains(strain):
+    """A simple shear γ has the shear stress μ γ to first order, to the rounding of 1 + γ²."""
+    for name in ("decoupled-neo-hookean", "mooney-rivlin", "second-invariant"):
+        law, mu = ISOCHORIC[name].law(), ISOCHORIC[name].moduli()[0]
+        F = (1.0, strain, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        assert isochoric_stress(law, F)[5] == pytest.approx(mu * strain, rel=1e-14)
+        extended = (1.0 + strain, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+        assert isochoric_stress(law, extended)[0] == pytest.approx(4.0 / 3.0 * mu * strain, rel=max(2.0 * strain, 1e-6))
 
 
 @every_stretch

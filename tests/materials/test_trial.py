@@ -4,9 +4,14 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from registries import forgotten_afterwards
+from typer.testing import CliRunner
 from user_files import CASE, told
+
+from pellucid.cli import app
+from pellucid.results.storage.run import Run
 
 LAW = """\
 from math import sqrt
@@ -186,7 +191,7 @@ def test_a_law_of_a_membrane_states_eight_functions(folder: Path) -> None:
 from typing import Literal, NamedTuple
 
 from pellucid.extend import ElasticMembraneMaterial, register
-from pellucid.jit import implementations, point_function
+from pellucid.jit import implementation_of, point_function
 from pellucid.materials import membrane
 from pellucid.materials.linear_membrane import LinearMembrane
 
@@ -205,7 +210,7 @@ class FoilMaterial(ElasticMembraneMaterial):
 
 
 for operation in (membrane.initial_shape, membrane.stretched, membrane.stretched_midway, membrane.shape_of, membrane.smoothed):
-    point_function(operation, Foil)(implementations(operation)[LinearMembrane])
+    point_function(operation, Foil)(implementation_of(operation, LinearMembrane))
 
 
 @point_function(membrane.plane_response, Foil)
@@ -213,8 +218,8 @@ def _response(law, shape):
     return (0.0, 0.0, 0.0)
 
 
-point_function(membrane.largest_strain, Foil)(implementations(membrane.largest_strain)[LinearMembrane])
-point_function(membrane.plane_wave_speed, Foil)(implementations(membrane.plane_wave_speed)[LinearMembrane])
+point_function(membrane.largest_strain, Foil)(implementation_of(membrane.largest_strain, LinearMembrane))
+point_function(membrane.plane_wave_speed, Foil)(implementation_of(membrane.plane_wave_speed, LinearMembrane))
 """
     body = """\
 [[body]]
@@ -236,7 +241,7 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
     assert "has no `unwrinkled`; register each" in message
 
 
-def test_a_surface_law_states_three_functions_and_no_stress_at_rest(folder: Path) -> None:
+def test_a_surface_law_states_its_energy_and_no_stress_at_rest(folder: Path) -> None:
     """The one of the page on membranes, whole and with mistakes."""
     page = (Path(__file__).parents[2] / "docs" / "physics" / "membranes.md").read_text(encoding="utf-8")
     (law,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
@@ -248,12 +253,46 @@ thickness = 0.001
 surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_edge = [0, 1, 0], points = [5, 5] } }
 """
     quadratic = 'kind = "quadratic-membrane", density = 1000, area_modulus = 2, shear_modulus = 1'
-    last = "@point_function(stretch_curvatures, Quadratic)"
-    message = law_told(folder, last, "", law, quadratic, body)
+    message = law_told(folder, "@point_function(stretch_energy, Quadratic)", "", law, quadratic, body)
     assert "body.sheet.material" in message
-    assert "has no `stretch_curvatures`; register each" in message
-    message = law_told(folder, "return even + apart, even - apart", "return even", law, quadratic, body)
-    assert "`stretch_slopes` of the law Quadratic" in message
-    assert "it must be a tuple of 2 numbers" in message
-    message = law_told(folder, "law.K * (a + b - 2.0), law.G", "law.K * (a + b - 1.9), law.G", law, quadratic, body)
+    assert "has no `stretch_energy`; register each" in message
+    message = law_told(folder, "return 0.5", "return 0.0 if a < 1.0 else 0.5", law, quadratic, body)
+    assert "`stretch_energy` of the law Quadratic cannot be differentiated: it compares" in message
+    assert "(`return 0.0 if a < 1.0 else" in message
+    assert "register `stretch_slopes` of this law as well" in message
+    message = law_told(folder, "(a + b - 2.0)", "(a + b - 1.9)", law, quadratic, body)
     assert "has a stress at rest; its energy must be smallest at rest" in message
+
+
+GENT = 'kind = "gent", density = 1000, bulk_modulus = 1e5, shear_modulus = 2e4, limit = 30'
+
+
+def law_of_the_page_on_solids() -> str:
+    page = (Path(__file__).parents[2] / "docs" / "physics" / "solids.md").read_text(encoding="utf-8")
+    (law,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    return law
+
+
+def test_an_isotropic_law_states_its_energy_alone(folder: Path) -> None:
+    law = law_of_the_page_on_solids()
+    message = law_told(folder, "log1p(-first / law.limit)", "max(first, 0.0)", law, GENT)
+    assert "`invariant_energy` of the law Gent cannot be differentiated: it compares its arguments" in message
+    assert "(`return -0.5 * law.mu" in message
+    message = law_told(folder, "@point_function(invariant_energy, Gent)", "", law, GENT)
+    assert "the law Gent (" in message
+    assert "`isochoric_energy`" in message
+
+
+@pytest.mark.slow
+def test_a_law_by_its_energy_alone_runs(folder: Path) -> None:
+    """A block that starts to stretch: its kinetic energy becomes strain energy, and no stress works without the energy."""
+    (folder / "mine.py").write_text(law_of_the_page_on_solids(), encoding="utf-8")
+    start = 'initial = [{ kind = "velocity-gradient", x = [2, 0, 0], y = [0, -2, 0], origin = [1, 1, 0] }]\n'
+    text = f"{HEAD}{BLOCK}{start}material = {{ {GENT} }}\n".replace("end = 0.01", "end = 0.1")
+    (folder / "case.toml").write_text(f"{text}[output]\nhistory = 1e-3\n", encoding="utf-8")
+    result = CliRunner().invoke(app, ["run", "case.toml", "--out", "out"])
+    assert result.exit_code == 0, result.stderr
+    history = Run("out").history
+    total = history["strain_energy"] + history["kinetic_energy"]
+    assert max(history["strain_energy"]) > 0.3 * total[0]
+    assert total == pytest.approx(np.full(len(total), total[0]), rel=0.05)

@@ -1,10 +1,12 @@
-"""Laws as users write them, in a file of their own: two viscoelastic ones with states of their own."""
+"""Laws as users write them, in a file of their own: a hyperelastic one by its energy, two viscoelastic ones with states."""
 
 from math import exp, expm1, sqrt
 from typing import ClassVar, Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import log1p
 from pellucid.materials.contract import PointMaterial
+from pellucid.materials.decoupled import BulkMaterial, decoupled, invariant_energy
 from pellucid.materials.elastic import ElasticMaterial, lame
 from pellucid.materials.hyperelastic import finite_strain
 from pellucid.materials.law import (
@@ -34,6 +36,29 @@ from pellucid.tensors import (
     symmetric_part,
     trace,
 )
+
+
+# Gent 1996, Rubber Chem. Technol. 69, 59: chains that lock where Ī₁ - 3 reaches a limit
+@decoupled
+class Gent(NamedTuple):
+    mu: float
+    limit: float
+    kappa: float
+    rho0: float
+
+
+class GentMaterial(BulkMaterial):
+    kind: Literal["gent"] = "gent"
+    shear_modulus: float = parameter("Pa", "shear modulus μ", gt=0)
+    limit: float = parameter("", "largest Ī₁ - 3", gt=0)
+
+    def law(self):
+        return Gent(self.shear_modulus, self.limit, self.bulk_modulus, self.density)
+
+
+@point_function(invariant_energy, Gent)
+def _gent(law, first, second):
+    return -0.5 * law.mu * law.limit * log1p(-first / law.limit)
 
 
 # Kelvin-Voigt: σ = σ(F) of a neo-Hookean solid + 2 η dev D

@@ -9,15 +9,24 @@ depend on.
 
 from pellucid.jit.kernel_folder import cache_folder
 from pellucid.jit.kernels import check_threads, kernel, set_threads
-from pellucid.jit.registry import MissingFunction, default_function, generic, implementations, point_function, pointwise
+from pellucid.jit.registry import (
+    MissingFunction,
+    default_function,
+    derived_function,
+    generic,
+    implementation_of,
+    point_function,
+    pointwise,
+)
 
 __all__ = [
     "MissingFunction",
     "cache_folder",
     "check_threads",
     "default_function",
+    "derived_function",
     "generic",
-    "implementations",
+    "implementation_of",
     "kernel",
     "point_function",
     "pointwise",

@@ -47,19 +47,26 @@ class Generic(NamedTuple):
 
     signature: inspect.Signature  # arguments of all implementations
     implementations: dict[type, Callable[..., Any]]  # by type of the first argument
+    makers: list[Callable[[type], Callable[..., Any] | None]]  # at most one, of implementations that follow from others
     default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
+    def own(self, kind: type) -> Callable[..., Any] | None:
+        """Return the implementation that is registered for a first argument of the type `kind` or follows from others that
+        are; None if there is none."""
+        if kind not in self.implementations and self.makers and (made := self.makers[0](kind)):
+            self.implementations[kind] = made
+        return self.implementations.get(kind)
+
     def of(self, kind: type) -> Callable[..., Any] | None:
-        """Return the implementation of the pointwise operation for a first argument of the type `kind`; None if there is
-        none."""
-        return self.implementations.get(kind, self.default[0] if self.default else None)
+        """Return the implementation that a call with a first argument of the type `kind` uses; None if there is none."""
+        return self.own(kind) or (self.default[0] if self.default else None)
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
     """Decorator: declare a pointwise operation, a function with one implementation per type of its first argument (a NamedTuple
     of parameters), see `point_function`. The body of `signature` is never run; only its arguments and docstring are used."""
     bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
-    operation = Generic(inspect.Signature(bare), {}, [])  # implementations are not annotated, and numba compares
+    operation = Generic(inspect.Signature(bare), {}, [], [])  # implementations are not annotated, and numba compares
 
     def dispatch(first: Any, *rest: Any) -> Any:
         implementation = operation.of(type(first))
@@ -113,6 +120,18 @@ def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., A
     return register
 
 
+def derived_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator for a function that makes implementations of `operation` which follow from others: for a type of the
+    first argument, it returns the implementation, or None if those are not registered. It is called when a type without an
+    implementation of its own is first used."""
+
+    def register(maker: Callable[..., Any]) -> Callable[..., Any]:
+        _generics[operation].makers[:] = [maker]
+        return maker
+
+    return register
+
+
 def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
     """Decorator: make a small scalar function callable from kernels."""
     _helpers[function] = None
@@ -139,9 +158,15 @@ def is_operation(value: Any) -> bool:
     return isinstance(value, FunctionType) and value in _generics
 
 
-def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., Any]]:
-    """Return the functions registered for an operation (declared with `@generic`), by the type of the first argument."""
-    return _generics[operation].implementations
+def implementation_of(operation: Callable[..., Any], kind: type) -> Callable[..., Any] | None:
+    """Return the function that is registered for an operation (declared with `@generic`) and a type of the first argument, or
+    follows from registered ones; None if there is none. The default of the operation does not count."""
+    return _generics[operation].own(kind)
+
+
+def follows_from_others(operation: Callable[..., Any]) -> bool:
+    """Return True if implementations of an operation (declared with `@generic`) can follow from registered ones of others."""
+    return bool(_generics[operation].makers)
 
 
 def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:

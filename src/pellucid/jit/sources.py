@@ -58,8 +58,8 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
             classes.update(lead.classes)
             operations.update(lead.operations)
         for operation in operations:
-            chosen = registry.implementations(operation)
-            ahead += [chosen[kind] for kind in classes if kind in chosen]
+            chosen = [registry.implementation_of(operation, kind) for kind in classes]
+            ahead += [function for function in chosen if function]
             ahead += registry.defaults(operation)
         ahead = [function for function in dict.fromkeys(ahead) if function not in seen]
     named = {(kind.__module__, kind.__qualname__): kind for kind in classes}

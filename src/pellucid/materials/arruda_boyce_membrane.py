@@ -7,15 +7,16 @@ not lock at any stretch. μ is not the shear modulus at rest: G = 2μ Σ_k k c_k
 
 from typing import Literal, NamedTuple
 
-from pellucid.jit import point_function
-from pellucid.materials.incompressible_sheet import invariant_based, of_first_invariant
+from pellucid.jit import point_function, pointwise
+from pellucid.materials.derivatives import partial_derivatives
+from pellucid.materials.surface_law import incompressible, invariant_excess, stretch_energy
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import parameter
 
 C1, C2, C3, C4, C5 = 1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0
 
 
-@invariant_based
+@incompressible
 class ArrudaBoyceSurface(NamedTuple):
     """Parameters of the Arruda-Boyce law: modulus μ [N/m] and the number n of links of a chain."""
 
@@ -34,21 +35,25 @@ class ArrudaBoyceMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> ArrudaBoyceSurface:
         return ArrudaBoyceSurface(self.rubber_modulus, self.links)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
-        _, slope, _ = _of_first_invariant(self.elastic_law(), 0.0)
-        return 2.0 * slope, 6.0 * slope
+
+@point_function(stretch_energy, ArrudaBoyceSurface)
+def _energy(law, a, b):
+    return law.mu * _series(invariant_excess(a, b), 1.0 / law.n)
 
 
-@point_function(of_first_invariant, ArrudaBoyceSurface)
-def _of_first_invariant(law, excess):
+@pointwise
+def _series(excess: float, inverse: float) -> float:
+    """Return W/μ from I - 3 and 1/n."""
     # with x = I/n and y = 3/n: I^k - 3^k over n^(k-1) is (I - 3) (x^(k-1) + x^(k-2) y + ... + y^(k-1))
-    inverse = 1.0 / law.n
     x, y = inverse * (3.0 + excess), inverse * 3.0
     s2 = x + y
     s3 = x * s2 + y * y
     s4 = x * s3 + y * y * y
     s5 = x * s4 + y * y * y * y
-    slope = C1 + x * (2.0 * C2 + x * (3.0 * C3 + x * (4.0 * C4 + x * 5.0 * C5)))
-    curvature = inverse * (2.0 * C2 + x * (6.0 * C3 + x * (12.0 * C4 + x * 20.0 * C5)))
-    return law.mu * excess * (C1 + C2 * s2 + C3 * s3 + C4 * s4 + C5 * s5), law.mu * slope, law.mu * curvature
+    return excess * (C1 + C2 * s2 + C3 * s3 + C4 * s4 + C5 * s5)
+
+
+@partial_derivatives(_series)
+def _series_slope(excess, inverse):
+    x = inverse * (3.0 + excess)
+    return (C1 + x * (2.0 * C2 + x * (3.0 * C3 + x * (4.0 * C4 + x * 5.0 * C5))),)

@@ -5,7 +5,7 @@ import os
 import re
 from typing import Any
 
-from pellucid.jit import implementations
+from pellucid.jit import implementation_of
 from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.solid_membrane import SolidMembraneMaterial
@@ -22,7 +22,7 @@ def why_not_compiled(material: Any) -> str:
     from numba import njit
 
     for operation, call in _calls(material).items():
-        function = implementations(operation)[type(call.arguments[0])]
+        function: Any = implementation_of(operation, type(call.arguments[0]))
         try:
             njit(function, **{**IN_KERNELS, "no_cpython_wrapper": False})(*call.arguments)
         except Exception as error:  # numba's have no base in common

@@ -1,20 +1,35 @@
 """Hyperelastic solids with an isochoric and a volumetric energy, W = W_iso(F̄) + κ/2 (J-1)², F̄ = J^(-1/3) F.
 
 Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.4. A law defines its isochoric part; its parameters include the
-bulk modulus `kappa` [Pa] and the initial density `rho0` [kg/m³].
+bulk modulus `kappa` [Pa] and the initial density `rho0` [kg/m³]. An isotropic law states W_iso as a function of the
+invariants Ī₁ = tr b̄ and Ī₂ = tr b̄⁻¹ with b̄ = F̄F̄ᵀ; stress and stiffness are derived from it.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import derived_function, generic, point_function, pointwise
+from pellucid.jit.elementary import power
+from pellucid.materials.derivatives import traced
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
 from pellucid.materials.law import Law, LawType, cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed
 from pellucid.materials.trial import Operation
 from pellucid.model import parameter
-from pellucid.tensors import IDENTITY, Symmetric, Tensor, determinant, largest_row_sum, scale
+from pellucid.tensors import (
+    IDENTITY,
+    Symmetric,
+    Tensor,
+    add,
+    cofactor,
+    determinant,
+    deviator,
+    largest_row_sum,
+    left_cauchy_green,
+    scale,
+    trace,
+)
 
 
 @generic
@@ -32,6 +47,22 @@ def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
 def isochoric_stiffness(law: Law, F: Tensor) -> float:
     """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² at ε = 0 over unit vectors m and n [Pa], or an upper bound: the isochoric
     part of ρ₀ c² for the speed c of plane waves."""
+
+
+@generic
+def invariant_energy(law: Law, first: float, second: float) -> float:
+    """Return the isochoric energy W_iso of an isotropic law per unit reference volume [J/m³]; first, second: Ī₁ - 3 and
+    Ī₂ - 3."""
+
+
+@generic
+def invariant_slopes(law: Law, first: float, second: float) -> tuple[float, float]:
+    """Return the derivatives of `invariant_energy` with respect to Ī₁ and Ī₂ [Pa]."""
+
+
+@generic
+def invariant_curvatures(law: Law, first: float, second: float) -> tuple[float, float, float]:
+    """Return the second derivatives of `invariant_energy` [Pa]: ∂²/∂Ī₁², ∂²/∂Ī₂² and ∂²/∂Ī₁∂Ī₂."""
 
 
 class DecoupledMaterial(HyperelasticMaterial):
@@ -52,6 +83,9 @@ class BulkMaterial(DecoupledMaterial):
     """Base of hyperelastic solids with separate isochoric and volumetric energies and a given bulk modulus."""
 
     bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
+
+    def moduli(self) -> tuple[float, float]:
+        return 2.0 * sum(invariant_slopes(self.law(), 0.0, 0.0)), self.bulk_modulus
 
     @property
     def poisson_ratio(self) -> float:
@@ -122,3 +156,120 @@ def linear_stiffness(high: float, low: float, tr: float) -> float:
     |n·te| ≤ (high - low)/2.
     """
     return max(5.0 / 9.0 * tr - low / 3.0, high) + (high - low) / 3.0
+
+
+@pointwise
+def spectral_radius(s: Symmetric) -> float:
+    """Return an upper bound on the absolute eigenvalues of a symmetric tensor s (Gershgorin)."""
+    return max(largest_row_sum(s), largest_row_sum(scale(-1.0, s)))
+
+
+@derived_function(invariant_slopes)
+def _slopes_of(kind: type) -> Callable[..., Any] | None:
+    W = traced(invariant_energy, kind)
+    return W.function(invariant_slopes, W.slopes) if W else None
+
+
+@derived_function(invariant_curvatures)
+def _curvatures_of(kind: type) -> Callable[..., Any] | None:
+    W = traced(invariant_energy, kind)
+    return W.function(invariant_curvatures, W.curvatures) if W else None
+
+
+@derived_function(isochoric_energy)
+def _energy_of(kind: type) -> Callable[..., Any] | None:
+    W = traced(invariant_energy, kind)
+    return (_energy_of_both if W.depends_on(1) else _energy_of_first) if W else None
+
+
+@derived_function(isochoric_stress)
+def _stress_of(kind: type) -> Callable[..., Any] | None:
+    W = traced(invariant_energy, kind)
+    return (_stress_of_both if W.depends_on(1) else _stress_of_first) if W else None
+
+
+@derived_function(isochoric_stiffness)
+def _stiffness_of(kind: type) -> Callable[..., Any] | None:
+    W = traced(invariant_energy, kind)
+    if W is None:
+        return None
+    if W.depends_on(1):
+        return _linear_stiffness_of_both if W.is_linear else _stiffness_of_both
+    return _linear_stiffness_of_first if W.is_linear else _stiffness_of_first
+
+
+def _energy_of_first(law, F):
+    return invariant_energy(law, power(determinant(F), -2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0, 0.0)
+
+
+def _stress_of_first(law, F):
+    factor, b = power(determinant(F), -2.0 / 3.0), left_cauchy_green(F)
+    slope, _ = invariant_slopes(law, factor * trace(b) - 3.0, 0.0)
+    return scale(2.0 * slope * factor, deviator(b))
+
+
+@pointwise
+def _linear_stiffness_of_first(law, F):
+    factor, b = power(determinant(F), -2.0 / 3.0), left_cauchy_green(F)
+    slope, _ = invariant_slopes(law, factor * trace(b) - 3.0, 0.0)
+    return max(2.0 * slope * factor * _first_stiffness(b), 0.0)
+
+
+def _stiffness_of_first(law, F):
+    factor, b = power(determinant(F), -2.0 / 3.0), left_cauchy_green(F)
+    curvature, _, _ = invariant_curvatures(law, factor * trace(b) - 3.0, 0.0)
+    radius = 2.0 * factor * spectral_radius(deviator(b))
+    return _linear_stiffness_of_first(law, F) + max(curvature, 0.0) * radius * radius
+
+
+@pointwise
+def _with_both(F: Tensor) -> tuple[float, Symmetric, Symmetric, float, float]:
+    """Return J^(-2/3), b = F Fᵀ and its cofactor B, and Ī₁ - 3 and Ī₂ - 3."""
+    factor, b, B = power(determinant(F), -2.0 / 3.0), left_cauchy_green(F), left_cauchy_green(cofactor(F))
+    return factor, b, B, factor * trace(b) - 3.0, factor * factor * trace(B) - 3.0
+
+
+def _energy_of_both(law, F):
+    _, _, _, first, second = _with_both(F)
+    return invariant_energy(law, first, second)
+
+
+def _stress_of_both(law, F):
+    # by the Cayley-Hamilton theorem, ∂Ī₂/∂F Fᵀ = -2 dev b̄⁻¹
+    factor, b, B, first, second = _with_both(F)
+    one, two = invariant_slopes(law, first, second)
+    return add(scale(2.0 * one * factor, deviator(b)), scale(-2.0 * two * factor * factor, deviator(B)))
+
+
+@pointwise
+def _linear_stiffness_of_both(law, F):
+    factor, b, B, first, second = _with_both(F)
+    one, two = invariant_slopes(law, first, second)
+    most, least = _second_stiffness(B)
+    return 2.0 * factor * (max(one * _first_stiffness(b), 0.0) + factor * max(two * most, two * least))
+
+
+def _stiffness_of_both(law, F):
+    # W₁₁ Ī₁'² + W₂₂ Ī₂'² + 2 W₁₂ Ī₁' Ī₂' with Ī₁' = 2 m·dev b̄ n, Ī₂' = -2 m·dev b̄⁻¹ n
+    factor, b, B, first, second = _with_both(F)
+    one, two, mixed = invariant_curvatures(law, first, second)
+    p, q = 2.0 * factor * spectral_radius(deviator(b)), 2.0 * factor * factor * spectral_radius(deviator(B))
+    return _linear_stiffness_of_both(law, F) + max(one, 0.0) * p * p + max(two, 0.0) * q * q + 2.0 * abs(mixed) * p * q
+
+
+@pointwise
+def _first_stiffness(b: Symmetric) -> float:
+    """Return an upper bound of ½ J^⅔ d²Ī₁/dε² along m⊗Fᵀn; it is never negative."""
+    high, low = principal_bounds(b)
+    return linear_stiffness(high, low, trace(b))
+
+
+@pointwise
+def _second_stiffness(B: Symmetric) -> tuple[float, float]:
+    """Return an upper and a lower bound of ½ J^(4/3) d²Ī₂/dε² along m⊗Fᵀn, m·Bm + ⅔ a n·Bm - a²/9 tr B; B: cofactor of b.
+
+    For m = a n + s e with e perpendicular to n it is a² (5/3 n·Bn - tr B/9) + s² e·Be + 8/3 a s n·Be.
+    """
+    high, low = principal_bounds(B)
+    apart, third = 2.0 / 3.0 * (high - low), trace(B) / 9.0
+    return max(5.0 / 3.0 * high - third, high) + apart, min(5.0 / 3.0 * low - third, low) - apart

@@ -7,18 +7,8 @@ strain, and has the same Lamé constants at rest.
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.jit.elementary import power
-from pellucid.materials.decoupled import (
-    DecoupledMaterial,
-    decoupled,
-    isochoric_energy,
-    isochoric_stiffness,
-    isochoric_stress,
-    linear_stiffness,
-    principal_bounds,
-)
+from pellucid.materials.decoupled import DecoupledMaterial, decoupled, invariant_energy
 from pellucid.materials.elastic import ElasticMaterial, lame
-from pellucid.tensors import determinant, deviator, left_cauchy_green, scale, trace
 
 
 @decoupled
@@ -43,18 +33,6 @@ class DecoupledNeoHookeanMaterial(ElasticMaterial, DecoupledMaterial):
         return DecoupledNeoHookean(*self.moduli(), self.density)
 
 
-@point_function(isochoric_energy, DecoupledNeoHookean)
-def _isochoric_energy(law, F):
-    return 0.5 * law.mu * (power(determinant(F), -2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0)
-
-
-@point_function(isochoric_stress, DecoupledNeoHookean)
-def _isochoric_stress(law, F):
-    return scale(law.mu * power(determinant(F), -2.0 / 3.0), deviator(left_cauchy_green(F)))
-
-
-@point_function(isochoric_stiffness, DecoupledNeoHookean)
-def _isochoric_stiffness(law, F):
-    b = left_cauchy_green(F)
-    high, low = principal_bounds(b)
-    return law.mu * power(determinant(F), -2.0 / 3.0) * linear_stiffness(high, low, trace(b))
+@point_function(invariant_energy, DecoupledNeoHookean)
+def _energy(law, first, second):
+    return 0.5 * law.mu * first

@@ -6,7 +6,7 @@ Source: Evans & Skalak 1980, Mechanics and Thermodynamics of Biomembranes, secti
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
+from pellucid.materials.surface_law import stretch_energy
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import parameter
 
@@ -29,26 +29,8 @@ class EvansSkalakMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> EvansSkalakSurface:
         return EvansSkalakSurface(self.area_modulus, self.shear_modulus)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus K at rest [N/m]."""
-        return self.shear_modulus, self.area_modulus
-
 
 @point_function(stretch_energy, EvansSkalakSurface)
 def _energy(law, a, b):
     J = a * b
     return 0.5 * law.K * (J - 1.0) * (J - 1.0) + 0.5 * law.G * (a - b) * (a - b) / J
-
-
-@point_function(stretch_slopes, EvansSkalakSurface)
-def _slopes(law, a, b):
-    J = a * b
-    even, apart = law.K * (J - 1.0), 0.5 * law.G * (a - b) * (a + b) / J
-    return b * even + apart / a, a * even - apart / b
-
-
-@point_function(stretch_curvatures, EvansSkalakSurface)
-def _curvatures(law, a, b):
-    x, y = a * a, b * b
-    mixed = law.K * (2.0 * a * b - 1.0) - 0.5 * law.G * (1.0 / x + 1.0 / y)
-    return law.K * y + law.G * b / (a * x), law.K * x + law.G * a / (b * y), mixed

@@ -21,9 +21,10 @@ from pellucid.materials.decoupled import (
     isochoric_stress,
     linear_stiffness,
     principal_bounds,
+    spectral_radius,
 )
 from pellucid.model import Vector, parameter
-from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, largest_row_sum, left_cauchy_green, scale, trace
+from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, left_cauchy_green, scale, trace
 
 
 @decoupled
@@ -134,7 +135,6 @@ def _isochoric_stiffness(law, F):
         if strain > 0.0:
             high, low = principal_bounds(h)
             total += 2.0 * law.k1 * strain * growth * linear_stiffness(high, low, trace(h))
-        d = deviator(h)
-        size = max(largest_row_sum(d), largest_row_sum(scale(-1.0, d)))
+        size = spectral_radius(deviator(h))
         total += 4.0 * law.k1 * (1.0 + 2.0 * law.k2 * square) * growth * size * size
     return total

@@ -9,18 +9,8 @@ from typing import Literal, NamedTuple
 from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function
-from pellucid.jit.elementary import power
-from pellucid.materials.decoupled import (
-    BulkMaterial,
-    decoupled,
-    isochoric_energy,
-    isochoric_stiffness,
-    isochoric_stress,
-    linear_stiffness,
-    principal_bounds,
-)
+from pellucid.materials.decoupled import BulkMaterial, decoupled, invariant_energy
 from pellucid.model import parameter
-from pellucid.tensors import add, cofactor, determinant, deviator, left_cauchy_green, scale, trace
 
 
 @decoupled
@@ -47,35 +37,10 @@ class MooneyRivlinMaterial(BulkMaterial):
             raise ValueError("c1 = 0 and c2 = 0: the shear modulus 2 (c1 + c2) must be above 0")
         return c2
 
-    def moduli(self) -> tuple[float, float]:
-        return 2.0 * (self.c1 + self.c2), self.bulk_modulus
-
     def law(self) -> MooneyRivlin:
         return MooneyRivlin(self.c1, self.c2, self.bulk_modulus, self.density)
 
 
-@point_function(isochoric_energy, MooneyRivlin)
-def _isochoric_energy(law, F):
-    J = determinant(F)
-    first = power(J, -2.0 / 3.0) * trace(left_cauchy_green(F))
-    second = power(J, -4.0 / 3.0) * trace(left_cauchy_green(cofactor(F)))
-    return law.c1 * (first - 3.0) + law.c2 * (second - 3.0)
-
-
-@point_function(isochoric_stress, MooneyRivlin)
-def _isochoric_stress(law, F):
-    J = determinant(F)
-    first = scale(2.0 * law.c1 * power(J, -2.0 / 3.0), deviator(left_cauchy_green(F)))
-    second = scale(-2.0 * law.c2 * power(J, -4.0 / 3.0), deviator(left_cauchy_green(cofactor(F))))
-    return add(first, second)
-
-
-@point_function(isochoric_stiffness, MooneyRivlin)
-def _isochoric_stiffness(law, F):
-    # along m = a n + s e, e across n, with B = b̄⁻¹: d²Ī₂/dε² = 2 (m·Bm + 2/3 a n·Bm - a²/9 tr B)
-    J, b, B = determinant(F), left_cauchy_green(F), left_cauchy_green(cofactor(F))
-    high, low = principal_bounds(b)
-    first = linear_stiffness(high, low, trace(b))
-    high, low = principal_bounds(B)
-    second = max(5.0 / 3.0 * high - trace(B) / 9.0, high) + 2.0 / 3.0 * (high - low)
-    return 2.0 * law.c1 * power(J, -2.0 / 3.0) * first + 2.0 * law.c2 * power(J, -4.0 / 3.0) * second
+@point_function(invariant_energy, MooneyRivlin)
+def _energy(law, first, second):
+    return law.c1 * first + law.c2 * second

@@ -10,9 +10,8 @@ from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function
 from pellucid.jit.elementary import expm1, log
-from pellucid.materials.incompressible_sheet import incompressible
 from pellucid.materials.ogden import check_terms
-from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
+from pellucid.materials.surface_law import incompressible, stretch_curvatures, stretch_energy, stretch_slopes
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import parameter
 
@@ -42,11 +41,6 @@ class OgdenMembraneMaterial(SurfaceMembraneMaterial):
 
     def elastic_law(self) -> OgdenSurface:
         return OgdenSurface(self.shear_moduli, self.exponents)
-
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
-        shear = 0.5 * sum(m * alpha for m, alpha in zip(self.shear_moduli, self.exponents, strict=True))
-        return shear, 3.0 * shear
 
 
 @point_function(stretch_energy, OgdenSurface)

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 from pellucid.findings import Refusal
 from pellucid.jit import point_function
-from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
+from pellucid.materials.surface_law import stretch_energy
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.materials.wrinkling import natural_width
 from pellucid.model import check, parameter
@@ -43,10 +43,6 @@ class SkalakMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> SkalakSurface:
         return SkalakSurface(self.shear_modulus, self.area_coefficient)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus (1 + 2C) G at rest [N/m]."""
-        return self.shear_modulus, (1.0 + 2.0 * self.area_coefficient) * self.shear_modulus
-
 
 @point_function(stretch_energy, SkalakSurface)
 def _energy(law, a, b):
@@ -54,25 +50,6 @@ def _energy(law, a, b):
     x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
     second = x + y + x * y
     return 0.25 * law.G * (x * x + y * y + law.C * second * second)
-
-
-@point_function(stretch_slopes, SkalakSurface)
-def _slopes(law, a, b):
-    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
-    even = law.C * (x + y + x * y)
-    return law.G * a * (x + even * (1.0 + y)), law.G * b * (y + even * (1.0 + x))
-
-
-@point_function(stretch_curvatures, SkalakSurface)
-def _curvatures(law, a, b):
-    x, y = a * a, b * b
-    square = x * y
-    steep = law.C * (3.0 * square - 1.0)
-    return (
-        law.G * (3.0 * x - 1.0 + y * steep),
-        law.G * (3.0 * y - 1.0 + x * steep),
-        2.0 * law.G * law.C * a * b * (2.0 * square - 1.0),
-    )
 
 
 @point_function(natural_width, SkalakSurface)

@@ -1,16 +1,20 @@
 """Elastic laws of surfaces: energy W per unit initial area [J/m²] as a function of in-plane stretches, moduli [N/m] without
 a thickness.
 
-An isotropic law defines W, its slopes and its curvatures as functions of the principal stretches λ₁, λ₂. The functions of
-the in-plane deformation gradient for kernels follow from them. An anisotropic law defines these functions itself, for
-initial axes whose first axis is the `direction` of its material. The tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This
-module uses τ = J T instead, τ₁ = λ₁ ∂W/∂λ₁, i.e. force times length per initial area.
+An isotropic law defines W as a function of the principal stretches λ₁, λ₂. Its slopes and curvatures are derived from it
+unless the law registers its own, and the functions of the in-plane deformation gradient for kernels follow from them. An
+anisotropic law defines these functions itself, for initial axes whose first axis is the `direction` of its material. The
+tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This module uses τ = J T instead, τ₁ = λ₁ ∂W/∂λ₁, i.e. force times length
+per initial area.
 """
 
+from collections.abc import Callable
 from math import exp, log, sqrt
+from typing import Any
 
-from pellucid.jit import default_function, generic, pointwise
-from pellucid.materials.law import Law
+from pellucid.jit import default_function, derived_function, generic, point_function, pointwise
+from pellucid.materials.derivatives import partial_derivatives, traced
+from pellucid.materials.law import Law, LawType
 from pellucid.materials.membrane import InPlane, Shape, turned_to
 from pellucid.materials.membrane_gradient import larger_principal, left_stretch_squared
 from pellucid.materials.wrinkling import natural_width
@@ -33,6 +37,18 @@ def stretch_slopes(law: Law, a: float, b: float) -> tuple[float, float]:
 def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, float]:
     """Return the second derivatives ∂²W/∂a², ∂²W/∂b² and ∂²W/∂a∂b of the energy with respect to the principal stretches
     [N/m]."""
+
+
+@derived_function(stretch_slopes)
+def _slopes(kind: type) -> Callable[..., Any] | None:
+    W = traced(stretch_energy, kind)
+    return W.function(stretch_slopes, W.slopes) if W else None
+
+
+@derived_function(stretch_curvatures)
+def _curvatures(kind: type) -> Callable[..., Any] | None:
+    W = traced(stretch_energy, kind)
+    return W.function(stretch_curvatures, W.curvatures) if W else None
 
 
 @generic
@@ -127,3 +143,30 @@ def by_search(law, stretch):
         if abs(change) < TOLERANCE:
             break
     return exp(y)
+
+
+def incompressible(law: type[LawType]) -> type[LawType]:
+    """Class decorator for the law of an incompressible sheet, whose thickness λ₃ = 1/(λ₁λ₂) is eliminated: register the width
+    of a strip, stretch^(-½), since neither its sides nor its faces carry stress."""
+    point_function(natural_width, law)(_incompressible_width)
+    return law
+
+
+def _incompressible_width(law, stretch):
+    return 1.0 / sqrt(stretch)
+
+
+@pointwise
+def invariant_excess(a: float, b: float) -> float:
+    """Return I - 3, with the first invariant I = a² + b² + 1/(ab)² of an incompressible sheet with the principal stretches
+    a, b, accurate also for small values."""
+    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
+    J = a * b
+    return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)
+
+
+@partial_derivatives(invariant_excess)
+def _invariant_slopes(a, b):
+    J = a * b
+    inverse = 1.0 / (J * J)
+    return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)

@@ -18,9 +18,10 @@ class SurfaceMembraneMaterial(SolidMembraneMaterial):
     def elastic_law(self) -> Law:
         """Return the surface law (see `pellucid.materials.surface_law`), as a NamedTuple of its parameters for the kernels."""
 
-    @abstractmethod
     def surface_moduli(self) -> tuple[float, float]:
         """Return the surface shear and area moduli at rest [N/m]; for anisotropic laws along the stiffest direction."""
+        along, _, across = stretch_curvatures(self.elastic_law(), 1.0, 1.0)
+        return 0.5 * (along - across), 0.5 * (along + across)
 
     def plain_law(self, thickness: float) -> SurfaceSheet:
         return SurfaceSheet(self.elastic_law(), thickness)

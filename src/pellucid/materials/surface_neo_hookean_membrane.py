@@ -7,12 +7,12 @@ At rest the area modulus is K = 3G. Source: Barthès-Biesel, Diaz & Dhenin 2002,
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.incompressible_sheet import invariant_based, of_first_invariant
+from pellucid.materials.surface_law import incompressible, invariant_excess, stretch_energy
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import parameter
 
 
-@invariant_based
+@incompressible
 class SurfaceNeoHookean(NamedTuple):
     """Parameter of the neo-Hookean law of a surface: shear modulus G at rest [N/m]."""
 
@@ -28,11 +28,7 @@ class SurfaceNeoHookeanMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> SurfaceNeoHookean:
         return SurfaceNeoHookean(self.shear_modulus)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
-        return self.shear_modulus, 3.0 * self.shear_modulus
 
-
-@point_function(of_first_invariant, SurfaceNeoHookean)
-def _of_first_invariant(law, excess):
-    return 0.5 * law.G * excess, 0.5 * law.G, 0.0
+@point_function(stretch_energy, SurfaceNeoHookean)
+def _energy(law, a, b):
+    return 0.5 * law.G * invariant_excess(a, b)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pellucid.jit import implementations
+from pellucid.jit import implementation_of
+from pellucid.jit.registry import follows_from_others
 from pellucid.materials.law import (
     DEFAULTS,
     ZERO_GRADIENT,
@@ -129,7 +130,7 @@ def try_material(material: "PointMaterial") -> None:
     _check_registered(material.operations(law))
     with failing_as(lambda why: ValueError(f"{name}.initial_state fails: {why}")):
         state = material.initial_state()
-    if type(state) not in implementations(load):
+    if implementation_of(load, type(state)) is None:
         raise ValueError(
             f"{name}.initial_state returns {_named(state)}, which is not a state of a point: decorate it with `@point_state()`"
         )
@@ -216,7 +217,13 @@ def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
     """Raise ValueError unless every function is registered for the law that needs it; operations: functions that each law
     needs."""
     for law, wanted in operations.items():
-        lacking = [operation for operation in wanted if type(law) not in implementations(operation)]
+        lacking = []
+        for operation in wanted:
+            name = operation.__name__
+            with failing_as(lambda why, name=name: ValueError(f"{why}; register `{name}` of this law as well")):  # type: ignore[misc]
+                if implementation_of(operation, type(law)) is None:
+                    lacking.append(operation)
+        lacking = [operation for operation in lacking if not follows_from_others(operation)] or lacking
         if lacking:
             names = ", ".join(f"`{operation.__name__}`" for operation in lacking)
             own = [operation for operation in lacking if operation not in DEFAULTS]

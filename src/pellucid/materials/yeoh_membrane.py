@@ -8,12 +8,12 @@ Suresh 2006, Mater. Sci. Eng. C 26, 1232.
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.incompressible_sheet import invariant_based, of_first_invariant
+from pellucid.materials.surface_law import incompressible, invariant_excess, stretch_energy
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import parameter
 
 
-@invariant_based
+@incompressible
 class YeohSurface(NamedTuple):
     """Parameters of the Yeoh law of a surface: shear modulus G at rest and coefficient C₃ of the cubic term [N/m]."""
 
@@ -31,13 +31,8 @@ class YeohMembraneMaterial(SurfaceMembraneMaterial):
     def elastic_law(self) -> YeohSurface:
         return YeohSurface(self.shear_modulus, self.cubic_coefficient)
 
-    def surface_moduli(self) -> tuple[float, float]:
-        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
-        return self.shear_modulus, 3.0 * self.shear_modulus
 
-
-@point_function(of_first_invariant, YeohSurface)
-def _of_first_invariant(law, excess):
-    square = excess * excess
-    half, cubic = 0.5 * law.G, law.C3
-    return half * excess + cubic * square * excess, half + 3.0 * cubic * square, 6.0 * cubic * excess
+@point_function(stretch_energy, YeohSurface)
+def _energy(law, a, b):
+    excess = invariant_excess(a, b)
+    return 0.5 * law.G * excess + law.C3 * excess * excess * excess
