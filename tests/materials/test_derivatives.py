@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pellucid.jit import generic, kernel, point_function, pointwise
+from pellucid.jit import MissingFunction, generic, kernel, point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power
-from pellucid.materials.derivatives import Energy, NotTraced, partial_derivatives, traced
+from pellucid.materials.derivatives import Energy, NotTraced, derive, partial_derivatives
 from pellucid.materials.skalak_membrane import SkalakSurface
 from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
 
@@ -175,7 +175,43 @@ def potential(law: Numbers, a: float, b: float) -> float:
     """An energy that no law registers at first."""
 
 
-def test_an_energy_is_traced_once_it_is_registered():
-    assert traced(potential, Numbers) is None
+@generic
+def force(law: Numbers, a: float, b: float) -> tuple[float, float]:
+    """Its slopes."""
+
+
+def test_an_energy_is_differentiated_once_it_is_registered():
+    derive(force, potential, lambda W: W.slopes)
+    with pytest.raises(MissingFunction, match="Numbers has no `force`"):
+        force(LAW, 1.2, 1.0)
     point_function(potential, Numbers)(of_one)
-    assert traced(potential, Numbers).curvatures
+    assert force(LAW, 1.2, 1.0) == pytest.approx((0.28, 0.0), rel=1e-14)
+
+
+def energy_at_random(seed):
+    """Thirteen operations on what the ones before gave."""
+    numbers = np.random.default_rng(seed)
+    steps = [(int(numbers.integers(8)), *numbers.integers(0, 4 + k, 2)) for k in range(13)]
+
+    def energy(law, a, b):
+        found = [a, b, law.c, 1.5]
+        for operation, i, j in steps:
+            x, y = found[i], found[j]
+            if operation in (0, 1, 2):
+                found.append((x + y, x - y, x * y)[operation])
+            else:
+                square = x * x + 1.0
+                found.append((x / (y * y + 1.0), sqrt(square), log(square), 1.0 / square, y * square**-0.5)[operation - 3])
+        return found[-1] + 0.3 * found[-2] * found[-3] + found[-4]
+
+    return energy
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_derivatives_of_energies_at_random(seed):
+    function, point = energy_at_random(seed), (1.1, 0.7)
+    slopes, curvatures = derived(function)
+    found, size = np.array(differences(function, *point)), abs(function(LAW, *point))
+    assert slopes(LAW, *point) == pytest.approx(found, rel=1e-7, abs=1e-9 * (1.0 + size))
+    (xx, xy), (_, yy) = differences(slopes, *point)
+    assert curvatures(LAW, *point) == pytest.approx((xx, yy, xy), rel=1e-7, abs=1e-9 * (1.0 + np.abs(found).max()))

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from pellucid.jit import derived_function, generic, point_function, pointwise
+from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.elementary import power
-from pellucid.materials.derivatives import traced
+from pellucid.materials.derivatives import Energy, derive
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
 from pellucid.materials.law import Law, LawType, cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed
 from pellucid.materials.trial import Operation
@@ -164,40 +164,6 @@ def spectral_radius(s: Symmetric) -> float:
     return max(largest_row_sum(s), largest_row_sum(scale(-1.0, s)))
 
 
-@derived_function(invariant_slopes)
-def _slopes_of(kind: type) -> Callable[..., Any] | None:
-    W = traced(invariant_energy, kind)
-    return W.function(invariant_slopes, W.slopes) if W else None
-
-
-@derived_function(invariant_curvatures)
-def _curvatures_of(kind: type) -> Callable[..., Any] | None:
-    W = traced(invariant_energy, kind)
-    return W.function(invariant_curvatures, W.curvatures) if W else None
-
-
-@derived_function(isochoric_energy)
-def _energy_of(kind: type) -> Callable[..., Any] | None:
-    W = traced(invariant_energy, kind)
-    return (_energy_of_both if W.depends_on(1) else _energy_of_first) if W else None
-
-
-@derived_function(isochoric_stress)
-def _stress_of(kind: type) -> Callable[..., Any] | None:
-    W = traced(invariant_energy, kind)
-    return (_stress_of_both if W.depends_on(1) else _stress_of_first) if W else None
-
-
-@derived_function(isochoric_stiffness)
-def _stiffness_of(kind: type) -> Callable[..., Any] | None:
-    W = traced(invariant_energy, kind)
-    if W is None:
-        return None
-    if W.depends_on(1):
-        return _linear_stiffness_of_both if W.is_linear else _stiffness_of_both
-    return _linear_stiffness_of_first if W.is_linear else _stiffness_of_first
-
-
 def _energy_of_first(law, F):
     return invariant_energy(law, power(determinant(F), -2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0, 0.0)
 
@@ -273,3 +239,16 @@ def _second_stiffness(B: Symmetric) -> tuple[float, float]:
     high, low = principal_bounds(B)
     apart, third = 2.0 / 3.0 * (high - low), trace(B) / 9.0
     return max(5.0 / 3.0 * high - third, high) + apart, min(5.0 / 3.0 * low - third, low) - apart
+
+
+def _stiffness_of(W: Energy) -> Callable[..., Any]:
+    if W.depends_on(1):
+        return _linear_stiffness_of_both if W.is_linear else _stiffness_of_both
+    return _linear_stiffness_of_first if W.is_linear else _stiffness_of_first
+
+
+derive(invariant_slopes, invariant_energy, lambda W: W.slopes)
+derive(invariant_curvatures, invariant_energy, lambda W: W.curvatures)
+derive(isochoric_energy, invariant_energy, lambda W: _energy_of_both if W.depends_on(1) else _energy_of_first)
+derive(isochoric_stress, invariant_energy, lambda W: _stress_of_both if W.depends_on(1) else _stress_of_first)
+derive(isochoric_stiffness, invariant_energy, _stiffness_of)

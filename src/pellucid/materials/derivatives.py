@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from types import FunctionType
 from typing import Any
 
-from pellucid.jit import elementary, implementation_of
+from pellucid.jit import derived_function, elementary, implementation_of
 from pellucid.jit.registry import is_pointwise
 
 FUNCTIONS = {"sqrt": math.sqrt} | {
@@ -225,17 +225,13 @@ class Graph:
     def _sum_of_products(self, terms: list[Term]) -> Term:
         others: dict[Term, list[Term]] = {}  # by a factor of a term: the other factors
         for term in terms:
-            pairs = {term: self.one}
-            if term.operation == "*":
-                one, other = term.operands
-                pairs |= {one: other, other: one}
-            for factor, other in pairs.items():
+            for factor, other in _factors(term).items():
                 if factor.varies:
                     others.setdefault(factor, []).append(other)
         factor = max(others, key=lambda factor: len(others[factor]), default=self.one)
         if len(others.get(factor, ())) < 2:
             return functools.reduce(self.add, terms)
-        rest = [term for term in terms if term is not factor and not any(factor is one for one in term.operands)]
+        rest = [term for term in terms if factor not in _factors(term)]
         return self.sum([factor * self.sum(others[factor]), *rest])
 
     def gradient(self, of: Term, variables: Sequence[Term]) -> list[Term]:
@@ -325,11 +321,19 @@ class Energy:
         return function
 
 
-def traced(operation: Callable[..., Any], kind: type) -> Energy | None:
-    """Return the energy that a law registers as `operation`, with its derivatives; None if it registers none. The energy is
-    a function of two variables. Raises NotTraced if it cannot be differentiated."""
-    function = implementation_of(operation, kind)
-    return None if function is None else Energy(operation, kind, function)
+def derive(operation: Callable[..., Any], energy: Callable[..., Any], choose: Callable[[Energy], Any]) -> None:
+    """Derive the implementations of an operation from an energy, a function of two variables: for each law that registers
+    `energy` and has no implementation of its own, `choose` returns terms of the energy or a function. If the energy cannot be
+    differentiated, NotTraced is raised where the operation is first used for the law."""
+
+    @derived_function(operation)
+    def make(kind: type) -> Callable[..., Any] | None:
+        function = implementation_of(energy, kind)
+        if function is None:
+            return None
+        W = Energy(energy, kind, function)
+        chosen = choose(W)
+        return chosen if callable(chosen) else W.function(operation, chosen)  # type: ignore[no-any-return]
 
 
 def _split(x: Term) -> tuple[Term, Term]:
@@ -337,6 +341,12 @@ def _split(x: Term) -> tuple[Term, Term]:
     if not x.varies:
         return x, x.graph.one
     return x.operands if x.operation == "*" and not x.operands[0].varies else (x.graph.one, x)  # type: ignore[return-value]
+
+
+def _factors(x: Term) -> dict[Term, Term]:
+    """Return the term and the factors of a product, each with the other factor."""
+    pairs = zip(x.operands, x.operands[::-1], strict=True) if x.operation == "*" else ()
+    return {x: x.graph.one, **dict(pairs)}
 
 
 def _number(x: Term) -> tuple[float, Term]:

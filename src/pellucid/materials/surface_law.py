@@ -8,12 +8,10 @@ tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This module uses �
 per initial area.
 """
 
-from collections.abc import Callable
 from math import exp, log, sqrt
-from typing import Any
 
-from pellucid.jit import default_function, derived_function, generic, point_function, pointwise
-from pellucid.materials.derivatives import partial_derivatives, traced
+from pellucid.jit import default_function, generic, point_function, pointwise
+from pellucid.materials.derivatives import derive, partial_derivatives
 from pellucid.materials.law import Law, LawType
 from pellucid.materials.membrane import InPlane, Shape, turned_to
 from pellucid.materials.membrane_gradient import larger_principal, left_stretch_squared
@@ -39,16 +37,8 @@ def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, floa
     [N/m]."""
 
 
-@derived_function(stretch_slopes)
-def _slopes(kind: type) -> Callable[..., Any] | None:
-    W = traced(stretch_energy, kind)
-    return W.function(stretch_slopes, W.slopes) if W else None
-
-
-@derived_function(stretch_curvatures)
-def _curvatures(kind: type) -> Callable[..., Any] | None:
-    W = traced(stretch_energy, kind)
-    return W.function(stretch_curvatures, W.curvatures) if W else None
+derive(stretch_slopes, stretch_energy, lambda W: W.slopes)
+derive(stretch_curvatures, stretch_energy, lambda W: W.curvatures)
 
 
 @generic
