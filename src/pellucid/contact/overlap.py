@@ -180,14 +180,17 @@ class OverlapLaw:
         soft = [side for side in sides if self._hard or not side.is_hard]
         with_sheet = any(side.is_sheet for side in soft)
         damping = SHEET_DAMPING if with_sheet else DAMPING
-        rates = [side.rate for side in soft]
         harder = IMPLICIT_SHEETS if with_sheet else IMPLICIT
-        self._implicit = harder**2 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
+        of_layers = [side.mass_per_area * side.rate**2 for side in soft]
+        self._implicit = harder**2 / sum(1.0 / layer for layer in of_layers)
         for i, side in enumerate(soft):
             if side.follows_steps:
                 part = step * side.rate if step > 0.0 else courant
-                rates[i] *= (SHEET_STIFF if with_sheet else _stiff(part)) / part
-        self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
+                stiff = of_layers[i] * ((SHEET_STIFF if with_sheet else _stiff(part)) / part) ** 2
+                of_layers[i] = min(max(stiff, side.stiffness_range[0]), side.stiffness_range[1])
+        self.compliance = {id(side): 1.0 / layer for side, layer in zip(soft, of_layers, strict=True)}
+        """Compliance of each side that deforms; of all sides if none deforms [m/Pa], by the `id` of the surface."""
+        self.stiffness = 1.0 / sum(self.compliance.values())
         """Contact stiffness κ [Pa/m]."""
         self.is_implicit = not self._hard and all(side.response is not None for side in soft)
         """True if normal forces are implicit in the step, see `pellucid.contact.implicit`."""

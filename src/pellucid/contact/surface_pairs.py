@@ -15,7 +15,7 @@ periods and hardly affects the motion of the bodies as a whole. Two bodies that 
 overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,10 @@ from pellucid.contact.proximity import Meeting
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.surface_side import SurfaceSide
 from pellucid.contact.touch import Touch
-from pellucid.energy import CONTACT, DAMPING, SUPPORT, StepWork
+from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
+from pellucid.ranks.domain import domain
 from pellucid.state import of_owner, with_owner
 from pellucid.step.part import StepPart
 
@@ -71,7 +73,10 @@ class SurfacePair(PointContact):
         ways = [(one, other), (other, one)]
         if one.is_sheet != other.is_sheet:
             ways = [(first, second) for first, second in ways if first.is_sheet]
-        fine, sides = [1.0 / float(np.median(first.reach)) ** 2 for first, _ in ways], []
+        else:
+            ways = [(first, second) for first, second in ways if id(first) in law.compliance]
+        fine = [law.compliance[id(first)] / float(np.median(first.reach)) ** 2 for first, _ in ways]
+        sides = []
         for (first, second), share in zip(ways, fine, strict=True):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness, first.is_sheet)
             how = share / sum(fine), law.stop is not None, seams, law.is_implicit
@@ -119,13 +124,19 @@ class SurfacePairs(StepPart):
     energy balance of contact."""
 
     def __init__(
-        self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = (), column: int | None = None
+        self,
+        pairs: Sequence[Touch],
+        planes: Sequence[Plane] = (),
+        seams: Sequence[Seam] = (),
+        column: int | None = None,
+        strained_again: Collection[VelocityField] = (),
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
-        arrays of works.
+        arrays of works. strained_again: see `pellucid.contact.pairs.ContactPairs`.
         """
+        self._strained_again, self.lag_work = strained_again, 0.0
         self._column, self._last = column, 0.0
         self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
@@ -186,6 +197,22 @@ class SurfacePairs(StepPart):
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
+
+    def correct_strain_velocities(self, dt: float | None) -> None:
+        """Compute `lag_work`: the work of contact forces on nodes along their mean velocities in a step dt [s], minus the
+        work along the mean of the velocities mapped from the points before and after the step, with which surfaces move
+        [J]; see `pellucid.bodies.transfer_loss`."""
+        self.lag_work = 0.0
+        if dt is None or self._column is None or not self._forces:
+            return
+        for field in self._strained_again:
+            force, nodes = field.load_row(self._column - FIRST_LOAD), field.grid.nodes
+            at = np.flatnonzero(force.any(axis=1))
+            free = (nodes.mass[at] > field.small_mass)[:, None] & (nodes.constrained[at] == 0)
+            if len(field.external.driven_mass):
+                free &= field.external.driven_mass[at] == 0.0
+            powers = np.where(free, force[at] * (nodes.velocity[at] - nodes.strain_velocity[at]), 0.0)
+            self.lag_work += 0.5 * dt * float(np.sum(domain.of_nodes(powers, at)))
 
     def end(self, dt: float) -> None:
         self._last = dt
