@@ -47,10 +47,10 @@ class TransferHeat(StepPart):
     """Energy that the transfers between points and nodes lose in each step, as heat of the transfers, and the corresponding
     corrections of other works; see `pellucid.bodies.transfer_loss`.
 
-    on_grid: bodies on the grid, by velocity field. contacts: contacts on nodes and by surfaces. strained_last: True with MUSL and USL, where
-    `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these bodies are strained
-    along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step, so this part counts
-    as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
+    on_grid: bodies on the grid, by velocity field. contacts: contacts on nodes and by surfaces. strained_last: True with MUSL
+    and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these
+    bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step,
+    so this part counts as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
     """
 
     def __init__(

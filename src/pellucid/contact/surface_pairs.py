@@ -7,8 +7,10 @@ of a side is the compliance of a surface layer that oscillates at the fastest ra
 that contact does not limit the step.
 
 Friction is a spring along the surface. It slides when its force exceeds μ times the pressure (Coulomb); sticking contact
-has no limit. The points of both surfaces are used. Each surface has a share of the stiffness that grows with its
-resolution, because the points of a coarse surface act like a bed of nails on a fine one.
+has no limit. The points of both surfaces of two bodies that deform are used. Each surface has a share of the stiffness in
+proportion to its compliance, and that grows with its resolution, because the points of a coarse surface act like a bed of
+nails on a fine one. Of a body that deforms and one that does not, only the points of the former are used: the area in contact
+of points of the other body at the rim of the deforming body would change with this rim, without work.
 
 A parallel damper has a tenth of the critical damping for the masses of both layers. It ends their vibrations within a few
 periods and hardly affects the motion of the bodies as a whole. Two bodies that do not deform hardly rebound, and their
@@ -38,6 +40,7 @@ from pellucid.state import of_owner, with_owner
 from pellucid.step.part import StepPart
 
 COARSE, LARGE = 1.5, 1.01  # ratios of point distances and of areas above which two surfaces count as different
+NARROW = 0.4  # width of a body that may lie between the points of a surface, in reaches of these points
 ROUNDS = 3  # largest number of iterations for several contacts of flat sides on one body
 
 
@@ -74,8 +77,9 @@ class SurfacePair(PointContact):
         if one.is_sheet != other.is_sheet:
             ways = [(first, second) for first, second in ways if first.is_sheet]
         else:
-            ways = [(first, second) for first, second in ways if id(first) in law.compliance]
-        fine = [law.compliance[id(first)] / float(np.median(first.reach)) ** 2 for first, _ in ways]
+            ways = [(first, second) for first, second in ways if id(first) in law.compliance or _passes(first, second)]
+        compliances = [law.compliance.get(id(first), 1.0 / law.stiffness) for first, _ in ways]
+        fine = [c / float(np.median(first.reach)) ** 2 for c, (first, _) in zip(compliances, ways, strict=True)]
         sides = []
         for (first, second), share in zip(ways, fine, strict=True):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness, first.is_sheet)
@@ -113,10 +117,19 @@ class SurfacePair(PointContact):
 def _deepest(surface: ContactSurface) -> float:
     """Return the largest depth [m] at which a point behind a surface counts as in contact: the radius that a surface point
     represents, and for a surface that is not two-sided at most 0.4 of the smallest extent of the body."""
-    extent = np.ptp(surface.place, axis=0)
-    thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
-    return reach if surface.two_sided else min(reach, 0.4 * float(thick))
+    return reach if surface.two_sided else min(reach, 0.4 * _width(surface))
+
+
+def _width(surface: ContactSurface) -> float:
+    """Return the smallest extent of a body along an axis in which it has any [m]."""
+    extent = np.ptp(surface.place, axis=0)
+    return float(extent[extent > 1e-3 * extent.max()].min(initial=np.inf))
+
+
+def _passes(one: ContactSurface, other: ContactSurface) -> bool:
+    """Return True if the body of surface `one` is so narrow that it may lie between the points of surface `other`."""
+    return _width(one) < NARROW * float(np.median(other.reach))
 
 
 class SurfacePairs(StepPart):
