@@ -13,10 +13,11 @@ FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
 - Other bodies are strained along v' with MUSL. Their stress works along (v + v')/2, as their forces do on the points. Their
   part of L, ½ Δt Σ f_I·(v_I + Δv_I - v'_I) with their internal forces f_I, is therefore no loss; it is subtracted from the
   work of internal forces along v̄.
-- The contact part of L is likewise subtracted from the work of contact. Second impulses of contact Q_I change the velocities
-  of the points once more, after the forces, and the points are strained along q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I
-  is moved from contact to the work of internal forces. If no impulse removes the approach that contact removes from the
-  straining velocities, this is an error; the same amount is in the error of time integration.
+- The contact part of L, of impulses and of forces between surfaces, is likewise subtracted from the work of contact. Second
+  impulses of contact Q_I change the velocities of the points once more, after the forces, and the points are strained along
+  q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I is moved from contact to the work of internal forces. If no impulse removes
+  the approach that contact removes from the straining velocities, this is an error; the same amount is in the error of time
+  integration.
 - The rest of L belongs to supports, loads and driven points. It is counted as heat of the transfers, `transfer_heat`,
   together with all losses of a blend with PIC or APIC.
 """
