@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from pellucid.conditions.open_faces.outlet_pressure import EndNodes
-from pellucid.conditions.open_faces.pushed_strip import StripNodes
+from pellucid.conditions.open_faces.strip import StripNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes

@@ -10,7 +10,7 @@ from pellucid.bodies.initial import InitialField
 from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.loads.contract import Load
 from pellucid.conditions.loads.points_view import PointsView
-from pellucid.conditions.signals.contract import SignalModel
+from pellucid.conditions.signals.displacements import SignalModel
 from pellucid.jit import point_function
 from pellucid.jit.elementary import exp, log, power
 from pellucid.materials.contract import PointMaterial

@@ -2,10 +2,10 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
-from pellucid.errors import CaseError, Problem, cut
+from pellucid.errors import CaseError, Problem, UnknownName, cut
 
 LONGEST = 100  # longest name [letters] for which a similar name is searched
 
@@ -95,3 +95,20 @@ def _abbreviates(name: str, words: Sequence[str]) -> bool:
         return not name
     starts = [n for n in range(len(name) + 1) if words[0].startswith(name[:n])]
     return any(_abbreviates(name[n:], words[1:]) for n in reversed(starts))
+
+
+Value = TypeVar("Value")
+
+
+class Named(dict[str, Value]):
+    """A dictionary that raises `UnknownName`, with the list of known names, for an unknown name.
+
+    what: beginning of the error message, such as "the history has no column"; values: the content of the dictionary.
+    """
+
+    def __init__(self, what: str, values: Mapping[str, Value]) -> None:
+        super().__init__(values)
+        self._what = what
+
+    def __missing__(self, name: Any) -> Value:
+        raise UnknownName(absent(self._what, name, self))

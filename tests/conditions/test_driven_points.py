@@ -6,7 +6,7 @@ from small_cases import GAS, RATE_SOLID, box, case, place
 
 from pellucid.case import Case
 from pellucid.energy import IMPACT, MOTION
-from pellucid.grid.vectors import gather_vectors, scatter_vectors
+from pellucid.grid.transfer import gather_vectors, scatter_vectors
 from pellucid.simulation.simulation import Simulation
 
 DT = 0.01

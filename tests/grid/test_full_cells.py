@@ -7,8 +7,7 @@ from small_cases import GAS, SLIP, SOLID, advance, box, case, place, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.grid_functions import axis_weights
-from pellucid.grid.cell_integrals import axis_integrals
-from pellucid.grid.full_cells import CellPressure
+from pellucid.grid.full_cells import CellPressure, axis_integrals
 from pellucid.grid.points import GROWTH, RATES, SHIFT, VOLUMES
 
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)

@@ -10,7 +10,7 @@ from pellucid.errors import RunStopped
 from pellucid.grid import implicit_viscosity
 from pellucid.grid.passes.gifts import scatter
 from pellucid.running.forecast import foretell_case
-from pellucid.set_up.slip import slipped_past
+from pellucid.set_up.flows import slipped_past
 from pellucid.simulation.simulation import Simulation
 
 H = 1.0 / 8

@@ -7,7 +7,7 @@ from small_cases import SOLID, box, case
 from pellucid.errors import CaseError
 from pellucid.set_up import overlap
 from pellucid.set_up.first_look import look, stand
-from pellucid.set_up.overlap import refuse_overlaps
+from pellucid.set_up.overlap import contact_offsets, refuse_overlaps
 
 WATER = {"kind": "fluid", "density": 1000.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
 
@@ -83,3 +83,21 @@ def test_corners_of_what_a_body_leaves_out_are_not_within_it(shift):
     assert list(look(case(water, cube, counts=(15, 15, 15), cell=0.04))) == []
     with pytest.raises(CaseError, match="points of this body start inside body cube"):
         list(look(case(water | {"outside": []}, cube, counts=(15, 15, 15), cell=0.04)))
+
+
+BLOCK = box((0, 0, 2), (1, 1, 3), field="block")
+LOWER = {"counts": (8, 8, 8), "lower": (-4.0, -4.0, -4.0)}
+
+
+def test_each_membrane_states_its_thickness_and_where_contact_acts():
+    other = sheet(name="other", field="other", kind="membrane-elements", thickness=0.08, contact_offset=0.0)
+    other["surface"]["rectangle"]["corner"] = (0.0, 0.0, -2.0)
+    found = contact_offsets(case(sheet(thickness=0.1, field="sheet"), other, BLOCK, **LOWER))
+    assert found == [
+        "contact: faces of membrane sheet are 0.05 m from `surface` on both sides (half the thickness)",
+        "contact: faces of membrane other are 0 m from `surface` on both sides (`contact_offset`; the thickness is 0.08 m)",
+    ]
+
+
+def test_a_membrane_that_nothing_touches_has_no_line():
+    assert contact_offsets(case(sheet(), **LOWER)) == []

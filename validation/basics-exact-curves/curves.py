@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellucid.conditions.signals.ramp import Ramp
+from pellucid.conditions.signals.displacements import Ramp
 from pellucid.references.indentation import Layer, at_contact
 
 GALLERY = Path(__file__).parents[2] / "src/pellucid/gallery/basics"

@@ -28,8 +28,8 @@ from pellucid.errors import CaseError, Problem
 from pellucid.extend import register
 from pellucid.findings import Finding, Path
 from pellucid.parts.body import Body, Placement
+from pellucid.parts.capabilities import SurfacePoints
 from pellucid.parts.part import Parts
-from pellucid.parts.surface_load import SurfacePoints
 
 GAUSS = 4  # points of a segment, as in figure 6.4
 TANGENTIAL = 0.01  # of the scale of a tangential velocity to that of a normal one that counts as much

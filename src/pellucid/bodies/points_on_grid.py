@@ -30,7 +30,7 @@ from pellucid.grid.points import (
     PointArrays,
 )
 from pellucid.grid.sorting import slabs_of
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.transfer import scatter_vectors
 from pellucid.grid.velocities import HeatArrays, taking_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer

@@ -1,6 +1,5 @@
 """Data model of a case, read from TOML or built in Python."""
 
-from pellucid.case import shape_quantities as shape_quantities  # registers them
 from pellucid.case.memory import check_memory
 from pellucid.case.probe import Probe
 from pellucid.case.reading import load, loads, located

@@ -11,14 +11,13 @@ from pydantic import Field, model_validator
 from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
-from pellucid.case.gravity import GravityAmplitude
 from pellucid.case.judgement import Check
 from pellucid.case.picture import Film, Picture
 from pellucid.case.plot import Plot
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
-from pellucid.case.stages import SettleCase, StartCase, SteadyCase
+from pellucid.case.stages import GravityAmplitude, SettleCase, StartCase, SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping

@@ -6,17 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions import driven_points
 from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.findings import refuse
+from pellucid.findings import Finding, Reason, refuse
 from pellucid.geometry.region import chosen_nodes, faults
 from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
-from pellucid.grid.vectors import scatter_listed
+from pellucid.grid.transfer import scatter_listed
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.assembly import AssembledBody, Assembly
-from pellucid.parts.capabilities import TakesMotions
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import TakesMotions, TakesNormalMotions
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
@@ -153,3 +155,40 @@ class PrescribedPoints(StepPart):
         done.works[MOTION], done.works[IMPACT] = taken[driven_points.WORK], taken[driven_points.LOSS]
         impulses = taken[driven_points.IMPULSE :].reshape(-1, 3)
         return done._replace(motions=dict(zip(self.names, impulses, strict=True)))
+
+
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
+
+
+class NormalMotions(StepPart):
+    """Prescribed displacements of nodes of one fluid film along the normal of the film. The film itself records the work
+    and the impulses of these displacements."""
+
+    def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
+        self._functions = [motion.along_normal() for motion in motions]
+        numbers = marked(member, motions)
+        if reason := why_no_normal_motion(member.model, whole=bool((numbers > 0).all())):
+            refuse([Finding(("motion", motions[0].name, "displacement"), *reason)])
+        self._body = member.offers(TakesNormalMotions)
+        self._body.add_normal_motions([motion.name for motion in motions], numbers)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Set the mean normal velocities over a step dt [s] from `time` [s], so that the nodes end exactly at the prescribed
+        displacements."""
+        self._body.set_normal_velocities(np.array([(of(time + dt) - of(time)) / dt for of in self._functions]))
+
+
+def why_no_normal_motion(body: BodyModel, whole: bool) -> Reason | None:
+    """Return the reason why nodes of the body (all of them if `whole`) cannot follow a prescribed motion along their normal,
+    or None."""
+    if not isinstance(body, FluidFilmCase):
+        return Reason(f"body {body.name} is not a fluid film", "prescribe the displacement along x, y or z")
+    if body.is_shared:
+        text = f"the fluid around film {body.name} moves its nodes, so their motion cannot be prescribed"
+        return Reason(text, "remove this motion")
+    if not whole or (body.volume is None and body.area == "free"):
+        return None
+    held = "area" if body.volume is None else "volume"
+    text = f"the motion prescribes all nodes of film {body.name}, whose {held} is already prescribed"
+    return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")

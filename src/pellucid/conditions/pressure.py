@@ -6,22 +6,19 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.enclosed.foretold import membrane_at_start
+from pellucid.conditions.enclosed.foretold import encloses_problems, membrane_at_start, volume_at_start
 from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, bound_of_spring, critical, start_fault
 from pellucid.conditions.enclosed.model import Enclosed
-from pellucid.conditions.enclosed.problems import encloses_problems, volume_at_start
 from pellucid.conditions.enclosed.volume import failed_points
-from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plane_problem
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, parameter
 from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.capabilities import TakesPressure, TakesTractions
+from pellucid.parts.capabilities import SurfacePoints, TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
-from pellucid.parts.surface_load import SurfacePoints
 from pellucid.step.part import AtEachStep, StepPart
 
 
@@ -228,3 +225,15 @@ class PressedFaces(StepPart):
         where, name = ".".join(map(str, self._path)), self._faces.body.name
         what = f"`{where}` has no effect: no face of body `{name}` has its centre in it now"
         return f'{what}; enlarge it, or set choose = "start" to load the same faces wherever they move'
+
+
+TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
+"""Function of surface points and time [s] that returns the force per unit current area [Pa], shape (..., 3)."""
+
+
+def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> StepPart:
+    """Return an active condition that applies a force per unit area [Pa], given by the function `traction` of points and
+    time, to the body named `body`; channel: name of the entry of the energy balance for the work of this force; label: name
+    of the load for users."""
+    film, column = assembly.bodies[body].offers(TakesTractions), assembly.load_column(body, channel)
+    return AtEachStep(lambda time: film.add_traction(lambda points, after: traction(points, time + after), column, label))

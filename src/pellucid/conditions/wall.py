@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.conditions.sliding import Sliding
+from pellucid.conditions.contact import Sliding
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import CONTACT_WORK, Channel
 from pellucid.findings import Finding, Path, Reason

@@ -42,14 +42,16 @@ from pellucid.grid.viscous_nodes import (
     ROUNDING,
     ViscousNodes,
     add_forces,
+    add_stress,
     begin,
+    diagonal_by_viscosity,
     find_curvature,
     move,
     start,
+    straining_by_viscosity,
     sum_lag,
     turn,
 )
-from pellucid.grid.viscous_points import add_stress, diagonal_by_viscosity, straining_by_viscosity
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
 from pellucid.state import Field, declare_field

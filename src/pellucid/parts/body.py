@@ -10,10 +10,9 @@ import numpy as np
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import AngularMomentum, Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
-from pellucid.findings import absent
+from pellucid.findings import Named, absent
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import FAULTS, LOST, Fault
-from pellucid.named import Named
 from pellucid.parts.capabilities import Membrane, NodalSupport
 from pellucid.parts.constraint import ConstrainedPoints
 from pellucid.parts.placement import Placement

@@ -11,13 +11,33 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+
+class SurfacePoints(NamedTuple):
+    """Quadrature points on a surface, at which a load is evaluated at one time, in arrays of any shape."""
+
+    position: np.ndarray  # (..., 3) positions [m]
+    normal: np.ndarray  # (..., 3) outward unit normals
+    density_ratio: np.ndarray  # (...) current over initial areal density, i.e. initial over current area
+
+
+Traction = Callable[[SurfacePoints, float], np.ndarray]
+"""Force per current area [Pa], shape (..., 3), at a time after the start of the step of the clock [s]."""
+
+
+class ActingTraction(NamedTuple):
+    """A traction (force per unit area) that acts on a body over a step."""
+
+    column: int  # column of the work of the traction in a row of works
+    traction: Traction  # function of points on the surface and time that returns the traction [Pa]
+    label: str  # name of the load for users
+
+
 if TYPE_CHECKING:  # keeps the import fast for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall_plane import WallPlane
     from pellucid.energy import Passed
     from pellucid.geometry.meshes.cells import FaceShares
     from pellucid.grid.velocity_transfer import VelocityTransfer
-    from pellucid.parts.surface_load import Traction
 
 
 # loads and drag

@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -12,7 +12,18 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
 from pellucid.parts.part import Part
-from pellucid.parts.standing import Standing
+
+
+class Standing(NamedTuple):
+    """Initial positions of the n points of a body."""
+
+    position: np.ndarray
+    """Positions of the points [m], shape (n, 3)."""
+    triangles: np.ndarray | None = None
+    """Triangles of a membrane, shape (m, 3), as point numbers."""
+    volume: np.ndarray | None = None
+    """Volumes of the points [m³], shape (n,), if they are more accurate than the shape of the body."""
+
 
 if TYPE_CHECKING:
     from pellucid.parts.body_model import BodyModel

@@ -124,8 +124,8 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
     from pellucid.case import check_memory
     from pellucid.case.memory import n_points, table_bytes
     from pellucid.running.forecast import foretell_case, foretell_simulation
-    from pellucid.set_up.contact_offsets import contact_offsets
     from pellucid.set_up.first_look import look
+    from pellucid.set_up.overlap import contact_offsets
 
     check_memory(case)
     if n_points(case) > LARGE.points or table_bytes(case) > LARGE.tables:

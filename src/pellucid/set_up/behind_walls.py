@@ -12,7 +12,7 @@ from pellucid.conditions.wall import Wall
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.model import GridCase
 from pellucid.parts.condition import Condition, is_driven
-from pellucid.set_up.hard_bodies import hard_bodies
+from pellucid.set_up.gaps import hard_bodies
 from pellucid.set_up.overlap import DEPTH
 
 ROOM = 1.0  # in cells, of the grid behind a wall: bodies press less deep into it

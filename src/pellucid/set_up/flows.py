@@ -1,4 +1,4 @@
-"""Warnings about flows without an outlet, vents that never open, and absorbing faces without effect."""
+"""Warnings about flows: no outlet, vents that never open, absorbing faces without effect, liquids that slip along bodies."""
 
 from collections.abc import Iterator
 
@@ -15,9 +15,13 @@ from pellucid.conditions.open_faces.columns import OpenFace, opening_of
 from pellucid.conditions.open_faces.inflow import Inflow
 from pellucid.conditions.outflow import Outflow
 from pellucid.conditions.support import Support
+from pellucid.findings import listed
 from pellucid.geometry.shapes.contract import AXES
+from pellucid.materials.contract import PointMaterial
 from pellucid.materials.fluid import FluidMaterial
+from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
+from pellucid.step.limit import spread_in_cells
 
 SQUEEZED = 0.02  # of the volume of a liquid, which its compression may take up
 INSTANTS = 1001  # at which the volume that has come in is known
@@ -157,3 +161,27 @@ def _is_at_rest(membrane: object) -> bool:
     shrink."""
     is_slack = isinstance(membrane, MembraneCase) and membrane.tension == 0.0 and membrane.inflation == 0.0
     return is_slack and not (any(membrane.velocity) or membrane.initial)  # type: ignore[attr-defined]
+
+
+def slipped_past(case: Case) -> Iterator[str]:
+    """Yield a warning for each fluid with implicit viscosity in contact with rigid bodies or with moving bodies of other
+    velocity fields: viscosity is solved before this contact, so that the fluid slips along these bodies if the time steps
+    are long."""
+    for fluid in case.body:
+        material = getattr(fluid, "material", None)
+        if not fluid.solves_viscosity or not isinstance(material, PointMaterial):
+            continue
+        mu, lam = material.implicit_viscosities() or (0.0, 0.0)
+        step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
+        after = [other.name for other in case.body if _acts_after(other, fluid)]
+        if after:
+            text = f"the implicit viscosity of body {fluid.name} is solved before the contact with {listed(after)}"
+            remedy = (
+                f"Set a shorter `time.step`, or place {listed(after)} in the velocity field of {fluid.name} and prescribe a "
+                "[[motion]]"
+            )
+            yield f"{text}: with time steps much longer than {step:.2g} s the fluid slips along these bodies. {remedy}."
+
+
+def _acts_after(other: BodyModel, fluid: BodyModel) -> bool:
+    return other is not fluid and other.moves and (other.is_rigid or other.field != fluid.field)

@@ -12,18 +12,29 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.case import Case
+from pellucid.case.sections import parts_of
 from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.contact.approaching_parts import (
+    ASIDE,
+    NARROW,
+    PARALLEL,
+    describe_gap,
+    find_near,
+    find_slit,
+    select_facing,
+)
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
-from pellucid.set_up.hard_bodies import hard_bodies
+from pellucid.parts.condition import is_driven
 
 FEWEST = 3.0  # cells, in which a viscous flow lacks a ninth
 STEP = 0.25  # of a cell: where a boundary is nearer than that along the normal, two touch
 BISECTIONS = 6
-PARALLEL = 0.9  # cosine between the normals of the two sides of a gap, at least: it does not taper
+OPPOSITE = 0.9  # cosine between the normals of the two sides of a gap, at least: it does not taper
 
 Covers = Callable[[np.ndarray], np.ndarray]
 """Function of positions [m], shape (n, 3), that returns a mask of the positions behind a boundary, shape (n,)."""
@@ -171,6 +182,41 @@ def _across(
         facing = theirs[1][cKDTree(theirs[0]).query(place + far[:, None] * normal)[1]]
     else:
         return none
-    opposite = np.einsum("ij,ij->i", facing, normal) < -PARALLEL
+    opposite = np.einsum("ij,ij->i", facing, normal) < -OPPOSITE
     width = far * (2.0 if other.is_mirror else 1.0)
     return place[opposite], normal[opposite], width[opposite]
+
+
+def hard_bodies(case: Case) -> list[BodyModel]:
+    """Return the bodies that are rigid or whose motion is fully prescribed, each as a model with access to the other
+    bodies of the case."""
+    parts = parts_of(case)
+    return [body.with_others(case.body) for body in case.body if body.is_rigid or is_driven(body.name, parts)]
+
+
+def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
+    """Yield a warning for each deforming body of material points with a slit so narrow that both of its sides contribute to
+    the same nodes.
+
+    going_on: names of the bodies that continue from an earlier run; they are not checked.
+
+    """
+    grid = case.grid
+    hard = {body.name for body in hard_bodies(case)}
+    x, y, z = (not thin for thin in grid.thin())
+    for model in case.body:
+        if not isinstance(model, SeededBody) or model.material.flows or model.name in hard | going_on:
+            continue
+        if model.shape.geometry().is_convex and not model.outside and not any(grid.is_periodic()):
+            continue
+        place, area = model.with_others(case.body).boundary(grid, hard=False)
+        normal, periods = area / np.linalg.norm(area, axis=1, keepdims=True), np.array(grid.periods())
+        one, other = find_near(place, float(np.hypot(NARROW, ASIDE)) * grid.cell, np.array(grid.lower, float), periods)
+        facing, _ = select_facing(place, normal, one, other, grid.cell, periods, PARALLEL)
+        filled = np.zeros(len(facing.middle), bool)
+        for body in case.body:
+            if body is not model and not body.is_surface and len(filled):
+                filled |= body.with_others(case.body).contains(facing.middle, (x, y, z), grid.periods())
+        slit = find_slit(facing, ~filled, grid.cell)
+        if slit is not None:
+            yield describe_gap(model.name, slit, grid.cell, at_start=True)

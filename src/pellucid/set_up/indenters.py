@@ -12,7 +12,7 @@ from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.images import Plane
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.model import GridCase
-from pellucid.set_up.hard_bodies import hard_bodies
+from pellucid.set_up.gaps import hard_bodies
 
 FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, below which its force is far too large
 Box = tuple[np.ndarray, np.ndarray]

@@ -11,12 +11,14 @@ from itertools import product
 
 import numpy as np
 
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.case import Case
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.geometry.region import images
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 
 DEPTH = 0.25  # largest depth of a point inside another body that is accepted, in cells
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
@@ -160,3 +162,17 @@ def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, St
         gap = f"{0.01 * grid.cell:.2g} m"
         remedy = f"Move one of the two until there is a gap ({gap} is enough). To join them, set the same `field` for both."
         raise CaseError(Problem(text, f"body.{one.name}.surface", remedy=remedy))
+
+
+def contact_offsets(case: Case) -> list[str]:
+    """Return a line of text for each membrane that may be in contact with other bodies or walls: the distance from its
+    surface at which contact starts, and the reason for this distance."""
+    if case.grid_or_none is None or not (case.wall or len({body.field for body in case.body}) > 1):
+        return []
+    return [_line(body) for body in case.body if isinstance(body, MembraneCase)]
+
+
+def _line(body: MembraneCase) -> str:
+    why = "half the thickness" if body.contact_offset is None else "`contact_offset`"
+    offset = "" if body.contact_offset is None else f"; the thickness is {body.thickness:.4g} m"
+    return f"contact: faces of membrane {body.name} are {body.contact_reach:.4g} m from `surface` on both sides ({why}{offset})"

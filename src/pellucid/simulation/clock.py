@@ -1,6 +1,6 @@
 """Simulated time and choice of the time step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -8,9 +8,27 @@ import numpy as np
 
 from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.parts.body import Body
-from pellucid.simulation.fastest import fastest_point
+from pellucid.parts.body import Body, in_metres
 from pellucid.step.limit import StepLimit, fall_through_cells
+
+
+def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
+    """Return a description of the fastest point of the bodies, and its data for `RunStopped` (body, number of the point,
+    position [m]); both empty if nothing moves. A point whose velocity is not finite counts as fastest."""
+    found: tuple[float, Body, int] | None = None
+    for body in bodies:
+        speed = np.linalg.norm(body.stored_field("velocity"), axis=1)
+        speed[np.isnan(speed)] = np.inf
+        p = int(np.argmax(speed))
+        if speed[p] > (found[0] if found else 0.0):
+            found = float(speed[p]), body, p
+    if found is None:
+        return "", {}
+    speed, body, p = found
+    point, position = int(body.stored_field("id")[p]), body.stored_field("position")[p]
+    words = f"fastest point: number {point} of body `{body.name}` at {in_metres(position)}, {speed:.4g} m/s"
+    return words, {"body": body.name, "point": point, "position": position.tolist()}
+
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase

@@ -28,17 +28,15 @@ from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
+from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces, node_contacts
 from pellucid.simulation.light_nodes import small_masses
-from pellucid.simulation.node_contacts import node_contacts
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import settle
 from pellucid.simulation.simulation_state import SimulationState
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import Standings, load_state
-from pellucid.simulation.start_overlaps import find_start_overlaps
+from pellucid.simulation.start import Standings, find_start_overlaps, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages

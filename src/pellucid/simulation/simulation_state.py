@@ -11,14 +11,14 @@ from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import INFLOW_ENERGY, OUTFLOW_ENERGY, AngularBalance, EnergyBudget, WorkLayout, energy_at_stake
 from pellucid.errors import UsageError
+from pellucid.findings import Named
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.named import Named
 from pellucid.parts.body import Body
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.settling import SETTLING, SettlingClock
-from pellucid.simulation.start_overlaps import OverlappingStart
+from pellucid.simulation.start import OverlappingStart
 from pellucid.simulation.threads import ThreadChoice
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner

@@ -24,8 +24,7 @@ from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody
-from pellucid.simulation.clock import Clock
-from pellucid.simulation.fastest import fastest_point
+from pellucid.simulation.clock import Clock, fastest_point
 from pellucid.step.part import StepParts
 
 if TYPE_CHECKING:

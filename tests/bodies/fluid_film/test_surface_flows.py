@@ -13,7 +13,7 @@ from pellucid.bodies.fluid_film.loop_surface import LoopSurface
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.bodies.fluid_film.solvers import SparseSolver
 from pellucid.materials.lipid_film import LipidFilm
-from pellucid.parts.surface_load import ActingTraction
+from pellucid.parts.capabilities import ActingTraction
 
 COLUMN = 0
 

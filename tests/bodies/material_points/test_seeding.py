@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_cases import box, case, simulation
 
-from pellucid.bodies.material_points import seed_lattice
+from pellucid.bodies.material_points import cutting
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
 from pellucid.geometry.region import Shape
@@ -313,8 +313,8 @@ def test_layers_at_a_time_give_the_same_points(monkeypatch, left_out):
     """Each of three processes keeps what lies in its part, of two layers of the lattice at a time."""
     shape = VESSEL if left_out else BALL
     whole = seed(shape, grid((10, 10, 10)), (2, 2, 2), left_out)
-    monkeypatch.setattr(seed_lattice, "FEWEST_LAYERS", 2)
-    monkeypatch.setattr(seed_lattice, "CELLS_AT_ONCE", 1)
+    monkeypatch.setattr(cutting, "FEWEST_LAYERS", 2)
+    monkeypatch.setattr(cutting, "CELLS_AT_ONCE", 1)
     ends = [0.0, 4.3, 5.7, 10.0]
     parts = [
         seed(shape, grid((10, 10, 10)), (2, 2, 2), left_out, lambda x, a=a, b=b: np.flatnonzero((x[:, 1] >= a) & (x[:, 1] < b)))

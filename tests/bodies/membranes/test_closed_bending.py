@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
-from pellucid.bodies.membranes.bending_at_start import bending_rate
+from pellucid.bodies.membranes.bending_case import bending_rate
 from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.case import loads

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_cases import GAS, SOLID, box, simulation
 
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.transfer import scatter_vectors
 
 
 def block(functions):

@@ -5,7 +5,7 @@ import pytest
 from small_cases import SOLID, box, case
 
 from pellucid.conditions.rigid.no_slip import NoSlip, Surface
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.transfer import scatter_vectors
 from pellucid.simulation.simulation import Simulation
 
 

@@ -7,10 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from pellucid.conditions.pressure import Pressure
-from pellucid.conditions.signals.ramp import Ramp
-from pellucid.conditions.signals.sine import Sine
-from pellucid.conditions.signals.steady import Steady
-from pellucid.conditions.signals.table import Table
+from pellucid.conditions.signals.displacements import Ramp, Sine, Steady, Table
 from pellucid.smooth_step import smooth_step
 
 

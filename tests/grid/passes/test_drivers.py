@@ -17,15 +17,14 @@ ON_BLOCKS = {
     "conditions/driven_points.py",  # the unit of work is a run with one motion
 }
 BY_COLOUR = {
-    "bodies/membrane_points/pressure.py",
+    "bodies/membrane_points/surface.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
-    "conditions/surface_tension/kernels.py",
+    "conditions/surface_tension/colour.py",
     "contact/detection.py",
     "grid/full_cells.py",
     "grid/own_nodes_field.py",
     "grid/transfer.py",
-    "grid/vectors.py",
 }
 
 

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from pellucid.approximants.nodal.contract import Evaluator
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.contract import Evaluator, Lists
 from pellucid.approximants.nodal.table import PointRows, face_shares
 from pellucid.approximants.nodal.two_level import solve
 from pellucid.geometry.meshes.cells import outer_faces_of_cells, vector_areas

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import FACE_BLOCK
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.contract import FACE_BLOCK, Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import pointwise
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.contract import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit memory

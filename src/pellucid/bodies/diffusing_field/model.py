@@ -22,7 +22,7 @@ from pellucid.model import Model, parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 from pellucid.state import Field
 
 

@@ -21,7 +21,7 @@ from pellucid.bodies.fluid_film.forces import FilmForces, FilmPhysics, Forms, di
 from pellucid.bodies.fluid_film.solvers import Border, FilmSolver, IncompatibleLoad, Solution, System
 from pellucid.energy import GRAVITY
 from pellucid.materials.lipid_film import THINNEST, LipidFilm
-from pellucid.parts.surface_load import ActingTraction
+from pellucid.parts.capabilities import ActingTraction
 from pellucid.smooth_step import risen
 from pellucid.system.linear_algebra import on_one_thread
 

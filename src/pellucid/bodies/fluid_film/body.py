@@ -13,6 +13,7 @@ from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPP
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.capabilities import (
+    ActingTraction,
     Membrane,
     NodalSupport,
     ShowsStart,
@@ -21,11 +22,11 @@ from pellucid.parts.capabilities import (
     TakesNormalMotions,
     TakesSupports,
     TakesTractions,
+    Traction,
 )
 from pellucid.parts.families import NodalBody
 from pellucid.parts.placement import Placement
 from pellucid.parts.support_precedence import find_owners
-from pellucid.parts.surface_load import ActingTraction, Traction
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase

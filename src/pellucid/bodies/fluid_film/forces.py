@@ -23,7 +23,7 @@ import numpy as np
 from pellucid.bodies.fluid_film.assembly import ElementRows, NodalSums, SharedRows, rows
 from pellucid.bodies.fluid_film.film_geometry import FilmGeometry, Operators
 from pellucid.materials.lipid_film import LipidFilm
-from pellucid.parts.surface_load import SurfacePoints, Traction
+from pellucid.parts.capabilities import SurfacePoints, Traction
 from pellucid.step.limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
 
 

@@ -23,7 +23,7 @@ from pellucid.materials.lipid_film import THINNEST, LipidFilm
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 from pellucid.state import Field
 from pellucid.step.limit import NO_LIMIT, StepLimit
 

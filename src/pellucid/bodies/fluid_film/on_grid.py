@@ -25,11 +25,10 @@ from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.enclosure import inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.moving import move_points
-from pellucid.grid.vectors import gather_vectors, scatter_vectors
+from pellucid.grid.transfer import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts.capabilities import BoundByContact, HasContactSurface, Membrane, TakesTractions
-from pellucid.parts.surface_load import Traction
+from pellucid.parts.capabilities import BoundByContact, HasContactSurface, Membrane, TakesTractions, Traction
 from pellucid.state import of_owner
 from pellucid.step.limit import StepLimit, springs_of_contact, tightest
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.material_points.cutting import FilledRegion
-from pellucid.bodies.material_points.seed_lattice import SeedLattice
+from pellucid.bodies.material_points.cutting import FilledRegion, SeedLattice
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.reductions import exact_parts

@@ -22,7 +22,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
-from pellucid.grid.vectors import scatter_listed
+from pellucid.grid.transfer import scatter_listed
 from pellucid.jit import kernel
 from pellucid.materials.contract import PointMaterial
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls

@@ -10,8 +10,7 @@ from pydantic import PrivateAttr
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
-from pellucid.bodies.membranes.bending_at_start import bending_rate
-from pellucid.bodies.membranes.bending_case import BendingCase
+from pellucid.bodies.membranes.bending_case import BendingCase, bending_rate
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
@@ -27,7 +26,7 @@ from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 from pellucid.step.limit import (
     StepLimit,
     bending_in_cells,

@@ -18,7 +18,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.enclosure import inside
 from pellucid.grid.model import GridCase
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.transfer import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, TakesPressure

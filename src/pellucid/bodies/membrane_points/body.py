@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.membrane_points import kernels
-from pellucid.bodies.membrane_points.gradients import gathering_gradients
+from pellucid.bodies.membrane_points.kernels import gathering_gradients
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
-from pellucid.bodies.membrane_points.pressure import press
-from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
-from pellucid.bodies.membrane_points.tearing import torn
+from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames, press, torn
 from pellucid.bodies.membranes.bending import Resistance, make_bending
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import slice_factor

@@ -8,7 +8,9 @@ material.
 """
 
 from math import sqrt
+from typing import Any, NamedTuple
 
+import numpy as np
 from numpy import uintp
 
 from pellucid.bodies.membrane_points.blocks import (
@@ -32,8 +34,11 @@ from pellucid.bodies.membrane_points.blocks import (
 )
 from pellucid.bodies.membrane_points.point import in_frame
 from pellucid.grid.passes.blocks import add_columns, largest_of_column
-from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
-from pellucid.jit import pointwise
+from pellucid.grid.passes.points_pass import Declaration, Found, at_point, pass_points
+from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, MappedPoints, NoCells, place_of
+from pellucid.grid.straining import MOTION_LIKE, AtPosition, GatherMotion
+from pellucid.jit import point_function, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, take
 from pellucid.jit.loops import parallel_loop
 from pellucid.jit.memory import numbers, zeros
@@ -173,3 +178,38 @@ def respond(s, surface, number, mean, kinematics, dt):
         keep_stresses(surface, dt, start, n, c)
         _sum_up(c, start, n, surface, s, sums)
     _keep_sums(slabs, s, sums)
+
+
+class Read(NamedTuple):
+    """Data that the loop which gathers velocity gradients reads: the position of one point, or the array of all positions."""
+
+    position: Any  # [m]
+
+
+class Kept(NamedTuple):
+    """Data that the loop which gathers velocity gradients writes: new position and velocity gradient of one point, or the
+    arrays for all points.
+    """
+
+    position: Any  # new position [m]
+    gradient: Any  # velocity gradient [1/s]
+
+
+class GatherGradient(NamedTuple):
+    """Task of the loop: keep the velocity gradients that `GatherMotion` gathers, and compute new positions if points move."""
+
+    moving: float  # 1 if the points move, else 0
+
+
+@point_function(at_point, GatherGradient)
+def _move(task, lattice, dt, p, known, g):
+    (x, y, z), (L, u), step = p.position, g, task.moving * dt
+    return Found(Kept((x + step * u[0], y + step * u[1], z + step * u[2]), L), (), 0.0, 0.0)
+
+
+def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
+    """Build the loop over the points of a membrane that writes their velocity gradients to `gradient`, shape (points, 9) [1/s],
+    and moves them if `moving`."""
+    declared = Declaration(gathers=MOTION_LIKE, rule=GatherMotion(NoCells()), rule_reads=AtPosition(ZERO_VECTOR), places=True)
+    position = mapped.points.position
+    return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

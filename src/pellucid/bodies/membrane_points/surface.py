@@ -1,11 +1,16 @@
-"""The triangulated surface of membrane points: neighbours, normals, area shares."""
+"""The triangulated surface of membrane points: neighbours, normals, area shares, forces of a pressure, tears without damage."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.membranes.axes import axes_along
+from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import aligned_rows
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import add_vector, stencil
+from pellucid.jit.loops import parallel_loop_by_colour
+from pellucid.materials.damage import has_failed
 
 
 class Fans(NamedTuple):
@@ -61,3 +66,57 @@ def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.nd
     # where any tangent will do, take the axis that is farthest from the normal
     away = np.eye(3)[np.argmin(np.abs(third), axis=1)] if direction is None else direction
     return np.ascontiguousarray(np.concatenate([*axes_along(away, mean), third], axis=1))
+
+
+@parallel_loop_by_colour(gives="load")
+def press(s, mapped, surface, load, pressure):
+    """Add the forces of a pressure [Pa] along the normals of a membrane's points in slab s (a layer of grid cells) to the
+    nodal forces `load` [N].
+
+    mapped: data of the points for transfers to the grid; surface: a `StrainedMembrane`. Points that have failed leave a hole,
+    on which no pressure acts.
+    """
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
+    start, corners = surface.fans.start, surface.fans.corners
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        if has_failed(surface.damage, surface.record, p):
+            continue
+        fx = fy = fz = 0.0
+        for t in range(start[p], start[p + 1]):
+            i, j = corners[t, 0], corners[t, 1]
+            ax, ay, az = x[i, 0] - x[p, 0], x[i, 1] - x[p, 1], x[i, 2] - x[p, 2]
+            bx, by, bz = x[j, 0] - x[p, 0], x[j, 1] - x[p, 1], x[j, 2] - x[p, 2]
+            fx += ay * bz - az * by
+            fy += az * bx - ax * bz
+            fz += ax * by - ay * bx
+        # a third of the vector area of each triangle: over a closed surface these sum to zero exactly
+        force = (pressure / 6.0 * fx, pressure / 6.0 * fy, pressure / 6.0 * fz)
+        add_vector(stencil(functions, lattice, x, p), lattice, load, force)
+
+
+LONGEST = 1.5
+"""Longest admissible edge in cells. A strip with edges of half a cell at the start carries its load until the edges are 1.1
+cells long, for linear functions and quadratic splines. After that, one edge takes all of the stretch, and the others lose
+their tension."""
+
+
+def torn(name: str, place: np.ndarray, triangles: np.ndarray, failed: np.ndarray, grid: Grid) -> str | None:
+    """Return a warning about the longest edge of membrane `name`; None if no edge is longer than `LONGEST` grid cells.
+
+    place: positions of its points [m], shape (n, 3); triangles: shape (m, 3); failed: mask of the points that failed by
+    damage, shape (n,), whose edges are not checked. Lengths along an axis that is one cell thick are ignored.
+    """
+    corners = np.where(np.array(grid.thin), 0.0, place)[triangles]
+    length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    length[failed[triangles].any(axis=1)] = 0.0
+    worst, cell = int(np.argmax(length)), grid.lattice.cell
+    if length[worst] <= LONGEST * cell:
+        return None
+    centre = ", ".join(f"{value:.4g}" for value in place[triangles[worst]].mean(axis=0))
+    return (
+        f"membrane {name} is torn: its triangle at ({centre}) m is {length[worst]:.3g} m long, {length[worst] / cell:.2g} "
+        f"cells of {cell:g} m; beyond {LONGEST:g} the grid velocities have gaps between its points, which carry no "
+        f'tension and let other bodies through; use a finer surface, or kind = "membrane-elements"'
+    )

@@ -26,7 +26,7 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.geometry.meshes.triangulation import pair_edges
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
-from pellucid.grid.vectors import scatter_listed, scatter_vectors
+from pellucid.grid.transfer import scatter_listed, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
 

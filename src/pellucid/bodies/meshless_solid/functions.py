@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.consistency import correct
-from pellucid.approximants.nodal.contract import Evaluator, NoFunctions
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.contract import Evaluator, Lists, NoFunctions
 from pellucid.approximants.nodal.table import PointRows, evaluate, face_shares
 from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
 from pellucid.bodies.meshless_solid.prescribed import ForceCorrection, PrescribedField, values_at_nodes

@@ -28,7 +28,7 @@ from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.standing import Standing
+from pellucid.parts.start_of_body import Standing
 
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.material_forces import Viscous

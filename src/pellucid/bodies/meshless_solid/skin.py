@@ -29,7 +29,7 @@ from pellucid.geometry.meshes.cells import cells_of_faces, outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.grid.lattice import Grid, Nodes
 from pellucid.grid.stencil import functions_at, node_at, stencil_of
-from pellucid.grid.vectors import gather_vectors
+from pellucid.grid.transfer import gather_vectors
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain

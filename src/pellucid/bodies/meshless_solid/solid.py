@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.contract import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle

@@ -10,7 +10,7 @@ from pellucid.grid.passes.moving import Stay, move_points, moving
 from pellucid.grid.points import ByIndex, MappedPoints, PointArrays
 from pellucid.grid.shared_points import WholePoints
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
-from pellucid.grid.vectors import gather_vectors
+from pellucid.grid.transfer import gather_vectors
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain
 

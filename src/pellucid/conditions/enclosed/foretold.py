@@ -1,14 +1,74 @@
-"""Enclosed volume and mobility of closed membranes, computed from their data models before the bodies are built. They give
-an estimate of the rate at which a membrane oscillates on enclosed gas or liquid."""
+"""Enclosed volume and mobility of closed membranes, computed from their data models before the bodies are built, and the
+checks of a case with enclosed gas or liquid that need them."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.membranes.model import MembraneCase
-from pellucid.conditions.enclosed.problems import volume_at_start
+from pellucid.findings import Finding, Path
 from pellucid.geometry.meshes.cells import corner_areas, vector_areas
+from pellucid.geometry.meshes.enclosure import BENT, Lids, volume_with_lids
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+FLAT = 1e-9  # largest volume of a flat membrane, relative to the cube of its extent
+
+
+def encloses_problems(
+    name: str, lids: bool, path: Path, parts: Parts, allows_flat: bool, at: Path | None = None
+) -> Iterator[Finding]:
+    """Yield findings if a body named `name` encloses no volume, for a condition that needs this volume.
+
+    lids: True if flat lids close the rims of an open membrane; path: path of the condition in the case; parts: all parts of
+    the case; allows_flat: True if the membrane may be flat at the start; at: path of the key that names the body, if it is
+    not `body`.
+
+    """
+    here = at or (*path, "body")
+    yield from parts.unknown(BodyModel, here, name)
+    body = parts.named(BodyModel, name)
+    if body is None:
+        return
+    start = body.selectable() if body.is_surface and not body.evaluates_loads else None
+    if start is None:
+        text = f'body {name} is of kind "{body.kind}", which has no enclosed volume'
+        yield Finding(here, text, "name a body of kind membrane-elements or membrane-points")
+    elif not all(parts.active_axes):
+        text = f"body {name} is a membrane in a plane problem, which has no volume"
+        yield Finding(here, text, "use a grid that is more than one cell thick along every axis")
+    elif len(start.boundary) and not lids:
+        text = f"the surface of body {name} is open: it encloses no volume"
+        closes = "" if at else ", or close its rims with lids: `lids = true`"
+        yield Finding(here, text, f"use a closed surface{closes}")
+    elif lids and not len(start.boundary):
+        yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "remove `lids`")
+    elif lids and (bend := Lids(start.position, start.faces).bend) > BENT:
+        text = (
+            f"a rim of body {name} is bent: its points lie {100 * bend:.2g} % of its extent off a plane, so a lid "
+            "would not be flat"
+        )
+        yield Finding(
+            (*path, "lids"),
+            text,
+            f"make each rim flat, within {100 * BENT:g} % of its extent, or let it lie on planes of symmetry",
+        )
+    elif not allows_flat and is_flat(start.position, start.faces):
+        text = f"body {name} is flat at the start: it encloses no volume"
+        yield Finding(here, text, "use a surface that encloses a volume at the start")
+
+
+def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
+    """Return the volume enclosed by triangles and the lids over their rims [m³], for either orientation of the normals.
+    position: vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
+    return abs(volume_with_lids(position, triangles))
+
+
+def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
+    """Return True if the volume enclosed by triangles and the lids over their rims is zero up to rounding. position:
+    vertices [m], shape (n, 3); triangles: vertex numbers, shape (m, 3)."""
+    return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3
 
 
 class AtStart(NamedTuple):

@@ -8,8 +8,7 @@ from pydantic import PrivateAttr
 
 from pellucid.conditions.enclosed.contents import Contents, Gas, Liquid
 from pellucid.conditions.enclosed.flows import Inflator, Vent
-from pellucid.conditions.enclosed.foretold import membrane_at_start
-from pellucid.conditions.enclosed.problems import encloses_problems
+from pellucid.conditions.enclosed.foretold import encloses_problems, membrane_at_start
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter

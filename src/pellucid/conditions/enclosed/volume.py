@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.conditions.enclosed.problems import FLAT
+from pellucid.conditions.enclosed.foretold import FLAT
 from pellucid.geometry.meshes.enclosure import Lids
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane

@@ -2,14 +2,12 @@
 
 from typing import Annotated
 
-from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.conditions.loads.forces import BodyForce, PointLoad, Traction
 from pellucid.conditions.loads.mean_velocity import MeanVelocity
-from pellucid.conditions.loads.point_load import PointLoad
-from pellucid.conditions.loads.rigid_force import RigidForce
+from pellucid.conditions.loads.rigid_load import RigidForce
 from pellucid.conditions.loads.rigid_spring import RigidSpring
-from pellucid.conditions.loads.traction import Traction
 from pellucid.registry import Family, OneOf
 
 LOADS = Family("load", LoadModel)

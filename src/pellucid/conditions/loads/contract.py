@@ -9,15 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.chosen_points import chosen_points, chosen_problems
 from pellucid.conditions.loads.points_view import PointsView
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed, refuse
-from pellucid.geometry.region import Where
+from pellucid.geometry.region import Where, chosen_nodes, faults
 from pellucid.model import parameter
-from pellucid.parts.annotations import Assembly
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.annotations import AssembledBody, Assembly
+from pellucid.parts.body_model import BodyModel, selectable_of
 from pellucid.parts.capabilities import SpreadsPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
@@ -147,3 +146,23 @@ def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
         text = f"returns the force {forces[point]} N at t = {time:g} s on the point at ({place}) m"
         raise stopped(f"{text}; correct its `forces`, see {home_of(load.forces)}")
     return np.ascontiguousarray(forces)
+
+
+def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield a finding if a region (`where`, at `path` in the case) contains none of the nodes of the body named `name`;
+    bodies whose nodes are known only when they are built are not checked."""
+    body = parts.named(BodyModel, name)
+    if body is not None and (start := selectable_of(body, parts)) is not None:
+        yield from faults(where, start, (*path, "where"), name, parts.active_axes)
+
+
+def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray:
+    """Return a mask of the points of a built body in the region `where` of a load, by number of the point, shape (n,).
+
+    path: path of the region in the case. Raises CaseError if there is no point in it.
+    """
+    start, body = member.selectable(), member.body
+    refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))
+    chosen = np.zeros(body.n_points, bool)
+    chosen[body.stored_array("id")[chosen_nodes(where, start, member.active_axes)]] = True
+    return chosen

@@ -6,15 +6,15 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.pressure import surface_load
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import SurfacePoints
 from pellucid.parts.part import Parts
-from pellucid.parts.surface_load import SurfacePoints
 from pellucid.step.part import StepPart
 
 

@@ -1,18 +1,21 @@
 """Base of loads on rigid bodies as a whole."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.conditions.led_turns import plane_turn_problems
+from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
-from pellucid.findings import Finding, Path
+from pellucid.conditions.prescribed_motion import plane_turn_problems
+from pellucid.energy import Channel
+from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Vector
-from pellucid.parts.annotations import Body
+from pellucid.model import Vector, check, parameter
+from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.step.part import AtEachStep, StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.rigid.body import RigidBody
@@ -77,3 +80,27 @@ def rigid_of(body: Body) -> "RigidBody":
     if not isinstance(body.constraint, RigidBody):
         raise ValueError(f"body {body.name} is not rigid")
     return body.constraint
+
+
+class RigidForce(ChangesInTime, RigidLoad):
+    """A force at the centre of mass of a rigid body and a torque, both with fixed directions."""
+
+    kind: Literal["rigid-force"] = "rigid-force"
+    force: Vector = parameter("N", "force at the centre of mass", NONE)
+    torque: Vector = parameter("N*m", "torque", NONE)
+
+    @check
+    def _is_something(self) -> None:
+        if not any((*self.force, *self.torque)):
+            raise Refusal("this load has no effect", "give a `force`, a `torque`, or both")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Yield findings about a body that is not rigid, and components along axes without motion. path: location of the
+        condition in the case; parts: all parts of the case."""
+        yield from super().problems(path, parts)
+        yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
+
+    def active(self, assembly: Assembly, path: Path) -> StepPart:
+        body, column = assembly.bodies[self.body].body, assembly.layout.column(Channel(self.channel))
+        push = np.array([*self.force, *self.torque])
+        return AtEachStep(lambda time: rigid_of(body).add_load(Push(self.share(time) * push, column)))

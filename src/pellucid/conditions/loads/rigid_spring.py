@@ -6,11 +6,10 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from pellucid.conditions.led_turns import Rotations, plane_turn_problems
 from pellucid.conditions.loads.rigid_load import NONE, Push, RigidLoad, rigid_of, thin_problems
-from pellucid.conditions.signals import Signal
-from pellucid.conditions.signals.along_axes import AlongAxes
-from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
+from pellucid.conditions.prescribed_motion import Rotations, plane_turn_problems
+from pellucid.conditions.signals import AlongAxes, Signal
+from pellucid.conditions.signals.turns import checked_displacement, displacement_fault
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.material_points.seed_lattice import SeedLattice
+from pellucid.bodies.material_points.cutting import SeedLattice
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.findings import Reason
 from pellucid.geometry.region import Shape

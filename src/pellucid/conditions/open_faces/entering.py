@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.conditions.open_faces.columns import OpenFace, opening_of
-from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.pushed_strip import PushedStrip
-from pellucid.conditions.open_faces.strip import Passage, work_of_strip
+from pellucid.conditions.open_faces.strip import LedStrip, Passage, PushedStrip, work_of_strip
 from pellucid.energy import INFLOW_WORK, Passed, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.model import GridCase

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.conditions.open_faces.columns import OpenFace, opening_of
-from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.strip import Passage, work_of_strip
+from pellucid.conditions.open_faces.strip import LedStrip, Passage, work_of_strip
 from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.assembly import Assembly

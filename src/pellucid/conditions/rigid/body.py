@@ -18,8 +18,7 @@ from pellucid.conditions.rigid.kinematics import (
     spun,
     turn_freely,
 )
-from pellucid.conditions.rigid.leads import Leads
-from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls, Wall
+from pellucid.conditions.rigid.motions import Leads, RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work

@@ -46,7 +46,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, MASS_EPS, free_axes
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.transfer import scatter_vectors
 from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # weight of clamped nodes within the grid, relative to the mass of all nodes

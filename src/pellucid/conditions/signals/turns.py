@@ -1,19 +1,21 @@
-"""Prescribed rotations as functions of time: the same signals as for displacements, with an angle instead of a distance."""
+"""Prescribed rotations as functions of time: the same signals as for displacements, with an angle instead of a distance.
+
+This module also checks the values of user-defined displacements and rotations. Errors are reported with file and line.
+"""
 
 from abc import abstractmethod
-from math import radians
+from math import isfinite, radians
 from typing import Literal
 
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.conditions.signals.contract import Displacement, SignalModel
-from pellucid.conditions.signals.ramp import Ramp
-from pellucid.conditions.signals.sine import Sine
-from pellucid.conditions.signals.steady import Steady
+from pellucid.conditions.signals.displacements import Displacement, Ramp, SignalModel, Sine, Steady
 from pellucid.conditions.signals.time_table import OverTime, read_rows
+from pellucid.errors import RunStopped
 from pellucid.model import InputFile, Model, parameter
 from pellucid.units import in_degrees
+from pellucid.users.users_code import failing_as, home_of
 
 SAID = 'in degrees, or a text with a unit such as "0.3 rad"'
 
@@ -96,3 +98,46 @@ class TableTurn(OverTime, TurnModel):
     def rows(self) -> np.ndarray:
         rows = read_rows(self.path, "angle [deg]")
         return np.column_stack([rows[:, 0], np.radians(rows[:, 1])])
+
+
+def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displacement:
+    """Return the displacement [m] or angle [rad] of a signal as a function of time [s]; the function raises RunStopped if a
+    value is not finite. where: name of the signal in messages."""
+    what = _named(signal, where)
+    with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}"), signal.function):
+        function = signal.function()
+
+    def displacement(time: float) -> float:
+        with failing_as(lambda why: RunStopped(f"{what} fails at t = {time:g} s: {why}"), function):
+            value = float(function(time))
+        if not isfinite(value):
+            given = f"{value} {_unit(signal)} at t = {time:g} s"
+            raise RunStopped(f"{what} returns {given}; correct its `function`, see {home_of(signal.function)}")
+        return value
+
+    return displacement
+
+
+def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
+    """Return a text that describes what is wrong with a signal (displacement or angle as a function of time) at t = 0, or
+    an empty text. A signal is invalid if it raises an error, or if its value or top speed is not finite. where: name of the
+    signal in the text."""
+    try:
+        checked_displacement(signal, where)(0.0)
+        with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):
+            speed = float(signal.top_speed())
+    except RunStopped as error:
+        return str(error)
+    if isfinite(speed) and speed >= 0.0:
+        return ""
+    has = f"{_named(signal, where)} has the top speed {speed} {_unit(signal)}/s"
+    return f"{has}; correct its `top_speed`, see {home_of(signal.top_speed)}"
+
+
+def _named(signal: SignalModel | TurnModel, where: str) -> str:
+    what = "rotation" if isinstance(signal, TurnModel) else "signal"
+    return f'the {what} of kind "{signal.kind}" of {where}'
+
+
+def _unit(signal: SignalModel | TurnModel) -> str:
+    return "rad" if isinstance(signal, TurnModel) else "m"

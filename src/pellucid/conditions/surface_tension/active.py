@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.conditions.surface_tension.colour import FREE, Faces, SurfaceEnergy
-from pellucid.conditions.surface_tension.kernels import gather_potential, scatter_forces, scatter_volumes
+from pellucid.conditions.surface_tension.colour import (
+    FREE,
+    Faces,
+    SurfaceEnergy,
+    gather_potential,
+    scatter_forces,
+    scatter_volumes,
+)
+from pellucid.conditions.surface_tension.model import NEUTRAL
 from pellucid.conditions.surface_tension.planes import WettedPlane
-from pellucid.conditions.surface_tension.roles import NEUTRAL
 from pellucid.energy import FIRST_LOAD, INTERNAL, SURFACE_ENERGY, StepWork
 from pellucid.grid.lattice import Grid
 from pellucid.parts.annotations import Assembly

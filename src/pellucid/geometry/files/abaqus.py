@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.geometry.files.abaqus_keywords import Keyword, keywords
-from pellucid.geometry.files.contents import Block, Contents, Damaged, nodes_of_kind, with_points
-from pellucid.geometry.files.words import floats, integers
+from pellucid.geometry.files.contents import Block, Contents, Damaged, floats, integers, nodes_of_kind, with_points
 
 _SIDES = ("SPOS", "SNEG")
 _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION", "SUBSTRUCTURE GENERATE"}

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from pellucid.geometry.files.contents import Damaged
-from pellucid.geometry.files.words import text_of
+from pellucid.geometry.files.contents import Damaged, text_of
 from pellucid.system.input_files import file_bytes
 
 DEEPEST = 10  # largest depth of nested includes

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, nodes_of_kind, with_points
-from pellucid.geometry.files.words import floats, integers, text_of
+from pellucid.geometry.files.contents import Block, Contents, Damaged, floats, integers, nodes_of_kind, text_of, with_points
 
 _VERSIONS = ("2", "2.0", "2.1", "2.2", "4", "4.0", "4.1")
 _NAME = re.compile(r'(\d+)\s+(-?\d+)\s+"(.*)"')

@@ -4,8 +4,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks, triangles_of_fan, triangles_of_strip
-from pellucid.geometry.files.words import floats, integers, text_of
+from pellucid.geometry.files.contents import (
+    Block,
+    Contents,
+    Damaged,
+    flat_blocks,
+    floats,
+    integers,
+    text_of,
+    triangles_of_fan,
+    triangles_of_strip,
+)
 
 TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 for _letter, _prefix in (("i", ""), ("u", "u")):

@@ -10,14 +10,13 @@ import numpy as np
 from pellucid.findings import Refusal, hint
 from pellucid.geometry.files.abaqus import read_abaqus
 from pellucid.geometry.files.abaqus_keywords import included_files
-from pellucid.geometry.files.contents import Contents, Damaged
+from pellucid.geometry.files.contents import Contents, Damaged, as_utf8
 from pellucid.geometry.files.gmsh import is_gmsh, is_gmsh1, read_gmsh, read_gmsh1
 from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.surface_formats import read_obj, read_off, read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
 from pellucid.geometry.files.vtk_xml import read_vtp, read_vtu
-from pellucid.geometry.files.words import as_utf8
 from pellucid.model import InputFile, Model, Vector, check, parameter
 from pellucid.system.input_files import file_bytes
 

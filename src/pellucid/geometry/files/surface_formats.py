@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.words import as_utf8, numbers, text_of, whole
+from pellucid.geometry.files.contents import Block, Contents, Damaged, as_utf8, flat_blocks, numbers, text_of, whole
 
 FREE_FORM = {"curv", "surf", "cstype"}
 

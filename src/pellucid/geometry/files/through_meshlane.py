@@ -16,8 +16,7 @@ import numpy as np
 
 from pellucid.errors import cut
 from pellucid.findings import Refusal
-from pellucid.geometry.files.contents import CORNERS, GMSH, GROUPS, Block, Contents, Damaged, marked_places
-from pellucid.geometry.files.words import as_utf8, text_of
+from pellucid.geometry.files.contents import CORNERS, GMSH, GROUPS, Block, Contents, Damaged, as_utf8, marked_places, text_of
 from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
 

@@ -6,9 +6,8 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks, triangles_of_strip
+from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks, floats, integers, text_of, triangles_of_strip
 from pellucid.geometry.files.vtk_cells import grid_contents
-from pellucid.geometry.files.words import floats, integers, text_of
 
 TYPES = {"float": "f4", "double": "f8", "vtktypeint64": "i8", "vtkidtype": "i8"}
 for _name, _size in (("char", 1), ("short", 2), ("int", 4), ("long", 8)):

@@ -12,9 +12,8 @@ import numpy as np
 
 from pellucid import catalogue
 from pellucid.errors import UnknownName, UsageError
-from pellucid.findings import absent
+from pellucid.findings import Named, absent
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.named import Named
 from pellucid.results.metrics import Metric, Readings, metric_of
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder

@@ -19,8 +19,8 @@ from pellucid.case.picture import Film, Picture
 from pellucid.case.plot import Plot
 from pellucid.case.stages import SteadyCase
 from pellucid.errors import UsageError
+from pellucid.findings import Named
 from pellucid.grid.model import GridCase
-from pellucid.named import Named
 from pellucid.results.metrics import Metric, finite, mean_columns
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import (

@@ -12,7 +12,7 @@ from small_cases import SOLID, advance, box, case, simulation
 from pellucid.case import Case
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
-from pellucid.simulation.start_overlaps import OverlappingStart
+from pellucid.simulation.start import OverlappingStart
 
 SPEED = 0.02
 LOUD = {"warn": 1e3, "stop": 1e4}
