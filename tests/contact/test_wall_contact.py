@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import describe
-from pellucid.contact.overlap import DAMPING, STICKS
+from pellucid.contact.overlap import STICKS
 from pellucid.contact.wall import WallContact
 from pellucid.contact.wall_plane import WallPlane
 
@@ -69,7 +69,7 @@ def test_both_sides_of_a_membrane_touch_it():
 
 def test_damping_resists_the_approach_and_never_pulls():
     surface = Points()
-    damper = 2.0 * DAMPING * np.sqrt(STIFFNESS * 50.0) * 0.5
+    damper = 2.0 * Points.damping * np.sqrt(STIFFNESS * 50.0) * 0.5
     surface.velocity[0] = (0.0, -0.3, 0.0)
     assert pushed(surface, floor())[1][0, 1] == pytest.approx(STIFFNESS * 0.01 * 0.5 + 0.3 * damper)
     assert pushed(surface, floor((0, 0.3, 0)))[1][0, 1] == pytest.approx(STIFFNESS * 0.01 * 0.5 + 0.6 * damper)
@@ -81,7 +81,7 @@ def test_friction_follows_how_far_points_were_carried_up_to_its_limit():
     surface = Points()
     surface.velocity[:] = (0.02, 0.0, 0.0)
     normal = STIFFNESS * 0.01 * 0.5
-    damper = 2.0 * DAMPING * np.sqrt(STIFFNESS * 50.0) * 0.5
+    damper = 2.0 * Points.damping * np.sqrt(STIFFNESS * 50.0) * 0.5
     force = pushed(surface, floor(), friction=STICKS)[1]
     assert surface.slip[0] == pytest.approx([0.1 * 0.02, 0, 0])
     assert force[0] == pytest.approx([-STIFFNESS * 0.5 * 0.002 - damper * 0.02, normal, 0])

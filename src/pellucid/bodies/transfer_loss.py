@@ -13,10 +13,11 @@ FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
 - Other bodies are strained along v' with MUSL. Their stress works along (v + v')/2, as their forces do on the points. Their
   part of L, ½ Δt Σ f_I·(v_I + Δv_I - v'_I) with their internal forces f_I, is therefore no loss; it is subtracted from the
   work of internal forces along v̄.
-- The contact part of L is likewise subtracted from the work of contact. Second impulses of contact Q_I change the velocities
-  of the points once more, after the forces, and the points are strained along q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I
-  is moved from contact to the work of internal forces. If no impulse removes the approach that contact removes from the
-  straining velocities, this is an error; the same amount is in the error of time integration.
+- The contact part of L, of impulses and of forces between surfaces, is likewise subtracted from the work of contact. Second
+  impulses of contact Q_I change the velocities of the points once more, after the forces, and the points are strained along
+  q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I is moved from contact to the work of internal forces. If no impulse removes
+  the approach that contact removes from the straining velocities, this is an error; the same amount is in the error of time
+  integration.
 - The rest of L belongs to supports, loads and driven points. It is counted as heat of the transfers, `transfer_heat`,
   together with all losses of a blend with PIC or APIC.
 """
@@ -24,6 +25,7 @@ FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
 from collections.abc import Iterable, Mapping, Sequence
 
 from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.capabilities import KeepsHeat
@@ -46,21 +48,27 @@ class TransferHeat(StepPart):
     """Energy that the transfers between points and nodes lose in each step, as heat of the transfers, and the corresponding
     corrections of other works; see `pellucid.bodies.transfer_loss`.
 
-    on_grid: bodies on the grid, by velocity field. contact: contacts on nodes. strained_last: True with MUSL and USL, where
-    `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these bodies are strained
-    along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step, so this part counts
-    as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
+    on_grid: bodies on the grid, by velocity field. contacts: contacts on nodes and by surfaces. strained_last: True with MUSL
+    and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these
+    bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step,
+    so this part counts as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
     """
 
-    def __init__(self, on_grid: Mapping[VelocityField, Sequence[GridBody]], contact: ContactPairs, strained_last: bool) -> None:
-        self._on_grid, self._contact, self._strained_last = on_grid, contact, strained_last
+    def __init__(
+        self,
+        on_grid: Mapping[VelocityField, Sequence[GridBody]],
+        contacts: Sequence[ContactPairs | SurfacePairs],
+        strained_last: bool,
+    ) -> None:
+        self._on_grid, self._contacts, self._strained_last = on_grid, contacts, strained_last
         self._done = no_work(TRANSFER + 1, 0)
 
     def end(self, dt: float) -> None:
         lost = [self._loss(field, bodies, dt) for field, bodies in self._on_grid.items()]
-        if self._contact:
-            lost.append(no_work(TRANSFER + 1, 0))
-            lost[-1].works[[CONTACT, TRANSFER]] = -self._contact.lag_work
+        for contact in self._contacts:
+            if contact:
+                lost.append(no_work(TRANSFER + 1, 0))
+                lost[-1].works[[CONTACT, TRANSFER]] = -contact.lag_work
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost.append(self._return_heat(won))

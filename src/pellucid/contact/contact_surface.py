@@ -63,6 +63,10 @@ class ContactSurface(ABC):
     """True in a plane problem, i.e. all fields are constant across the slice."""
     follows_steps = True
     """True if contact springs may be as stiff as the step size of the case allows; False if `rate` defines their stiffness."""
+    damping = 0.1
+    """Damping ratio of contact, for the mass of the layer that moves with the surface."""
+    stiffness_range = (0.0, np.inf)
+    """Smallest and largest stiffness of explicit contact springs that follow the step size [Pa/m]."""
     rigid_mass = np.inf
     """Mass of a rigid body [kg]; infinite if its motion is prescribed."""
     is_hard = False

@@ -30,8 +30,8 @@ from pellucid.contact.point_forces import (
     limit_slip,
 )
 
-DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
-"""`DAMPING`: damping ratio for the masses of the layers in contact. `ROOM`: fraction of the stability range of central
+ROOM, LEAST_ROOM = 0.9, 0.3
+"""`ROOM`: fraction of the stability range of central
 differences that contact springs and dampers use in addition to the waves of the body, see `_stiff`; `LEAST_ROOM` is its
 lower limit."""
 SHEET_STIFF, SHEET_DAMPING = 0.5, 1.0
@@ -179,15 +179,18 @@ class OverlapLaw:
         self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), TINY)
         soft = [side for side in sides if self._hard or not side.is_hard]
         with_sheet = any(side.is_sheet for side in soft)
-        damping = SHEET_DAMPING if with_sheet else DAMPING
-        rates = [side.rate for side in soft]
+        damping = SHEET_DAMPING if with_sheet else max(side.damping for side in soft)
         harder = IMPLICIT_SHEETS if with_sheet else IMPLICIT
-        self._implicit = harder**2 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
+        of_layers = [side.mass_per_area * side.rate**2 for side in soft]
+        self._implicit = harder**2 / sum(1.0 / layer for layer in of_layers)
         for i, side in enumerate(soft):
             if side.follows_steps:
                 part = step * side.rate if step > 0.0 else courant
-                rates[i] *= (SHEET_STIFF if with_sheet else _stiff(part)) / part
-        self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
+                stiff = of_layers[i] * ((SHEET_STIFF if with_sheet else _stiff(part, damping)) / part) ** 2
+                of_layers[i] = min(max(stiff, side.stiffness_range[0]), side.stiffness_range[1])
+        self.compliance = {id(side): 1.0 / layer for side, layer in zip(soft, of_layers, strict=True)}
+        """Compliance of each side that deforms; of all sides if none deforms [m/Pa], by the `id` of the surface."""
+        self.stiffness = 1.0 / sum(self.compliance.values())
         """Contact stiffness κ [Pa/m]."""
         self.is_implicit = not self._hard and all(side.response is not None for side in soft)
         """True if normal forces are implicit in the step, see `pellucid.contact.implicit`."""
@@ -396,15 +399,15 @@ class Springs(NamedTuple):
     stored: float  # stored energy [J]
 
 
-def _stiff(courant: float) -> float:
-    """Return ω Δt for the largest frequency ω of contact springs that is stable with a step Δt of `courant` times the
-    largest stable step of the body.
+def _stiff(courant: float, damping: float) -> float:
+    """Return ω Δt for the largest frequency ω of contact springs with the ratio `damping` that is stable with a step Δt of
+    `courant` times the largest stable step of the body.
 
     The waves of the body use at most 2 `courant`. Central differences, with dampers that use the velocities of the previous
     step, are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
     """
     room = max(ROOM * (4.0 - (2.0 * courant) ** 2), LEAST_ROOM)
-    return sqrt((2.0 * DAMPING) ** 2 + room) - 2.0 * DAMPING
+    return sqrt((2.0 * damping) ** 2 + room) - 2.0 * damping
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:

@@ -7,15 +7,17 @@ of a side is the compliance of a surface layer that oscillates at the fastest ra
 that contact does not limit the step.
 
 Friction is a spring along the surface. It slides when its force exceeds μ times the pressure (Coulomb); sticking contact
-has no limit. The points of both surfaces are used. Each surface has a share of the stiffness that grows with its
-resolution, because the points of a coarse surface act like a bed of nails on a fine one.
+has no limit. The points of both surfaces of two bodies that deform are used. Each surface has a share of the stiffness in
+proportion to its compliance, and that grows with its resolution, because the points of a coarse surface act like a bed of
+nails on a fine one. Of a body that deforms and one that does not, only the points of the former are used: the area in contact
+of points of the other body at the rim of the deforming body would change with this rim, without work.
 
 A parallel damper has a tenth of the critical damping for the masses of both layers. It ends their vibrations within a few
 periods and hardly affects the motion of the bodies as a whole. Two bodies that do not deform hardly rebound, and their
 overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,12 +32,15 @@ from pellucid.contact.proximity import Meeting
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.surface_side import SurfaceSide
 from pellucid.contact.touch import Touch
-from pellucid.energy import CONTACT, DAMPING, SUPPORT, StepWork
+from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
+from pellucid.ranks.domain import domain
 from pellucid.state import of_owner, with_owner
 from pellucid.step.part import StepPart
 
 COARSE, LARGE = 1.5, 1.01  # ratios of point distances and of areas above which two surfaces count as different
+NARROW = 0.4  # width of a body that may lie between the points of a surface, in reaches of these points
 ROUNDS = 3  # largest number of iterations for several contacts of flat sides on one body
 
 
@@ -71,7 +76,11 @@ class SurfacePair(PointContact):
         ways = [(one, other), (other, one)]
         if one.is_sheet != other.is_sheet:
             ways = [(first, second) for first, second in ways if first.is_sheet]
-        fine, sides = [1.0 / float(np.median(first.reach)) ** 2 for first, _ in ways], []
+        else:
+            ways = [(first, second) for first, second in ways if id(first) in law.compliance or _passes(first, second)]
+        compliances = [law.compliance.get(id(first), 1.0 / law.stiffness) for first, _ in ways]
+        fine = [c / float(np.median(first.reach)) ** 2 for c, (first, _) in zip(compliances, ways, strict=True)]
+        sides = []
         for (first, second), share in zip(ways, fine, strict=True):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness, first.is_sheet)
             how = share / sum(fine), law.stop is not None, seams, law.is_implicit
@@ -108,10 +117,19 @@ class SurfacePair(PointContact):
 def _deepest(surface: ContactSurface) -> float:
     """Return the largest depth [m] at which a point behind a surface counts as in contact: the radius that a surface point
     represents, and for a surface that is not two-sided at most 0.4 of the smallest extent of the body."""
-    extent = np.ptp(surface.place, axis=0)
-    thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
-    return reach if surface.two_sided else min(reach, 0.4 * float(thick))
+    return reach if surface.two_sided else min(reach, 0.4 * _width(surface))
+
+
+def _width(surface: ContactSurface) -> float:
+    """Return the smallest extent of a body along an axis in which it has any [m]."""
+    extent = np.ptp(surface.place, axis=0)
+    return float(extent[extent > 1e-3 * extent.max()].min(initial=np.inf))
+
+
+def _passes(one: ContactSurface, other: ContactSurface) -> bool:
+    """Return True if the body of surface `one` is so narrow that it may lie between the points of surface `other`."""
+    return _width(one) < NARROW * float(np.median(other.reach))
 
 
 class SurfacePairs(StepPart):
@@ -119,13 +137,19 @@ class SurfacePairs(StepPart):
     energy balance of contact."""
 
     def __init__(
-        self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = (), column: int | None = None
+        self,
+        pairs: Sequence[Touch],
+        planes: Sequence[Plane] = (),
+        seams: Sequence[Seam] = (),
+        column: int | None = None,
+        strained_again: Collection[VelocityField] = (),
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
-        arrays of works.
+        arrays of works. strained_again: see `pellucid.contact.pairs.ContactPairs`.
         """
+        self._strained_again, self.lag_work = strained_again, 0.0
         self._column, self._last = column, 0.0
         self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
@@ -186,6 +210,22 @@ class SurfacePairs(StepPart):
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
+
+    def correct_strain_velocities(self, dt: float | None) -> None:
+        """Compute `lag_work`: the work of contact forces on nodes along their mean velocities in a step dt [s], minus the
+        work along the mean of the velocities mapped from the points before and after the step, with which surfaces move
+        [J]; see `pellucid.bodies.transfer_loss`."""
+        self.lag_work = 0.0
+        if dt is None or self._column is None or not self._forces:
+            return
+        for field in self._strained_again:
+            force, nodes = field.load_row(self._column - FIRST_LOAD), field.grid.nodes
+            at = np.flatnonzero(force.any(axis=1))
+            free = (nodes.mass[at] > field.small_mass)[:, None] & (nodes.constrained[at] == 0)
+            if len(field.external.driven_mass):
+                free &= field.external.driven_mass[at] == 0.0
+            powers = np.where(free, force[at] * (nodes.velocity[at] - nodes.strain_velocity[at]), 0.0)
+            self.lag_work += 0.5 * dt * float(np.sum(domain.of_nodes(powers, at)))
 
     def end(self, dt: float) -> None:
         self._last = dt

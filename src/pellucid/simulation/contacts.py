@@ -64,12 +64,14 @@ def contacts_of(
             field.touches_on_nodes = any(field in pair.fields for pair in pairs)
     touching += _self_contacts(case, surfaces, around, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [], column)
+    on_grid = [(body.keeps_heat, field) for body, field in built.values() if isinstance(body, GridBody)]
+    strained_again = [field for field in fields if remaps and (False, field) in on_grid and (True, field) not in on_grid]
+    surface_pairs = SurfacePairs(
+        [*touching, *walls], planes if touching else [], ends if touching else [], column, strained_again
+    )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    on_grid = [(body.keeps_heat, field) for body, field in built.values() if isinstance(body, GridBody)]
-    strained_again = [field for field in fields if remaps and (False, field) in on_grid and (True, field) not in on_grid]
     return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
 
 

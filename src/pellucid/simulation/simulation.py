@@ -103,7 +103,7 @@ class Simulation(SimulationState):
             self.parts.add(implicit_viscosity(field, bodies, layout))
         self.parts.add([self.contact_pairs, self.surface_pairs])
         if self._on_grid:
-            self.parts.add([TransferHeat(self._on_grid, self.contact_pairs, case.time.scheme != "usf")])
+            self.parts.add([TransferHeat(self._on_grid, [self.contact_pairs, self.surface_pairs], case.time.scheme != "usf")])
         if (amplitude := case.gravity_amplitude) is not None:
             self.parts.add([AtEachStep(lambda time: self._share_gravity(amplitude.at(time)))])
         self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start)

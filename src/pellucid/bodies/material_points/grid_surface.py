@@ -148,7 +148,6 @@ class GridSurface(ContactSurface):
     """
 
     serves_deformed = True
-    follows_steps = False  # stiffer layers shake the nodes about them, and transfers take what they shake
 
     def __init__(
         self,

@@ -13,6 +13,15 @@ from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 
 ABOUT = 12  # number of points used to fit a deformation gradient
+MOVES = 0.5
+"""Fraction of a layer of cells that moves with the surface at once: forces on the surface act on the nodes on both sides of
+it, and half of the cells of these nodes lies inside the body (0.40 to 0.50 for GIMP functions)."""
+DAMPING = 0.3
+"""Damping ratio of contact of bodies that deform. Contact springs swing faster than the waves that the grid carries, so that
+their vibration stays at the surface; this ratio ends it within a period."""
+STIFFEST = 10.0
+"""Largest stiffness of contact springs [ρc²/h]. They then yield like a tenth of a cell, less than the error of the grid in
+the compliance of the body; stiffer springs would only amplify noise in the positions of the surface points."""
 
 
 class RigidState(Protocol):
@@ -135,8 +144,12 @@ def surface_of(
     kind = RigidSurface if rigid else GridSurface
     surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity, edges)
     surface.is_hard = hard
-    surface.rate = model.wave_speeds()[0] / grid_case.cell
-    surface.mass_per_area = model.material.density * grid_case.cell
+    layer, surface.rate = model.material.density * grid_case.cell, model.wave_speeds()[0] / grid_case.cell
+    surface.mass_per_area, stiffness = layer, layer * surface.rate**2
+    surface.stiffness_range = stiffness, stiffness
+    if not hard:
+        surface.mass_per_area, surface.damping = MOVES * layer, DAMPING
+        surface.stiffness_range = stiffness, STIFFEST * stiffness
     return surface
 
 
