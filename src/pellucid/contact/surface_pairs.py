@@ -9,8 +9,8 @@ that contact does not limit the step.
 Friction is a spring along the surface. It slides when its force exceeds μ times the pressure (Coulomb); sticking contact
 has no limit. The points of both surfaces of two bodies that deform are used. Each surface has a share of the stiffness in
 proportion to its compliance, and that grows with its resolution, because the points of a coarse surface act like a bed of
-nails on a fine one. Of a body that deforms and one that does not, only the points of the former are used: the area in contact
-of points of the other body at the rim of the deforming body would change with this rim, without work.
+nails on a fine one. Of a body of material points that deforms and one that does not, only the points of the former are used:
+the area in contact of points of the other body at the rim of the deforming body would change with this rim, without work.
 
 A parallel damper has a tenth of the critical damping for the masses of both layers. It ends their vibrations within a few
 periods and hardly affects the motion of the bodies as a whole. Two bodies that do not deform hardly rebound, and their
@@ -76,7 +76,7 @@ class SurfacePair(PointContact):
         ways = [(one, other), (other, one)]
         if one.is_sheet != other.is_sheet:
             ways = [(first, second) for first, second in ways if first.is_sheet]
-        else:
+        elif not law.is_implicit:
             ways = [(first, second) for first, second in ways if id(first) in law.compliance or _passes(first, second)]
         compliances = [law.compliance.get(id(first), 1.0 / law.stiffness) for first, _ in ways]
         fine = [c / float(np.median(first.reach)) ** 2 for c, (first, _) in zip(compliances, ways, strict=True)]
