@@ -12,7 +12,7 @@ proportion to its compliance, and that grows with its resolution, because the po
 nails on a fine one. Of a body of material points that deforms and one that does not, only the points of the former are used:
 the area in contact of points of the other body at the rim of the deforming body would change with this rim, without work.
 
-A parallel damper has a tenth of the critical damping for the masses of both layers, for material points three tenths. It ends
+A parallel damper has a tenth of the critical damping for the masses of both layers, 0.15 of it for material points. It ends
 their vibrations within a few periods and hardly affects the motion of the bodies as a whole. Two bodies that do not deform
 hardly rebound, and their overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """

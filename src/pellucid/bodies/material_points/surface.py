@@ -16,9 +16,10 @@ ABOUT = 12  # number of points used to fit a deformation gradient
 MOVES = 0.5
 """Fraction of a layer of cells that moves with the surface at once: forces on the surface act on the nodes on both sides of
 it, and half of the cells of these nodes lies inside the body (0.40 to 0.50 for GIMP functions)."""
-DAMPING = 0.3
+DAMPING = 0.15
 """Damping ratio of contact of bodies that deform. Contact springs swing faster than the waves that the grid carries, so that
-their vibration stays at the surface; this ratio ends it within a period."""
+their vibration stays at the surface. With 0.1 the force of colliding bars vanishes several times after they meet; larger
+ratios take more of the energy of coarse bodies that collide."""
 STIFFEST = 10.0
 """Largest stiffness of contact springs [ρc²/h]. They then yield like a tenth of a cell, less than the error of the grid in
 the compliance of the body; stiffer springs would only amplify noise in the positions of the surface points."""
