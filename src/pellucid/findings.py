@@ -1,4 +1,4 @@
-"""Errors found in a case, with their paths in its data, and hints for misspelt names."""
+"""Errors found in a case, with their paths in its data, hints for misspelt names, and a dictionary that gives them."""
 
 import difflib
 import re

@@ -172,12 +172,12 @@ def test_what_cannot_be_differentiated(function, words):
 
 @generic
 def potential(law: Numbers, a: float, b: float) -> float:
-    """An energy that no law registers at first."""
+    """Return an energy that no law registers at first."""
 
 
 @generic
 def force(law: Numbers, a: float, b: float) -> tuple[float, float]:
-    """Its slopes."""
+    """Return the slopes of `potential`."""
 
 
 def test_an_energy_is_differentiated_once_it_is_registered():

@@ -1,4 +1,5 @@
-"""Stages before or instead of time stepping: steady states, settling, and the initial state from an earlier run."""
+"""Stages before or instead of time stepping: steady states, settling, the initial state from an earlier run,
+and gravity that changes in time."""
 
 from bisect import bisect_left
 from collections.abc import Iterator

@@ -157,10 +157,6 @@ class PrescribedPoints(StepPart):
         return done._replace(motions=dict(zip(self.names, impulses, strict=True)))
 
 
-if TYPE_CHECKING:
-    from pellucid.conditions.prescribed_motion import Motion
-
-
 class NormalMotions(StepPart):
     """Prescribed displacements of nodes of one fluid film along the normal of the film. The film itself records the work
     and the impulses of these displacements."""

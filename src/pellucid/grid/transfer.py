@@ -1,4 +1,5 @@
-"""Motion of points with the nodal velocity, velocity increments of points, and sums of momentum and energy over points.
+"""Motion of points with the nodal velocity, velocity increments of points, sums of momentum and energy over points,
+and transfer of other vectors, such as forces, from points to nodes and from nodes to points.
 
 The kernels receive a body as a bundle of `MappedPoints`.
 """

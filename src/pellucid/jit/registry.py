@@ -201,7 +201,8 @@ def _replace(function: Callable[..., Any]) -> None:
     overload(function, jit_options=IN_KERNELS)(lambda x: lambda x: intrinsic(x))
 
 
-def _inlined() -> dict[str, Any]:
+def inlined() -> dict[str, Any]:
+    """Return the numba options of functions that are linked into kernels, without machine code of their own."""
     from pellucid.jit.inlined import InlinedCompiler
 
     return IN_KERNELS | {"pipeline_class": InlinedCompiler}
@@ -210,7 +211,7 @@ def _inlined() -> dict[str, Any]:
 def _compile_helper(function: Callable[..., Any]) -> None:
     from numba.extending import register_jitable
 
-    register_jitable(**_inlined())(function)
+    register_jitable(**inlined())(function)
 
 
 def _compile_generic(dispatch: Callable[..., Any]) -> None:
@@ -226,4 +227,4 @@ def _compile_generic(dispatch: Callable[..., Any]) -> None:
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(dispatch, jit_options=_inlined())(choose)
+    overload(dispatch, jit_options=inlined())(choose)

@@ -11,8 +11,7 @@ from typing import Any
 from numba.core import cgutils, types
 from numba.extending import lower_builtin, make_attribute_wrapper, models, overload, register_model, type_callable
 
-from pellucid.jit.inlined import InlinedCompiler
-from pellucid.jit.registry import IN_KERNELS, pointwise
+from pellucid.jit.registry import inlined, pointwise
 
 
 class Vector3:
@@ -98,26 +97,20 @@ def _make_vector(context: Any, builder: Any, signature: Any, components: Any) ->
     return made._getvalue()
 
 
-def _compile(operation: Any, function: Any, *kinds: Any) -> None:
-    """Let kernels call `function` for an operator on operands of these types (`Vector3` or number)."""
-
-    def choose(*operands: Any) -> Any:
-        fits = len(operands) == len(kinds) and all(map(isinstance, operands, kinds))
-        return function if fits else None
-
-    if len(kinds) == 1:
-        overload(operation, jit_options=OPTIONS)(lambda a: choose(a))
-    else:
-        overload(operation, jit_options=OPTIONS)(lambda a, b: choose(a, b))
+OPTIONS = inlined()
 
 
-OPTIONS = IN_KERNELS | {"pipeline_class": InlinedCompiler}
+def _compile(operation: Any, function: Any, first: type, second: type) -> None:
+    """Let kernels call `function` for an operator on operands of these two compiled types."""
+    overload(operation, jit_options=OPTIONS)(lambda a, b: function if isinstance(a, first) and isinstance(b, second) else None)
+
+
 _compile(operator.add, _sum, Vector3Type, Vector3Type)
 _compile(operator.sub, _difference, Vector3Type, Vector3Type)
 _compile(operator.mul, _multiple, types.Float, Vector3Type)
 _compile(operator.truediv, _quotient, Vector3Type, types.Float)
 _compile(operator.matmul, _dot, Vector3Type, Vector3Type)
-_compile(operator.neg, _opposite, Vector3Type)
+overload(operator.neg, jit_options=OPTIONS)(lambda a: _opposite if isinstance(a, Vector3Type) else None)
 
 
 @pointwise

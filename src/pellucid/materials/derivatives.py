@@ -321,6 +321,9 @@ class Energy:
         return function
 
 
+_traced = functools.cache(Energy)  # once for all operations that follow from it
+
+
 def derive(operation: Callable[..., Any], energy: Callable[..., Any], choose: Callable[[Energy], Any]) -> None:
     """Derive the implementations of an operation from an energy, a function of two variables: for each law that registers
     `energy` and has no implementation of its own, `choose` returns terms of the energy or a function. If the energy cannot be
@@ -331,7 +334,7 @@ def derive(operation: Callable[..., Any], energy: Callable[..., Any], choose: Ca
         function = implementation_of(energy, kind)
         if function is None:
             return None
-        W = Energy(energy, kind, function)
+        W = _traced(energy, kind, function)
         chosen = choose(W)
         return chosen if callable(chosen) else W.function(operation, chosen)  # type: ignore[no-any-return]
 

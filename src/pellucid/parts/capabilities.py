@@ -11,6 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+if TYPE_CHECKING:  # keeps the import fast for the models of conditions
+    from pellucid.contact.contact_surface import ContactSurface
+    from pellucid.contact.wall_plane import WallPlane
+    from pellucid.energy import Passed
+    from pellucid.geometry.meshes.cells import FaceShares
+    from pellucid.grid.velocity_transfer import VelocityTransfer
+
 
 class SurfacePoints(NamedTuple):
     """Quadrature points on a surface, at which a load is evaluated at one time, in arrays of any shape."""
@@ -30,14 +37,6 @@ class ActingTraction(NamedTuple):
     column: int  # column of the work of the traction in a row of works
     traction: Traction  # function of points on the surface and time that returns the traction [Pa]
     label: str  # name of the load for users
-
-
-if TYPE_CHECKING:  # keeps the import fast for the models of conditions
-    from pellucid.contact.contact_surface import ContactSurface
-    from pellucid.contact.wall_plane import WallPlane
-    from pellucid.energy import Passed
-    from pellucid.geometry.meshes.cells import FaceShares
-    from pellucid.grid.velocity_transfer import VelocityTransfer
 
 
 # loads and drag

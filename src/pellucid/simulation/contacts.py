@@ -265,10 +265,6 @@ def _pair(
     return ContactPair(fields, sides, Friction(kind, contact.friction or 0.0), contact.name)
 
 
-if TYPE_CHECKING:
-    from pellucid.case import Case
-
-
 def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
     """Return a message for each pair of velocity fields with solids or membranes that are in contact on the nodes of the grid.
 

@@ -1,4 +1,5 @@
-"""Initial positions of bodies, and loading of the state of an earlier run into bodies that continue from it."""
+"""Initial positions of bodies, loading of the state of an earlier run into bodies that continue from it, and overlaps of
+surfaces at the start, which exert no force until they have opened once."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +12,11 @@ from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
 from pellucid.parts.start_of_body import Standing
 from pellucid.simulation.assembly import Built
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+REPORTED = 1e-3  # cells: depth from which an overlap is reported
 
 
 class Standings(Mapping[str, Standing]):
@@ -76,12 +82,6 @@ def _check_inside(name: str, position: np.ndarray, grid: Grid) -> None:
                 f"{text} {in_metres(position[outside[0]])}", "start.path", remedy="Enlarge the grid to contain these points."
             )
         )
-
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
-
-REPORTED = 1e-3  # cells: depth from which an overlap is reported
 
 
 class OverlappingStart(NamedTuple):

@@ -1,4 +1,4 @@
-"""Base of loads on rigid bodies as a whole."""
+"""Base of loads on rigid bodies as a whole, and the load that is given as a force and a torque."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal, NamedTuple

@@ -1,4 +1,4 @@
-"""Strip of cells at an opening, whose nodes move with the flow through it."""
+"""Strips of cells at an opening: their nodes move with the flow through it, or have a prescribed velocity."""
 
 from math import ceil, log2
 from typing import Annotated, NamedTuple

@@ -1,4 +1,4 @@
-"""Rigid motions as vectors of six components, and walls that stop rigid bodies."""
+"""Rigid motions as vectors of six components, prescribed ones among them, and walls that stop rigid bodies."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple

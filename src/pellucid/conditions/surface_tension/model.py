@@ -1,4 +1,4 @@
-"""Data model of the surface tension of a fluid of material points."""
+"""Data model of the surface tension of a fluid of material points, and the roles of the faces of the grid in it."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import pi, sqrt
