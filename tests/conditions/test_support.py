@@ -205,15 +205,16 @@ def test_fluids_beside_such_walls_keep_their_energy(walls):
 
 @pytest.mark.parametrize("walls", [{}, {"friction": 0.3}, {"stick": True}, {"opens": True}])
 def test_contact_beside_such_walls(walls):
-    """Two blocks meet in a corner; impulses of contact and walls make the whole change of momentum and energy. They meet at a
-    thirtieth of the speed of sound: at a tenth they overlap by a third of a cell, on cells of half a block."""
+    """Two blocks meet in a corner; contact, which takes a part of their energy, and walls make the whole change of momentum
+    and energy. They meet at a thirtieth of the speed of sound: at a tenth they overlap by a third of a cell, on cells of half
+    a block."""
     corner = [side | walls for side in SLIP if side["where"] != "y-upper"]
     one = box((0, 0, 0), (2, 2, 1), RATE_SOLID, name="one", field="one", velocity=(-0.1, -0.06, 0))
     other = box((2, 0, 0), (4, 3, 1), RATE_SOLID, name="other", field="other", velocity=(-0.13, -0.1, 0))
     sim = simulation(one, other, counts=(8, 6, 1), support=corner, gravity=(0.0, -0.1, 0.0), end=100.0, energy={"warn": 0.1})
     start = sim.kinetic_energy()
     advance(sim, 200)
-    assert sim.energies()["contact_work"] < -0.01 * start
+    assert sim.energies()["contact_work"] < -1e-3 * start
     assert abs(sim.energies()["transfer_error"]) < 1e-10
     assert sim.conservation()["momentum"] < 1e-14
 

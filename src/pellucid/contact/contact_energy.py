@@ -1,10 +1,14 @@
 """Energy balance of contact between surfaces: energy stored in springs, dissipated by dampers and friction, or lost.
 
-The work of a contact force in a step uses the mean of the velocities before and after the step, (v_k + v_(k+1))/2. The
-springs change with the velocity v_k of the step itself. The difference is the pending energy Δt/2 F·v (as in
-`pellucid.energy.budget`). The sum work + taken + stored + Δt/2 F·v is therefore constant if the forces follow from the
-overlap and its rate. A change of this sum is the unexplained energy: a point moves past points of the other surface, areas
-change, or the step is too long for the vibrations.
+The work of a contact force in a step uses the mean of the velocities before and after the step, (v_k + v_(k+1))/2. The springs
+change with the velocity v_k of the step itself. The difference is the pending energy Δt/2 F·v (as in
+`pellucid.energy.budget`). The sum work + taken + stored + Δt/2 F·v is therefore constant if the forces follow from the overlap
+and its rate. A change of this sum is the unexplained energy: a point moves past points of the other surface, areas change, or
+the step is too long for the vibrations.
+
+The velocities are those of the surfaces. On the grid, drags and transfers of momentum change the velocities of the nodes in
+addition; `pellucid.contact.surface_pairs` counts the work of contact forces along these changes as work of the drags and
+transfers. With USF, surfaces move with the velocities at the start of a step, and this work remains unexplained.
 """
 
 from collections.abc import Iterable, Mapping

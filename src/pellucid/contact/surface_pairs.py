@@ -142,14 +142,20 @@ class SurfacePairs(StepPart):
         planes: Sequence[Plane] = (),
         seams: Sequence[Seam] = (),
         column: int | None = None,
+        fields: Collection[VelocityField] = (),
         strained_again: Collection[VelocityField] = (),
+        strained_last: Collection[ContactSurface] = (),
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
-        arrays of works. strained_again: see `pellucid.contact.pairs.ContactPairs`.
+        arrays of works. fields: velocity fields on whose nodes forces between surfaces act. strained_again: see
+        `pellucid.contact.pairs.ContactPairs`. strained_last: surfaces on such nodes that move with the velocities of the
+        nodes after the momentum update, without a second mapping of momentum (USL).
         """
-        self._strained_again, self.lag_work = strained_again, 0.0
+        self._fields, self._strained_again, self._strained_last = fields, strained_again, strained_last
+        self._power, self._drag_work, self.lag_work = 0.0, 0.0, 0.0
+        self._lags = dict[VelocityField, tuple[np.ndarray, np.ndarray]]()  # room for nodes and powers, see `_find_lags`
         self._column, self._last = column, 0.0
         self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
@@ -186,7 +192,7 @@ class SurfacePairs(StepPart):
         touching = [pair.find(described) for pair in self._pairs]
         if self._stops:
             self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
-        late = []
+        late, self._power = [], 0.0
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last, pair.before)
@@ -206,7 +212,10 @@ class SurfacePairs(StepPart):
                 _let_go(surface.slip, touched[id(surface)])
                 (self._holding.add if holds else self._holding.discard)(id(surface))
             if id(surface) in forces:
-                surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
+                on_points = described[id(surface)].fold(forces[id(surface)])
+                surface.add_forces(on_points)
+                if surface in self._strained_last:
+                    self._power += float(np.vdot(on_points, surface.velocity))
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
@@ -219,25 +228,38 @@ class SurfacePairs(StepPart):
         if dt is None or self._column is None or not self._forces:
             return
         for field in self._strained_again:
-            force, nodes = field.load_row(self._column - FIRST_LOAD), field.grid.nodes
-            at = np.flatnonzero(force.any(axis=1))
-            free = (nodes.mass[at] > field.small_mass)[:, None] & (nodes.constrained[at] == 0)
-            if len(field.external.driven_mass):
-                free &= field.external.driven_mass[at] == 0.0
-            powers = np.where(free, force[at] * (nodes.velocity[at] - nodes.strain_velocity[at]), 0.0)
-            self.lag_work += 0.5 * dt * float(np.sum(domain.of_nodes(powers, at)))
+            nodes, driven = field.grid.nodes, field.external.driven_mass
+            found, powers = self._lags.setdefault(field, (np.zeros(len(nodes.mass), np.int64), np.zeros(len(nodes.mass))))
+            velocities = nodes.velocity, nodes.strain_velocity
+            acting = field.load_row(self._column - FIRST_LOAD), nodes.mass, nodes.constrained, driven, field.small_mass
+            n = _find_lags(*acting, *velocities, found, powers)
+            self.lag_work += 0.5 * dt * float(np.sum(domain.of_nodes(powers[:n], found[:n])))
 
     def end(self, dt: float) -> None:
         self._last = dt
+        if self._column is None or not self._forces:
+            return
+        row = self._column - FIRST_LOAD
+        self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
+        if self._strained_last:
+            power = sum(field.start_power(row) for field in self._fields)
+            self.lag_work = 0.5 * dt * (power - self._power) + self._drag_work
 
     def balance(self, done: StepWork) -> None:
         """Move the work of forces between surfaces, which has a column of its own, to the contact work, the work of moving
-        walls to that of supports, and the energy of changed contact leads to damping."""
+        walls to that of supports, and the energy of changed contact leads to damping.
+
+        A drag slows the nodes at the start of a step. The surfaces moved with the velocities before, so that the pending
+        energy of contact (`pellucid.contact.contact_energy`) decreases by Δt/2 times the force times this change of velocity.
+        This is work of the drag, not of contact.
+        """
         if self._column is not None:
             from_outside = sum(pair.external_work() for pair in self._pairs)
             done.works[CONTACT] += done.works[self._column] - from_outside
             done.works[SUPPORT] += from_outside
             done.works[self._column] = 0.0
+        done.works[CONTACT] += self._drag_work
+        done.works[DAMPING] += self._drag_work
         self.energy.add_work(float(done.works[CONTACT]))
         if (lent := sum(pair.law.lent for pair in self._pairs)) != 0.0:  # on the way to a steady state
             done.works[CONTACT] -= lent
@@ -430,3 +452,25 @@ def _let_go(slip, touched):
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0
+
+
+@kernel()
+def _find_lags(force, mass, constrained, driven, small, velocity, strain_velocity, listed, powers):
+    """List the nodes with forces and more mass than `small` [kg], and find for each the power of its force along the
+    difference of its velocity and its strain velocity [W]; return the number of these nodes.
+
+    force, velocity, strain_velocity: forces [N] and velocities [m/s] of all nodes, shape (m, 3). mass: nodal masses [kg],
+    shape (m,). constrained, driven: supports of the nodes, shape (m, 3), and masses of driven points along each axis [kg],
+    shape (m, 3) or empty; axes where either acts do not count. listed, powers: output, shape (m,).
+    """
+    n = 0
+    for I in range(len(force)):
+        if (force[I, 0] == 0.0 and force[I, 1] == 0.0 and force[I, 2] == 0.0) or not mass[I] > small:
+            continue
+        power = 0.0
+        for d in range(3):
+            if constrained[I, d] == 0 and (len(driven) == 0 or driven[I, d] == 0.0):
+                power += force[I, d] * (velocity[I, d] - strain_velocity[I, d])
+        listed[n], powers[n] = I, power
+        n += 1
+    return n

@@ -162,17 +162,15 @@ class NodalMomentum:
             found = np.concatenate([found, domain.of_chunks(listed, self._listed.of_row)])
         return ordered_sum(found)
 
-    def drag_work(self, momentum: np.ndarray, dt: float) -> float:
-        """Return the work [J] of internal forces along the decrease in nodal velocity that a drag caused at the start of a
-        step, over half the step dt [s]; only forces of bodies whose points store no internal energy are counted.
+    def find_lost_velocity(self, momentum: np.ndarray) -> np.ndarray:
+        """Return the decrease in nodal velocity [m/s], shape (nodes, 3), that a drag caused at the start of a step.
 
         momentum: nodal momentum removed by the drag [kg m/s], shape (nodes, 3). The velocity of constrained nodes does not
         decrease.
         """
         nodes = self._bundle.nodes
         moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
-        slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
-        return self.half_work(slice(None), slower, dt)
+        return np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
         """Return the work [J] of internal forces along velocity increments [m/s], shape (n, 3), of the nodes with the

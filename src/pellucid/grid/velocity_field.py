@@ -106,9 +106,25 @@ class VelocityField:
 
     def drag_work(self, dt: float) -> float:
         """Return the work [J] of internal forces along the decrease in nodal velocity that a drag caused at the start of a
-        step, over half the step dt [s]; see `NodalMomentum.drag_work`."""
+        step, over half the step dt [s]; see `NodalMomentum.half_work`."""
         taken = self.external.drag_momentum
-        return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
+        return self._momentum.half_work(slice(None), self._momentum.find_lost_velocity(taken), dt) if len(taken) else 0.0
+
+    def drag_work_of_load(self, row: int, dt: float) -> float:
+        """Return the work [J] of the external forces in a row of `load_row` along the decrease in nodal velocity that a drag
+        caused at the start of a step, over half the step dt [s]."""
+        taken = self.external.drag_momentum
+        if not len(taken):
+            return 0.0
+        powers = self.load_row(row) * self._momentum.find_lost_velocity(taken)
+        return 0.5 * dt * float(np.sum(domain.of_nodes(powers)))
+
+    def start_power(self, row: int) -> float:
+        """Return the power [W] of the external forces in a row of `load_row` along the velocities of the nodes at the start
+        of the step. Called after the momentum update; nodes whose velocity is constrained do not count."""
+        nodes, force = self.grid.nodes, self.load_row(row)
+        velocity = nodes.velocity - nodes.velocity_increment
+        return float(np.sum(domain.of_nodes(np.where(free_axes(nodes, self.external), force * velocity, 0.0))))
 
     @property
     def may_be_let_go(self) -> bool:

@@ -64,15 +64,24 @@ def contacts_of(
             field.touches_on_nodes = any(field in pair.fields for pair in pairs)
     touching += _self_contacts(case, surfaces, around, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    on_grid = [(body.keeps_heat, field) for body, field in built.values() if isinstance(body, GridBody)]
-    strained_again = [field for field in fields if remaps and (False, field) in on_grid and (True, field) not in on_grid]
+    on_grid = [(body.keeps_heat, field) for body, field in built.values() if field and isinstance(body, GridBody)]
+    with_heat = {field for keeps, field in on_grid if keeps}
+    on_nodes = list(dict.fromkeys(field for _, field in on_grid))
+    without_heat = [field for field in on_nodes if field not in with_heat]
+    last: list[ContactSurface] = []
+    if case.time.scheme == "usl":
+        able = [surfaces.get(name) for name, (body, _) in built.items() if isinstance(body, GridBody)]
+        last = [surface for surface in able if surface is not None and not surface.is_hard]
     surface_pairs = SurfacePairs(
-        [*touching, *walls], planes if touching else [], ends if touching else [], column, strained_again
+        *([*touching, *walls], planes if touching else [], ends if touching else [], column),
+        fields=on_nodes,
+        strained_again=without_heat if case.time.scheme == "musl" else [],
+        strained_last=last,
     )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
+    return ContactPairs(pairs, layout.n_supports, layout.n_loads, without_heat if remaps else []), surface_pairs
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:
