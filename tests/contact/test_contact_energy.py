@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_cases import RATE_SOLID, box, case, simulation
+from small_cases import RATE_SOLID, advance, box, case, simulation
 
 from pellucid.case.spec import EnergyCase
 from pellucid.contact.contact_energy import ContactEnergy, Held
@@ -70,23 +70,39 @@ def test_in_steps_of_its_own_it_does_not(courant):
         run(sliding(0.1, courant=courant))
 
 
-@pytest.mark.parametrize(
-    ("scheme", "transfer"), [("musl", "flip"), ("musl", "pic"), ("musl", "apic"), ("usl", "flip"), ("usl", "pic")]
-)
-def test_neither_a_drag_nor_the_transfers_do_work_of_contact(scheme, transfer):
-    """A plate presses a block with a drag that decays in 20 steps. Contact forces work along the velocities with which surfaces
-    move. Where these differed from the velocities of the nodes in its step, by the drag or by smoothing in the transfers,
-    2.5 % (FLIP) to 170 % (PIC) of the work of contact was unexplained. The block's rim passes that of the plate, 0.2 %."""
+def pressed(scheme, transfer="flip"):
+    """A plate presses a block with a drag that decays in 20 steps."""
     plate = box((0, 4, 0), (4, 5, 0), RATE_SOLID, (2, 2, 1), name="plate", field="plate", rigid=True)
     block = box((0, 0, 0), (4, 4, 0), RATE_SOLID, (2, 2, 1), name="block", field="block", damping=1.0)
     down = {"y": {"kind": "ramp", "distance": -0.2, "duration": 8.0}}
     press = {"name": "press", "body": "plate", "hold": ["x"], "hold_rotation": ["z"], "displacement": down}
     foot, side = ({"where": where, "fix": "normal"} for where in ("y-lower", "x-lower"))
     how = {"scheme": scheme, "transfer": transfer, "end": 10.0, "step": 0.05}
-    sim = simulation(plate, block, counts=(5, 8, 0), motion=[press], support=[foot, side], **how)
+    return simulation(plate, block, counts=(5, 8, 0), motion=[press], support=[foot, side], **how)
+
+
+@pytest.mark.parametrize("transfer", ["flip", "pic", "apic"])
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
+def test_neither_a_drag_nor_the_transfers_do_work_of_contact(scheme, transfer):
+    """Contact forces work along the velocities with which surfaces move. Where these differed from the velocities of the nodes
+    in its step, by the drag or by smoothing in the transfers, 2.5 % (FLIP) to 170 % (PIC) of the work of contact was
+    unexplained. The block's rim passes that of the plate, 0.2 %; with USF an error of first order in the step is added."""
+    sim = pressed(scheme, transfer)
     energy = run(sim)
     assert sim.energies()["damping_heat"] > 0.1 * sim.energies()["motion_work"]
-    assert abs(energy.unexplained) < 5e-3 * abs(energy.work)
+    assert abs(energy.unexplained) < (0.015 if scheme == "usf" else 0.005) * abs(energy.work)
+
+
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
+def test_its_balance_goes_on_from_a_checkpoint_of_a_run_bit_for_bit(scheme):
+    whole, other = pressed(scheme), pressed(scheme)
+    advance(whole, 30)
+    kept = {name: array.copy() for name, array in whole.state_arrays().items()}
+    other.restore(kept, json.loads(json.dumps(whole.state_numbers())))
+    for sim in (whole, other):
+        advance(sim, 10)
+    assert whole.surface_pairs.energy.state_numbers() == other.surface_pairs.energy.state_numbers()
+    assert whole.energies() == other.energies()
 
 
 def test_it_goes_on_from_a_checkpoint():

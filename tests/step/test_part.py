@@ -13,7 +13,7 @@ ORDERS = {
     "musl": STAGES,
     "usl": tuple(stage for stage in STAGES if stage != "correct_strain_velocities"),
     "usf": (
-        *("begin", "exert_forces", "clear_nodes", "find_contact", "correct_strain_velocities", "before_forces"),
+        *("begin", "clear_nodes", "exert_forces", "find_contact", "correct_strain_velocities", "before_forces"),
         *("act_on_nodes", "stop_approach", "after_momentum", "before_stress", "check", "end", "balance", "leave", "enter"),
     ),
 }

@@ -291,6 +291,8 @@ class PointsOnGrid(SummedPoints, TakesExternalForces, TakesDrag, TakesSecondImpu
             self._move_by_nodes(dt)
         self.prescribe_positions()
         self._complete("position")
+
+    def move_surface(self, dt: float) -> None:
         if self.contact_surface is not None:
             self.contact_surface.follow(dt)
 

@@ -51,7 +51,8 @@ class TransferHeat(StepPart):
     on_grid: bodies on the grid, by velocity field. contacts: contacts on nodes and by surfaces. strained_last: True with MUSL
     and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these
     bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step,
-    so this part counts as work of internal forces; the part of L due to other impulses is then in `time_integration_error`.
+    so this part, and the `lag_work` of contact that follows in the next step, count as work of internal forces; the part of L
+    due to other impulses is then in `time_integration_error`.
     """
 
     def __init__(
@@ -68,7 +69,9 @@ class TransferHeat(StepPart):
         for contact in self._contacts:
             if contact:
                 lost.append(no_work(TRANSFER + 1, 0))
-                lost[-1].works[[CONTACT, TRANSFER]] = -contact.lag_work
+                lost[-1].works[CONTACT] = -contact.lag_work
+                column, sign = (TRANSFER, -1.0) if self._strained_last else (INTERNAL, 1.0)
+                lost[-1].works[column] = sign * contact.lag_work
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost.append(self._return_heat(won))

@@ -145,15 +145,18 @@ class SurfacePairs(StepPart):
         fields: Collection[VelocityField] = (),
         strained_again: Collection[VelocityField] = (),
         strained_last: Collection[ContactSurface] = (),
+        strained_first: Collection[ContactSurface] = (),
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
         arrays of works. fields: velocity fields on whose nodes forces between surfaces act. strained_again: see
-        `pellucid.contact.pairs.ContactPairs`. strained_last: surfaces on such nodes that move with the velocities of the
-        nodes after the momentum update, without a second mapping of momentum (USL).
+        `pellucid.contact.pairs.ContactPairs`. strained_last, strained_first: surfaces on such nodes that move with the
+        velocities of the nodes after the momentum update, without a second mapping of momentum (USL), or before it (USF).
         """
-        self._fields, self._strained_again, self._strained_last = fields, strained_again, strained_last
+        self._fields, self._strained_again = fields, strained_again
+        self._strained_last, self._strained_first = strained_last, strained_first
+        self._exerted: dict[int, np.ndarray] = {}  # forces of the step on surfaces that move first [N], shape (m, 3) each
         self._power, self._drag_work, self.lag_work = 0.0, 0.0, 0.0
         self._lags = dict[VelocityField, tuple[np.ndarray, np.ndarray]]()  # room for nodes and powers, see `_find_lags`
         self._column, self._last = column, 0.0
@@ -192,7 +195,8 @@ class SurfacePairs(StepPart):
         touching = [pair.find(described) for pair in self._pairs]
         if self._stops:
             self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
-        late, self._power = [], 0.0
+        late = []
+        self._compare_powers(last)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last, pair.before)
@@ -214,17 +218,29 @@ class SurfacePairs(StepPart):
             if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
-                if surface in self._strained_last:
+                if surface in self._strained_first:
+                    self._exerted[id(surface)] = on_points.copy()
+                elif surface in self._strained_last:
                     self._power += float(np.vdot(on_points, surface.velocity))
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
+    def _compare_powers(self, last: float) -> None:
+        """Reset the powers of a step. With USF, compute `lag_work` of the previous step, of length `last` [s], now that the
+        velocities mapped from its points are known."""
+        if self._strained_first and self._exerted:
+            moving = ((surface, self._exerted.pop(id(surface), None)) for surface in self._strained_first)
+            after = sum(float(np.vdot(force, surface.velocity)) for surface, force in moving if force is not None)
+            self.lag_work = 0.5 * last * (self._power - after)
+        else:
+            self.lag_work = 0.0
+        self._power = 0.0
+
     def correct_strain_velocities(self, dt: float | None) -> None:
         """Compute `lag_work`: the work of contact forces on nodes along their mean velocities in a step dt [s], minus the
         work along the mean of the velocities mapped from the points before and after the step, with which surfaces move
         [J]; see `pellucid.bodies.transfer_loss`."""
-        self.lag_work = 0.0
         if dt is None or self._column is None or not self._forces:
             return
         for field in self._strained_again:
@@ -240,9 +256,12 @@ class SurfacePairs(StepPart):
         if self._column is None or not self._forces:
             return
         row = self._column - FIRST_LOAD
+        if self._strained_first:  # lag_work contains the work along the changes by the drag of the next step
+            self._power = sum(field.power_of_load(row, at_start=False) for field in self._fields)
+            return
         self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
         if self._strained_last:
-            power = sum(field.start_power(row) for field in self._fields)
+            power = sum(field.power_of_load(row, at_start=True) for field in self._fields)
             self.lag_work = 0.5 * dt * (power - self._power) + self._drag_work
 
     def balance(self, done: StepWork) -> None:
@@ -396,16 +415,21 @@ class SurfacePairs(StepPart):
         return total
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays of all contacts for a checkpoint, by name. Only triangulated surfaces have such arrays: the
-        triangle that each point may touch and its side."""
+        """Return the arrays of all contacts for a checkpoint, by name: of triangulated surfaces the triangle that each point
+        may touch and its side, and with USF the forces of the last step."""
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
+        for i, surface in enumerate(self._strained_first):
+            if id(surface) in self._exerted:
+                arrays |= with_owner(f"exerted{i}", {"force": self._exerted[id(surface)]})
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
+        for i, surface in enumerate(self._strained_first):
+            self._exerted |= {id(surface): force for force in of_owner(f"exerted{i}", arrays).values()}
 
     def state_numbers(self) -> dict[str, object]:
         """Return the numbers for a checkpoint: contact energy, dampers, initial overlaps, previous forces, and leads of
@@ -417,7 +441,7 @@ class SurfacePairs(StepPart):
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
         numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
-        numbers["last"] = self._last
+        numbers["last"], numbers["power"] = self._last, self._power
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -431,7 +455,7 @@ class SurfacePairs(StepPart):
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
-        self._last = numbers["last"]
+        self._last, self._power = numbers["last"], numbers["power"]
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)

@@ -77,6 +77,10 @@ class GridBody(Body):
         """Complete `update_stress` after the joint parallel region, e.g. apply constraints and add up the sums over points.
         dt: step [s]; move: True if the points were moved as well."""
 
+    def move_surface(self, dt: float) -> None:
+        """Move the contact surface of the body over a step dt [s] with the velocities that strain the points, where these are
+        strained before the forces (USF)."""
+
     @abstractmethod
     def update_positions(self, dt: float) -> None:
         """Update the positions of the points over a step dt [s], without velocity gradients and stresses."""

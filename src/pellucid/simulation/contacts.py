@@ -68,15 +68,14 @@ def contacts_of(
     with_heat = {field for keeps, field in on_grid if keeps}
     on_nodes = list(dict.fromkeys(field for _, field in on_grid))
     without_heat = [field for field in on_nodes if field not in with_heat]
-    last: list[ContactSurface] = []
-    if case.time.scheme == "usl":
-        able = [surfaces.get(name) for name, (body, _) in built.items() if isinstance(body, GridBody)]
-        last = [surface for surface in able if surface is not None and not surface.is_hard]
+    able = [surfaces.get(name) for name, (body, _) in built.items() if isinstance(body, GridBody)]
+    deforming, scheme = [surface for surface in able if surface is not None and not surface.is_hard], case.time.scheme
     surface_pairs = SurfacePairs(
         *([*touching, *walls], planes if touching else [], ends if touching else [], column),
         fields=on_nodes,
-        strained_again=without_heat if case.time.scheme == "musl" else [],
-        strained_last=last,
+        strained_again=without_heat if scheme == "musl" else [],
+        strained_last=deforming if scheme == "usl" else [],
+        strained_first=deforming if scheme == "usf" else [],
     )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):

@@ -4,7 +4,8 @@ USF, USL and MUSL strain the points first, last, and last with velocities mapped
 Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As in these sources, a point
 uses the shape functions of its position at the start of the step for the whole step. Bodies with their own nodes solve
 their own equation of motion; they use the grid only for contact. Surfaces in contact with each other or with walls exert
-forces, which act from the start of a step, like the forces of conditions.
+forces, which act from the start of a step, like the forces of conditions. With USF these surfaces move first, as the points
+are strained first: their springs would otherwise gain energy in each vibration.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from pellucid.simulation.stages import Stages
 
 
 def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
+    stages.exert_forces(dt)
     stages.clear_nodes()
     stages.before_forces()
     stages.particle_to_grid(inertia=True, force=True)  # m_I, p_I, f_I
@@ -49,6 +51,8 @@ def usf(stages: Stages, dt: float) -> None:
     operations of a step, see `Stages`."""
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
+    stages.move_surfaces(dt)
+    stages.exert_forces(dt)
     stages.predict_own_nodes(dt)
     stages.find_contact()
     stages.find_strain_velocities()

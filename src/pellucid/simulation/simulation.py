@@ -233,12 +233,12 @@ class Simulation(SimulationState):
         self._settled = settle(self, caught, progress, keeper)
 
     def _begin(self, dt: float) -> None:
-        """Prepare the bodies for the coming step dt [s], and apply loads, prescribed motions and contact between surfaces."""
+        """Prepare the bodies for the coming step dt [s], and apply loads and prescribed motions."""
         for body in self.bodies:
             body.begin(dt)
         self.clock.pace(dt)
         time, passing = self.clock.span(dt)
-        self.stages.begin(time, passing, dt)
+        self.stages.begin(time, passing)
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Compute steps until the end of the case or `until` [s] of simulated time; recorder: object that stores the

@@ -42,15 +42,25 @@ class Stages:
         for body in self.grid_bodies:
             body.sort_if_needed()
 
-    def begin(self, time: float, load_dt: float, dt: float) -> None:
-        """Apply the loads, prescribed motions and forces between surfaces of a step dt [s].
+    def begin(self, time: float, load_dt: float) -> None:
+        """Apply the loads and prescribed motions of a step.
 
         time: time of the loads at the start of the step [s]; load_dt: its increment in the step [s].
         """
         for field in self._fields:
             field.clear_external()
         self._parts.run("begin", time, load_dt)
+
+    def exert_forces(self, dt: float) -> None:
+        """Apply the forces between surfaces of a step dt [s]."""
         self._parts.run("exert_forces", dt)
+
+    def move_surfaces(self, dt: float) -> None:
+        """Move the contact surfaces of the bodies on the grid over a step dt [s] with the velocities at its start."""
+        for field in self._fields:
+            field.project()
+        for body in self.grid_bodies:
+            body.move_surface(dt)
 
     def clear_nodes(self) -> None:
         """Reset mass, momentum and forces of the nodes, and the nodal arrays of parts, to zero."""

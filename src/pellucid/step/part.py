@@ -170,7 +170,7 @@ STAGES = (
     "enter",
 )
 """Stages of a step in their order, as methods of `StepPart`. The scheme USF updates the stresses first: there
-`correct_strain_velocities` precedes `before_forces`."""
+`exert_forces` follows `clear_nodes`, and `correct_strain_velocities` precedes `before_forces`."""
 
 
 class AtEachStep(StepPart):

@@ -6,7 +6,7 @@ force f on it acts on the nodes with the same weights, N_I + o·∇N_I. Momentum
 consistently, and all nodes that receive forces have mass. v and L are computed from the velocity that strains the points,
 since forces on nodes do work on this velocity. The material points move with another velocity, which differs by the
 smoothing of the transfers; surfaces under pressure that moved with it would gain energy in each step. The vector area a
-changes by tr(L) a - Lᵀ a, like a material area.
+changes by tr(L) a - Lᵀ a, like a material area. With USF the surface moves when the points are strained, before the forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
