@@ -47,7 +47,10 @@ def test_a_cylinder_on_a_layer_of_material_points(script: ModuleType) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("tool", "kind", "finest"),
-    [("cylinder", "steady", 0.0625), ("cylinder", "meshless", 0.0625), ("sphere", "steady", 0.1), ("sphere", "steady", 0.0625)],
+    [
+        *[("cylinder", "steady", 0.0625), ("cylinder", "meshless", 0.0625), ("sphere", "steady", 0.1)],
+        pytest.param("sphere", "steady", 0.0625, marks=pytest.mark.full),
+    ],
 )
 def test_layers_on_finer_elements(script: ModuleType, tool: str, kind: str, finest: float) -> None:
     ratio, _ = script.press(tool, kind, finest)
