@@ -7,7 +7,7 @@ from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.grid_functions import axis_weights
 from pellucid.conditions.open_faces.columns import OpenFace, columns, why_apart
 from pellucid.conditions.open_faces.given_flow import across_tube, across_walls
-from pellucid.conditions.open_faces.opening import layers, nodes_across
+from pellucid.conditions.open_faces.strip import layers, nodes_across
 from pellucid.geometry.shapes.solids import Box, Cylinder
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase

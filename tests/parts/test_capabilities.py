@@ -16,7 +16,7 @@ from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.bodies.membrane_points.body import MembranePoints
 from pellucid.bodies.meshless_solid.body import MeshlessSolid
 from pellucid.contact import contact_body
-from pellucid.parts import capabilities, relaxable
+from pellucid.parts import capabilities
 from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.capabilities import TakesDrag, TakesGravity
 from pellucid.state import FIELDS, Field
@@ -38,7 +38,7 @@ OFFERED = {
 }
 ASKED_FOR = {
     name: asked
-    for module in (capabilities, relaxable, contact_body)
+    for module in (capabilities, contact_body)
     for name, asked in vars(module).items()
     if getattr(asked, "_is_runtime_protocol", False) and asked.__module__ == module.__name__
 }

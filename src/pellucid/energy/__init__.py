@@ -1,8 +1,7 @@
 """Balance of mass, momentum and energy: the work of each cause in a step (`works`), its sums over the run (`budget`), and
 the energy to which errors are compared (`at_stake`)."""
 
-from pellucid.energy.at_stake import energy_at_stake
-from pellucid.energy.budget import FIRST_JUDGED, AngularBalance, AngularMomentum, EnergyBudget, Totals
+from pellucid.energy.budget import FIRST_JUDGED, AngularBalance, AngularMomentum, EnergyBudget, Totals, energy_at_stake
 from pellucid.energy.works import (
     ABSORBED,
     ABSORBED_ENERGY,

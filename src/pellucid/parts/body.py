@@ -13,10 +13,9 @@ from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import Named, absent
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import FAULTS, LOST, Fault
-from pellucid.parts.capabilities import Membrane, NodalSupport
+from pellucid.parts.capabilities import SLOWER_LOADS, Membrane, NodalSupport
 from pellucid.parts.constraint import ConstrainedPoints
 from pellucid.parts.placement import Placement
-from pellucid.parts.relaxable import SLOWER_LOADS
 from pellucid.step.limit import NO_LIMIT, StepLimit
 
 __all__ = ["Body", "NodalSupport", "Placement", "in_metres"]

@@ -19,9 +19,8 @@ from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
 from pellucid.jit import set_threads
-from pellucid.parts.capabilities import ShowsStart, TakesGravity
+from pellucid.parts.capabilities import Relaxable, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
-from pellucid.parts.relaxable import Relaxable
 from pellucid.progress import Progress
 from pellucid.ranks.domain import domain
 from pellucid.set_up.behind_walls import with_room_behind_walls

@@ -17,7 +17,7 @@ import numpy as np
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.relaxable import SLOWER_LOADS, Relaxable
+from pellucid.parts.capabilities import SLOWER_LOADS, Relaxable
 from pellucid.simulation.clock import Clock
 from pellucid.smooth_step import smooth_step
 

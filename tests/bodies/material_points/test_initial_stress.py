@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from small_cases import GAS, RATE_SOLID, SLIP, SOLID, advance, box, case, simulation
 
+from pellucid.materials.hyperelastic import stretch_under
 from pellucid.materials.law import cauchy_stress, energy
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
-from pellucid.materials.stressed_state import stretch_under
 
 STRESS = (-300.0, 200.0, 50.0, 30.0, 0.0, -20.0)
 AXIAL = (-10.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from pellucid.conditions.enclosed.contents import Gas, Liquid, flow_function
-from pellucid.conditions.enclosed.flows import Inflator
+from pellucid.conditions.enclosed.foretold import Inflator
 
 R, GAMMA, T = 287.05, 1.4, 300.0
 

@@ -4,16 +4,29 @@ from small to large.
 Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. Multifrontal method: Liu 1992, SIAM Review 34, 82. Most of the
 work is in products of dense matrices: a factorisation needs 0.4 times the time of SuperLU in the same order, and half the
 memory. Single precision is sufficient for a preconditioner.
+
+The libraries of numpy and scipy run on one thread: with several, their results depend on the number of threads, and small
+matrices take longer.
 """
 
-from typing import NamedTuple
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.linalg  # noqa: F401  its library is not numpy's, and must be loaded when the controller looks for them
 from scipy.linalg.blas import get_blas_funcs
 from scipy.linalg.lapack import dpotrf, spotrf
 from scipy.sparse import csr_array
+from threadpoolctl import ThreadpoolController
 
-from pellucid.system.linear_algebra import on_one_thread
+_libraries = ThreadpoolController()
+
+
+def on_one_thread() -> AbstractContextManager[Any]:
+    """Return a context that limits products and factorizations of dense matrices to one thread."""
+    limit: AbstractContextManager[Any] = _libraries.limit(limits=1, user_api="blas")
+    return limit
+
 
 SMALLEST = 48  # largest number of nodes of a part that is not divided further
 

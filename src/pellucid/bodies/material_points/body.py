@@ -6,8 +6,7 @@ from functools import partial
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
-from pellucid.bodies.material_points.initial_arrays import seeded_arrays
+from pellucid.bodies.material_points.initial_arrays import point_energies, point_pressures, seeded_arrays
 from pellucid.bodies.material_points.leaving import OpenPoints
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes

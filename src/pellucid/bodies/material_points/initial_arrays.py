@@ -1,4 +1,4 @@
-"""Initial arrays of material points."""
+"""Initial arrays of material points, and the pressures and stored energies that the material law computes from their state."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,9 @@ from pellucid.bodies.material_points.seeding import Wanted, everywhere
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
-from pellucid.materials.point_state import initial_arrays
+from pellucid.jit import kernel
+from pellucid.materials.law import point_pressure, stored_energy
+from pellucid.materials.point_state import initial_arrays, load
 from pellucid.model import Vector
 from pellucid.ranks.domain import domain
 
@@ -62,3 +64,37 @@ def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> t
         return states_by_height(case.hydrostatic, material, case.bounds(), gravity, position, domain.largest)
     except NoRest as error:
         raise CaseError(Problem(str(error), f"body.{case.name}.hydrostatic", remedy=REMEDY)) from None
+
+
+@kernel()
+def _fill_pressures(law, state, density, result):
+    for p in range(len(density)):
+        result[p] = point_pressure(law, load(state, p), density[p])
+
+
+def point_pressures(law, state, density: np.ndarray) -> np.ndarray:
+    """Return the pressures that the material law gives for the points [Pa], shape (n,), without artificial viscosity.
+
+    law: material law for kernels; state: state variables of the points (from `point_state.in_arrays`); density: [kg/m³], shape
+    (n,).
+    """
+    result = np.empty_like(density)
+    _fill_pressures(law, state, density, result)
+    return result
+
+
+@kernel()
+def _fill_energies(law, state, density, result):
+    for p in range(len(density)):
+        result[p] = stored_energy(law, load(state, p), density[p])
+
+
+def point_energies(law, state, density: np.ndarray) -> np.ndarray:
+    """Return the internal or strain energies per unit mass of the points [J/kg], shape (n,).
+
+    law: material law for kernels; state: state variables of the points (from `point_state.in_arrays`); density: [kg/m³], shape
+    (n,).
+    """
+    result = np.empty_like(density)
+    _fill_energies(law, state, density, result)
+    return result

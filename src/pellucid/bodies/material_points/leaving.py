@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from pellucid.bodies.material_points.derived_fields import point_energies
-from pellucid.bodies.material_points.initial_arrays import arrays_at, with_room
+from pellucid.bodies.material_points.initial_arrays import arrays_at, point_energies, with_room
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import Passed, kinetic_energies

@@ -21,7 +21,9 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import (
     BoundByContact,
     NodalSupport,
+    Relaxable,
     ReleasesSupports,
+    Springs,
     TakesDrag,
     TakesExternalForces,
     TakesGravity,
@@ -30,7 +32,6 @@ from pellucid.parts.capabilities import (
 )
 from pellucid.parts.families import NodalBody
 from pellucid.parts.placement import Placement
-from pellucid.parts.relaxable import Relaxable, Springs
 from pellucid.state import of_owner, with_owner
 
 ALIKE = 1e-6  # relative difference of velocities that counts as round-off

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pellucid.conditions.enclosed.contents import Contents
 from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
 from pellucid.energy import INTERNAL, StepWork
-from pellucid.energy.at_stake import ROUNDING_SHARE
+from pellucid.energy.budget import ROUNDING_SHARE
 from pellucid.errors import RunStopped
 from pellucid.parts.annotations import Assembly
 from pellucid.step.limit import NO_LIMIT, StepLimit

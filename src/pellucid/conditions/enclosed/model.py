@@ -7,8 +7,7 @@ from typing import ClassVar, Self
 from pydantic import PrivateAttr
 
 from pellucid.conditions.enclosed.contents import Contents, Gas, Liquid
-from pellucid.conditions.enclosed.flows import Inflator, Vent
-from pellucid.conditions.enclosed.foretold import encloses_problems, membrane_at_start
+from pellucid.conditions.enclosed.foretold import Inflator, Vent, encloses_problems, membrane_at_start
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter
