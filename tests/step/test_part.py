@@ -1,12 +1,14 @@
 """The parts of a step: order of the stages, and what a part declares."""
 
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 from small_cases import GAS, SLIP, box, case
 
 from pellucid.simulation.simulation import Simulation
+from pellucid.state import FIELDS, Field
 from pellucid.step.part import STAGES, StepPart, StepParts
 
 ORDERS = {
@@ -99,3 +101,20 @@ def test_the_order_is_the_one_that_the_page_of_the_parts_states() -> None:
     text = Path(__file__).parents[2].joinpath("src/pellucid/step/part.py").read_text(encoding="utf-8")
     places = [text.index(f"    def {stage}(") for stage in STAGES]
     assert places == sorted(places)
+
+
+def test_a_part_declares_its_point_arrays_once() -> None:
+    dye = Field(1, "kg/m^3", "concentration of a dye, of a test", leaves=True)
+    try:
+
+        class Dyes(StepPart):
+            point_fields = MappingProxyType({"dye of a test": dye})
+
+        assert FIELDS["dye of a test"] == dye
+        with pytest.raises(TypeError, match=r"Paints\.dye of a test: a field of this name exists"):
+
+            class Paints(StepPart):
+                point_fields = MappingProxyType({"dye of a test": dye._replace(unit="1")})
+
+    finally:
+        FIELDS.pop("dye of a test")

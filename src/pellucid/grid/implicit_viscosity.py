@@ -23,6 +23,7 @@ the energy balance lists them separately. (Conjugate gradients: Hestenes & Stief
 
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, sqrt
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -54,16 +55,11 @@ from pellucid.grid.viscous_nodes import (
 )
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
-from pellucid.state import Field, declare_field
+from pellucid.state import Field
 from pellucid.step.part import StepPart
 
 VISCOUS_STRESS = "viscous_stress"
 """Name of the point array that holds the viscous stress."""
-declare_field(
-    VISCOUS_STRESS,
-    Field(6, "Pa", "stress by implicit viscosity in the last step", shown=False, leaves=True, begins=True, part_of="stress"),
-    "ImplicitViscosity",
-)
 TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
 MOST_ROUNDS = 1000
@@ -97,6 +93,18 @@ class Viscous(Protocol):
 class ImplicitViscosity(StepPart):
     """Solver (conjugate gradients) for the viscous stresses of all fluids with implicit viscosity in a velocity field, see
     `pellucid.grid.implicit_viscosity`."""
+
+    point_fields = MappingProxyType(
+        {
+            VISCOUS_STRESS: Field(
+                *(6, "Pa", "stress by implicit viscosity in the last step"),
+                shown=False,
+                leaves=True,
+                begins=True,
+                part_of="stress",
+            )
+        }
+    )
 
     def __init__(self, field: VelocityField, bodies: Sequence[Viscous], layout: WorkLayout) -> None:
         self.field, self._bodies = field, bodies

@@ -2,12 +2,12 @@
 pressure of full cells or implicit viscosity, and the collection of the parts of a simulation."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from pellucid.energy import Passed, StepWork
-from pellucid.state import of_owner, with_owner
+from pellucid.state import Field, declare_field, of_owner, with_owner
 from pellucid.step.limit import NO_LIMIT, StepLimit, tightest
 
 
@@ -16,8 +16,18 @@ class StepPart:
     stages at which it acts.
 
     The state of a part is stored in arrays of a body, which checkpoints include, or in its own `state_numbers` and
-    `state_arrays`.
+    `state_arrays`. Arrays of a body are sorted with its points and move with them between processes.
     """
+
+    point_fields: ClassVar[Mapping[str, Field]] = {}
+    """Arrays that the part adds to the arrays of bodies, by name. A `Field` states their unit and meaning, whether results show
+    them, and what happens to the value of a point that leaves the grid or continues from results without it."""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Declare the point arrays of a new class of parts. Raises TypeError if another field has one of these names."""
+        super().__init_subclass__(**more)
+        for name, field in cls.point_fields.items():
+            declare_field(name, field, cls.__name__)
 
     # before the first step
 
