@@ -90,7 +90,41 @@ def test_neither_a_drag_nor_the_transfers_do_work_of_contact(scheme, transfer):
     sim = pressed(scheme, transfer)
     energy = run(sim)
     assert sim.energies()["damping_heat"] > 0.1 * sim.energies()["motion_work"]
-    assert abs(energy.unexplained) < (0.015 if scheme == "usf" else 0.005) * abs(energy.work)
+    assert abs(energy.unexplained) < 5e-3 * abs(energy.work)
+
+
+@pytest.mark.parametrize("transfer", ["flip", "pic"])
+def test_nor_does_what_drives_nodes_under_contact(transfer):
+    """Half of a body of two layers of cells is driven, so that driven points determine the velocities of nodes on which contact
+    acts: 2 % (FLIP) and 37 % (PIC) of the work of the motion were unexplained, and the drag created energy."""
+    tissue = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
+    base = box((0, 0, 0), (1.0, 0.2, 0), tissue, (2, 2, 1), name="base", field="base")
+    block = box((0.3, 0.2, 0), (0.7, 0.3, 0), tissue, (2, 2, 1), name="block", field="block", damping=20.0)
+    upper = {"box": {"lower": (0, 0.25, -1), "upper": (1, 0.31, 1)}}
+    down = {"y": {"kind": "ramp", "distance": -0.01, "duration": 0.3}}
+    press = {"name": "press", "body": "block", "part": upper, "hold": ["x"], "displacement": down}
+    still = {"name": "still", "body": "base", "hold": ["x", "y", "z"]}
+    sim = simulation(base, block, counts=(20, 16, 0), cell=0.05, motion=[still, press], end=0.5, transfer=transfer)
+    energy = run(sim)
+    assert sim.energies()["damping_heat"] > 0.0
+    assert abs(energy.unexplained) < 5e-3 * sim.energies()["motion_work"]
+
+
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
+def test_nor_do_fluids_at_walls_beside_solids(scheme):
+    """Water falls on a wall, where a soft block lies. With USL, forces of the water counted as forces on surfaces that nodes
+    move: 4 % of the energy was unexplained. Water that lands does so within a step, 0.2 %."""
+    water = {"kind": "fluid", "density": 1000.0, "viscosity": 1.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
+    soft = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
+    pool = box((0.1, 0.15, 0), (0.4, 0.45, 0), water, (2, 2, 1), name="pool", field="pool")
+    block = box((0.7, 0.1, 0), (0.9, 0.3, 0), soft, (2, 2, 1), name="block", field="block")
+    floor = {"name": "floor", "point": (0, 0.1, 0), "normal": (0, 1, 0)}
+    sides = [{"where": side, "fix": "normal"} for side in ("x-lower", "x-upper")]
+    how = {"counts": (20, 16, 0), "cell": 0.05, "gravity": (0, -9.81, 0), "scheme": scheme, "end": 0.15}
+    sim = simulation(pool, block, wall=[floor], support=sides, **how)
+    energy = run(sim)
+    assert energy.work < -0.01 * sim.energies()["gravity_work"]
+    assert abs(energy.unexplained) < 0.01 * sim.energies()["gravity_work"]
 
 
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])

@@ -18,7 +18,7 @@ hardly rebound, and their overlap hardens under load: see `pellucid.contact.dead
 """
 
 from collections.abc import Collection, Container, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from pellucid.contact.touch import Touch
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
-from pellucid.ranks.domain import domain
 from pellucid.state import of_owner, with_owner
 from pellucid.step.part import StepPart
 
@@ -132,6 +131,16 @@ def _passes(one: ContactSurface, other: ContactSurface) -> bool:
     return _width(one) < NARROW * float(np.median(other.reach))
 
 
+class MovedByNodes(Protocol):
+    """A contact surface that moves with the velocities of grid nodes that strain the points of its body."""
+
+    velocity: np.ndarray
+
+    def power(self, force: np.ndarray, mean: bool) -> float:
+        """Return the power [W] of forces on the points of the surface [N], shape (m, 3), along the mean velocities of the nodes
+        if `mean` is True, else along the velocities that strain points."""
+
+
 class SurfacePairs(StepPart):
     """All contacts of a simulation in which surfaces touch each other or walls: detection of overlaps, contact forces, and
     energy balance of contact."""
@@ -143,22 +152,25 @@ class SurfacePairs(StepPart):
         seams: Sequence[Seam] = (),
         column: int | None = None,
         fields: Collection[VelocityField] = (),
-        strained_again: Collection[VelocityField] = (),
-        strained_last: Collection[ContactSurface] = (),
-        strained_first: Collection[ContactSurface] = (),
+        moved_by_nodes: Sequence[MovedByNodes] = (),
+        moved_first: bool = False,
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
-        arrays of works. fields: velocity fields on whose nodes forces between surfaces act. strained_again: see
-        `pellucid.contact.pairs.ContactPairs`. strained_last, strained_first: surfaces on such nodes that move with the
-        velocities of the nodes after the momentum update, without a second mapping of momentum (USL), or before it (USF).
+        arrays of works. fields: velocity fields on whose nodes forces between surfaces act. moved_by_nodes: surfaces that move
+        with the velocities that strain the points. moved_first: True if they move before the forces of a step (USF).
         """
-        self._fields, self._strained_again = fields, strained_again
-        self._strained_last, self._strained_first = strained_last, strained_first
-        self._exerted: dict[int, np.ndarray] = {}  # forces of the step on surfaces that move first [N], shape (m, 3) each
-        self._power, self._drag_work, self.lag_work = 0.0, 0.0, 0.0
-        self._lags = dict[VelocityField, tuple[np.ndarray, np.ndarray]]()  # room for nodes and powers, see `_find_lags`
+        self._fields, self._moved_first = fields, moved_first
+        self._moved = {id(surface): surface for surface in moved_by_nodes}
+        self._exerted: dict[int, np.ndarray] = {}  # forces on the points of these surfaces in this step [N], shape (m, 3) each
+        self._counted, self._after = 0.0, 0.0  # powers of these forces, see `lag_work` [W]
+        self._drag_work = 0.0
+        self.lag_work = 0.0
+        """Work of the forces on surfaces that nodes move, as the nodes count it, minus their work along the velocities with
+        which these surfaces move [J]: Δt F·v̄ - Δt/2 F·(u + u'), with the mean velocity v̄ of the nodes and the velocities u, u'
+        of the surface in the last and in this step. The differences are due to the transfers between points and nodes and to
+        drags; the work along the latter, `_drag_work`, is not included. See `pellucid.bodies.transfer_loss`."""
         self._column, self._last = column, 0.0
         self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
@@ -196,7 +208,12 @@ class SurfacePairs(StepPart):
         if self._stops:
             self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         late = []
-        self._compare_powers(last)
+        if self._moved_first and self._exerted:  # the velocities after the last step are known only now
+            self._after = self._power(mean=None)
+            self.lag_work = 0.5 * last * (self._counted - self._after)
+        elif self._moved_first:
+            self.lag_work = 0.0
+        self._exerted.clear()
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last, pair.before)
@@ -218,59 +235,49 @@ class SurfacePairs(StepPart):
             if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
-                if surface in self._strained_first:
-                    self._exerted[id(surface)] = on_points.copy()
-                elif surface in self._strained_last:
-                    self._power += float(np.vdot(on_points, surface.velocity))
+                if id(surface) in self._moved:
+                    self._exerted[id(surface)] = on_points
+        self._counted = -self._power(mean=None)
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
-    def _compare_powers(self, last: float) -> None:
-        """Reset the powers of a step. With USF, compute `lag_work` of the previous step, of length `last` [s], now that the
-        velocities mapped from its points are known."""
-        if self._strained_first and self._exerted:
-            moving = ((surface, self._exerted.pop(id(surface), None)) for surface in self._strained_first)
-            after = sum(float(np.vdot(force, surface.velocity)) for surface, force in moving if force is not None)
-            self.lag_work = 0.5 * last * (self._power - after)
-        else:
-            self.lag_work = 0.0
-        self._power = 0.0
+    def _power(self, mean: bool | None) -> float:
+        """Return the power of the forces on surfaces that nodes move [W]: along the mean velocities of the nodes if `mean` is
+        True, along the velocities that strain points if it is False, and along the velocities of the surfaces if it is None."""
+        total = 0.0
+        for key, surface in self._moved.items():
+            if (force := self._exerted.get(key)) is not None:
+                total += float(np.vdot(force, surface.velocity)) if mean is None else surface.power(force, mean)
+        return total
+
+    def after_momentum(self) -> None:
+        if self._exerted:
+            self._counted += 2.0 * self._power(mean=True)
+            self._after = self._power(mean=False)
 
     def correct_strain_velocities(self, dt: float | None) -> None:
-        """Compute `lag_work`: the work of contact forces on nodes along their mean velocities in a step dt [s], minus the
-        work along the mean of the velocities mapped from the points before and after the step, with which surfaces move
-        [J]; see `pellucid.bodies.transfer_loss`."""
-        if dt is None or self._column is None or not self._forces:
-            return
-        for field in self._strained_again:
-            nodes, driven = field.grid.nodes, field.external.driven_mass
-            found, powers = self._lags.setdefault(field, (np.zeros(len(nodes.mass), np.int64), np.zeros(len(nodes.mass))))
-            velocities = nodes.velocity, nodes.strain_velocity
-            acting = field.load_row(self._column - FIRST_LOAD), nodes.mass, nodes.constrained, driven, field.small_mass
-            n = _find_lags(*acting, *velocities, found, powers)
-            self.lag_work += 0.5 * dt * float(np.sum(domain.of_nodes(powers[:n], found[:n])))
+        """Compute the power of the contact forces along the velocities mapped again from the points, with which the surfaces
+        move (MUSL)."""
+        if dt is not None and self._exerted:
+            self._after = self._power(mean=False)
 
     def end(self, dt: float) -> None:
+        """Compute `lag_work`, before `TransferHeat` uses it."""
         self._last = dt
-        if self._column is None or not self._forces:
+        if self._moved_first:
             return
-        row = self._column - FIRST_LOAD
-        if self._strained_first:  # lag_work contains the work along the changes by the drag of the next step
-            self._power = sum(field.power_of_load(row, at_start=False) for field in self._fields)
-            return
-        self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
-        if self._strained_last:
-            power = sum(field.power_of_load(row, at_start=True) for field in self._fields)
-            self.lag_work = 0.5 * dt * (power - self._power) + self._drag_work
+        self._drag_work = self.lag_work = 0.0
+        if self._exerted and self._column is not None:
+            row = self._column - FIRST_LOAD
+            self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
+            self.lag_work = 0.5 * dt * (self._counted - self._after) + self._drag_work
 
     def balance(self, done: StepWork) -> None:
         """Move the work of forces between surfaces, which has a column of its own, to the contact work, the work of moving
-        walls to that of supports, and the energy of changed contact leads to damping.
+        walls to that of supports, and assign the energy of changed contact leads to damping.
 
-        A drag slows the nodes at the start of a step. The surfaces moved with the velocities before, so that the pending
-        energy of contact (`pellucid.contact.contact_energy`) decreases by Δt/2 times the force times this change of velocity.
-        This is work of the drag, not of contact.
+        The work along the velocities that a drag removes from the nodes at the start of a step is work of the drag.
         """
         if self._column is not None:
             from_outside = sum(pair.external_work() for pair in self._pairs)
@@ -420,16 +427,17 @@ class SurfacePairs(StepPart):
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
-        for i, surface in enumerate(self._strained_first):
-            if id(surface) in self._exerted:
-                arrays |= with_owner(f"exerted{i}", {"force": self._exerted[id(surface)]})
+        for i, key in enumerate(self._moved if self._moved_first else ()):
+            if key in self._exerted:
+                arrays |= with_owner(f"exerted{i}", {"force": self._exerted[key]})
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
-        for i, surface in enumerate(self._strained_first):
-            self._exerted |= {id(surface): force for force in of_owner(f"exerted{i}", arrays).values()}
+        for i, key in enumerate(self._moved if self._moved_first else ()):
+            if own := of_owner(f"exerted{i}", arrays):
+                self._exerted[key] = own["force"]
 
     def state_numbers(self) -> dict[str, object]:
         """Return the numbers for a checkpoint: contact energy, dampers, initial overlaps, previous forces, and leads of
@@ -441,7 +449,7 @@ class SurfacePairs(StepPart):
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
         numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
-        numbers["last"], numbers["power"] = self._last, self._power
+        numbers["last"], numbers["counted"] = self._last, self._counted
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -455,7 +463,7 @@ class SurfacePairs(StepPart):
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
-        self._last, self._power = numbers["last"], numbers["power"]
+        self._last, self._counted = numbers["last"], numbers["counted"]
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)
@@ -476,25 +484,3 @@ def _let_go(slip, touched):
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0
-
-
-@kernel()
-def _find_lags(force, mass, constrained, driven, small, velocity, strain_velocity, listed, powers):
-    """List the nodes with forces and more mass than `small` [kg], and find for each the power of its force along the
-    difference of its velocity and its strain velocity [W]; return the number of these nodes.
-
-    force, velocity, strain_velocity: forces [N] and velocities [m/s] of all nodes, shape (m, 3). mass: nodal masses [kg],
-    shape (m,). constrained, driven: supports of the nodes, shape (m, 3), and masses of driven points along each axis [kg],
-    shape (m, 3) or empty; axes where either acts do not count. listed, powers: output, shape (m,).
-    """
-    n = 0
-    for I in range(len(force)):
-        if (force[I, 0] == 0.0 and force[I, 1] == 0.0 and force[I, 2] == 0.0) or not mass[I] > small:
-            continue
-        power = 0.0
-        for d in range(3):
-            if constrained[I, d] == 0 and (len(driven) == 0 or driven[I, d] == 0.0):
-                power += force[I, d] * (velocity[I, d] - strain_velocity[I, d])
-        listed[n], powers[n] = I, power
-        n += 1
-    return n

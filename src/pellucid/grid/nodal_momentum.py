@@ -8,7 +8,7 @@ from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.chunks import ALL, ChunkedNodes, by_row
 from pellucid.grid.lattice import NodeFlags, Nodes
 from pellucid.grid.momentum import NOWHERE, AdvancedNodes, advance, count_works, project, sum_strain_lag
-from pellucid.grid.nodal_conditions import MASS_EPS, ExternalAction, Supports
+from pellucid.grid.nodal_conditions import ExternalAction, Supports, free_axes
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain
@@ -162,15 +162,15 @@ class NodalMomentum:
             found = np.concatenate([found, domain.of_chunks(listed, self._listed.of_row)])
         return ordered_sum(found)
 
-    def find_lost_velocity(self, momentum: np.ndarray) -> np.ndarray:
-        """Return the decrease in nodal velocity [m/s], shape (nodes, 3), that a drag caused at the start of a step.
+    def find_lost_velocity(self, momentum: np.ndarray, node: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Return the decrease in velocity [m/s], shape (n, 3), that a drag caused at the start of a step, of all nodes or those
+        with the indices `node`; zero along axes whose velocity supports or driven points determine.
 
-        momentum: nodal momentum removed by the drag [kg m/s], shape (nodes, 3). The velocity of constrained nodes does not
-        decrease.
+        momentum: nodal momentum removed by the drag [kg m/s], shape (nodes, 3).
         """
-        nodes = self._bundle.nodes
-        moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
-        return np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
+        nodes, taken = self._bundle.nodes, momentum[node]
+        moves = free_axes(nodes, self._bundle.external, node)
+        return np.divide(taken, nodes.mass[node, None], out=np.zeros_like(taken), where=moves)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
         """Return the work [J] of internal forces along velocity increments [m/s], shape (n, 3), of the nodes with the

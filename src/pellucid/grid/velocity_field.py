@@ -116,16 +116,9 @@ class VelocityField:
         taken = self.external.drag_momentum
         if not len(taken):
             return 0.0
-        powers = self.load_row(row) * self._momentum.find_lost_velocity(taken)
-        return 0.5 * dt * float(np.sum(domain.of_nodes(powers)))
-
-    def power_of_load(self, row: int, at_start: bool) -> float:
-        """Return the power [W] of the external forces in a row of `load_row` along the velocities of the nodes at the start of
-        the step, if `at_start`, or at its end. Called after the momentum update; nodes whose velocity is constrained do not
-        count."""
-        nodes, force = self.grid.nodes, self.load_row(row)
-        velocity = nodes.velocity - nodes.velocity_increment if at_start else nodes.velocity
-        return float(np.sum(domain.of_nodes(np.where(free_axes(nodes, self.external), force * velocity, 0.0))))
+        at = np.flatnonzero(self.load_row(row).any(axis=1))
+        powers = self.load_row(row)[at] * self._momentum.find_lost_velocity(taken, at)
+        return 0.5 * dt * float(np.sum(domain.of_nodes(powers, at)))
 
     @property
     def may_be_let_go(self) -> bool:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
+from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
@@ -131,20 +132,21 @@ def contacts_of(
     on_grid = [(body.keeps_heat, field) for body, field in built.values() if field and isinstance(body, GridBody)]
     with_heat = {field for keeps, field in on_grid if keeps}
     on_nodes = list(dict.fromkeys(field for _, field in on_grid))
-    without_heat = [field for field in on_nodes if field not in with_heat]
-    able = [surfaces.get(name) for name, (body, _) in built.items() if isinstance(body, GridBody)]
-    deforming, scheme = [surface for surface in able if surface is not None and not surface.is_hard], case.time.scheme
+    moved = [surface for surface in surfaces.values() if isinstance(surface, GridSurface) and not surface.is_hard]
     surface_pairs = SurfacePairs(
-        *([*touching, *walls], planes if touching else [], ends if touching else [], column),
+        [*touching, *walls],
+        planes if touching else [],
+        ends if touching else [],
+        column,
         fields=on_nodes,
-        strained_again=without_heat if scheme == "musl" else [],
-        strained_last=deforming if scheme == "usl" else [],
-        strained_first=deforming if scheme == "usf" else [],
+        moved_by_nodes=moved,
+        moved_first=case.time.scheme == "usf",
     )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    return ContactPairs(pairs, layout.n_supports, layout.n_loads, without_heat if remaps else []), surface_pairs
+    strained_again = [field for field in on_nodes if remaps and field not in with_heat]
+    return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:

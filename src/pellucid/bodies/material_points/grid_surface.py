@@ -126,6 +126,26 @@ def _add_forces(surface, listed, force, target):
 
 
 @kernel()
+def _find_powers(surface, listed, force, velocities, powers):
+    """Compute the powers [W] of the forces on n of the surface points; force: forces on all points [N], shape (m, 3).
+
+    surface: a `MovedSurface`; listed: numbers of the n points; velocities: rows of the nodal velocities, shape (4 nodes,);
+    powers: output, shape (n,).
+    """
+    found = numbers(16)
+    for e in range(len(listed)):
+        p = uintp(listed[e])
+        gather_affine(stencil(surface.functions, surface.lattice, surface.host, p), surface.lattice, velocities, found)
+        power = 0.0
+        for d in range(3):
+            along = found[d]
+            for axis in range(3):
+                along += found[4 + 4 * axis + d] * surface.offset[p, axis]
+            power += force[p, d] * along
+        powers[e] = power
+
+
+@kernel()
 def _list_pushed(force, listed):
     """List the numbers of the points with non-zero forces [N], shape (m, 3), into `listed`; return the number of points
     listed."""
@@ -182,7 +202,7 @@ class GridSurface(ContactSurface):
         size = np.linalg.norm(area, axis=1, keepdims=True)
         self._depth = np.sum((place - self._host) * area / np.where(size > 0.0, size, 1.0), axis=1, keepdims=True)
         self._offset = place - self._above() - self._host
-        nodes = mapped.nodes
+        self._nodes = nodes = mapped.nodes
         moved = MovedSurface(
             mapped.functions, mapped.lattice, nodes.strain_velocities, self._host, self._offset, self.area, self.velocity
         )
@@ -263,6 +283,21 @@ class GridSurface(ContactSurface):
     def add_forces(self, force: np.ndarray) -> None:
         listed = self.list_pushed(force)
         _add_forces(self._moved, listed, force[listed], self._load())
+
+    def power(self, force: np.ndarray, mean: bool) -> float:
+        """Return the power [W] of forces on the surface points [N], shape (m, 3), along the mean velocities of the nodes, with
+        which the work of forces is computed, if `mean` is True, else along the velocities that strain the points."""
+        listed, rows = self.list_pushed(force), self._nodes.mean_velocities if mean else self._nodes.strain_velocities
+        powers = np.zeros(len(listed))
+        if not domain.is_cut:
+            _find_powers(self._moved, listed, force, rows, powers)
+            return float(powers.sum())
+        stored = self._stored[listed]  # nodes are whole about points in the slabs of this process
+        here = np.flatnonzero((stored >= self._slabs.first[0]) & (stored < self._slabs.first[-1]))
+        own = np.zeros(len(here))
+        _find_powers(self._moved, listed[here], force, rows, own)
+        powers[domain.group.joined(here)] = domain.group.joined(own)
+        return float(powers.sum())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         own = {
