@@ -132,13 +132,14 @@ def _passes(one: ContactSurface, other: ContactSurface) -> bool:
 
 
 class MovedByNodes(Protocol):
-    """A contact surface that moves with the velocities of grid nodes that strain the points of its body."""
+    """A contact surface that grid nodes move: a solid's with the velocities that strain its points, points of a fluid at a
+    wall with those that move them."""
 
     velocity: np.ndarray
 
     def power(self, force: np.ndarray, mean: bool) -> float:
         """Return the power [W] of forces on the points of the surface [N], shape (m, 3), along the mean velocities of the nodes
-        if `mean` is True, else along the velocities that strain points."""
+        if `mean` is True, else along the velocities with which they move the surface."""
 
 
 class SurfacePairs(StepPart):
@@ -153,18 +154,19 @@ class SurfacePairs(StepPart):
         column: int | None = None,
         fields: Collection[VelocityField] = (),
         moved_by_nodes: Sequence[MovedByNodes] = (),
-        moved_first: bool = False,
+        moved_first: Sequence[MovedByNodes] = (),
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
-        arrays of works. fields: velocity fields on whose nodes forces between surfaces act. moved_by_nodes: surfaces that move
-        with the velocities that strain the points. moved_first: True if they move before the forces of a step (USF).
+        arrays of works. fields: velocity fields on whose nodes forces between surfaces act. moved_by_nodes: surfaces that nodes
+        move after the forces of a step. moved_first: surfaces that nodes move before these forces (USF).
         """
-        self._fields, self._moved_first = fields, moved_first
+        self._fields = fields
         self._moved = {id(surface): surface for surface in moved_by_nodes}
+        self._moved_first = {id(surface): surface for surface in moved_first}
         self._exerted: dict[int, np.ndarray] = {}  # forces on the points of these surfaces in this step [N], shape (m, 3) each
-        self._counted, self._after = 0.0, 0.0  # powers of these forces, see `lag_work` [W]
+        self._counted, self._after, self._counted_first = 0.0, 0.0, 0.0  # powers of these forces, see `lag_work` [W]
         self._drag_work = 0.0
         self.lag_work = 0.0
         """Work of the forces on surfaces that nodes move, as the nodes count it, minus their work along the velocities with
@@ -208,11 +210,8 @@ class SurfacePairs(StepPart):
         if self._stops:
             self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         late = []
-        if self._moved_first and self._exerted:  # the velocities after the last step are known only now
-            self._after = self._power(mean=None)
-            self.lag_work = 0.5 * last * (self._counted - self._after)
-        elif self._moved_first:
-            self.lag_work = 0.0
+        # the velocities with which surfaces moved after the last step are known only now
+        self.lag_work = 0.5 * last * (self._counted_first - self._power(self._moved_first, mean=None))
         self._exerted.clear()
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
@@ -235,43 +234,43 @@ class SurfacePairs(StepPart):
             if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
-                if id(surface) in self._moved:
+                if id(surface) in self._moved or id(surface) in self._moved_first:
                     self._exerted[id(surface)] = on_points
-        self._counted = -self._power(mean=None)
+        self._counted = -self._power(self._moved, mean=None)
+        self._counted_first = -self._power(self._moved_first, mean=None)
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
-    def _power(self, mean: bool | None) -> float:
-        """Return the power of the forces on surfaces that nodes move [W]: along the mean velocities of the nodes if `mean` is
-        True, along the velocities that strain points if it is False, and along the velocities of the surfaces if it is None."""
+    def _power(self, moved: Mapping[int, MovedByNodes], mean: bool | None) -> float:
+        """Return the power of the forces on surfaces `moved` [W]: along the mean velocities of the nodes if `mean` is True,
+        along the velocities with which nodes move surfaces if it is False, and along those of the surfaces if it is None."""
         total = 0.0
-        for key, surface in self._moved.items():
+        for key, surface in moved.items():
             if (force := self._exerted.get(key)) is not None:
                 total += float(np.vdot(force, surface.velocity)) if mean is None else surface.power(force, mean)
         return total
 
     def after_momentum(self) -> None:
         if self._exerted:
-            self._counted += 2.0 * self._power(mean=True)
-            self._after = self._power(mean=False)
+            self._counted += 2.0 * self._power(self._moved, mean=True)
+            self._counted_first += 2.0 * self._power(self._moved_first, mean=True)
+            self._after = self._power(self._moved, mean=False)
 
     def correct_strain_velocities(self, dt: float | None) -> None:
         """Compute the power of the contact forces along the velocities mapped again from the points, with which the surfaces
         move (MUSL)."""
         if dt is not None and self._exerted:
-            self._after = self._power(mean=False)
+            self._after = self._power(self._moved, mean=False)
 
     def end(self, dt: float) -> None:
-        """Compute `lag_work`, before `TransferHeat` uses it."""
-        self._last = dt
-        if self._moved_first:
-            return
-        self._drag_work = self.lag_work = 0.0
+        """Complete `lag_work`, before `TransferHeat` uses it."""
+        self._last, self._drag_work = dt, 0.0
         if self._exerted and self._column is not None:
             row = self._column - FIRST_LOAD
-            self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
-            self.lag_work = 0.5 * dt * (self._counted - self._after) + self._drag_work
+            if not self._moved_first:  # else it is part of the lag
+                self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
+            self.lag_work += 0.5 * dt * (self._counted - self._after) + self._drag_work
 
     def balance(self, done: StepWork) -> None:
         """Move the work of forces between surfaces, which has a column of its own, to the contact work, the work of moving
@@ -427,7 +426,7 @@ class SurfacePairs(StepPart):
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
-        for i, key in enumerate(self._moved if self._moved_first else ()):
+        for i, key in enumerate(self._moved_first):
             if key in self._exerted:
                 arrays |= with_owner(f"exerted{i}", {"force": self._exerted[key]})
         return arrays
@@ -435,7 +434,7 @@ class SurfacePairs(StepPart):
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
-        for i, key in enumerate(self._moved if self._moved_first else ()):
+        for i, key in enumerate(self._moved_first):
             if own := of_owner(f"exerted{i}", arrays):
                 self._exerted[key] = own["force"]
 
@@ -449,7 +448,7 @@ class SurfacePairs(StepPart):
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
         numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
-        numbers["last"], numbers["counted"] = self._last, self._counted
+        numbers["last"], numbers["counted"] = self._last, self._counted_first
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -463,7 +462,7 @@ class SurfacePairs(StepPart):
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
-        self._last, self._counted = numbers["last"], numbers["counted"]
+        self._last, self._counted_first = numbers["last"], numbers["counted"]
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)

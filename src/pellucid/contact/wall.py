@@ -92,3 +92,12 @@ class WallContact(PointContact):
 
     def external_work(self) -> float:
         return float(np.sum(self.impulse * self.plane.velocity))
+
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        """Return the arrays of the surface if it belongs to the wall and not to its body: points of a fluid."""
+        surface = self.surfaces[0]
+        return {} if surface.drag is None else surface.state_arrays()
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        if self.surfaces[0].drag is not None:
+            self.surfaces[0].restore(arrays)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeGuard
 import numpy as np
 
 from pellucid.bodies.material_points.grid_surface import GridSurface
+from pellucid.bodies.material_points.touching import PointsAtWall
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
@@ -133,14 +134,15 @@ def contacts_of(
     with_heat = {field for keeps, field in on_grid if keeps}
     on_nodes = list(dict.fromkeys(field for _, field in on_grid))
     moved = [surface for surface in surfaces.values() if isinstance(surface, GridSurface) and not surface.is_hard]
+    fluids = [wall.surfaces[0] for wall in walls if isinstance(wall.surfaces[0], PointsAtWall)]
     surface_pairs = SurfacePairs(
         [*touching, *walls],
         planes if touching else [],
         ends if touching else [],
         column,
         fields=on_nodes,
-        moved_by_nodes=moved,
-        moved_first=case.time.scheme == "usf",
+        moved_by_nodes=fluids if case.time.scheme == "usf" else [*moved, *fluids],
+        moved_first=moved if case.time.scheme == "usf" else [],
     )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):

@@ -7,9 +7,10 @@ the sides of the cubes would give the right pressure at rest, but they would do 
 not have, and add energy to moving water.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy import uintp
 
 from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.seeded_body import SeededBody
@@ -22,6 +23,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
+from pellucid.grid.stencil import gather, stencil
 from pellucid.grid.transfer import scatter_listed
 from pellucid.jit import kernel
 from pellucid.materials.contract import PointMaterial
@@ -129,8 +131,25 @@ def _list_beside(position, n, normal, level, most, listed):
     return count
 
 
+@kernel()
+def _find_motion(mapped, position, listed, velocities, target):
+    """Interpolate nodal velocities to m listed points, into `target`, shape (m, 3) [m/s].
+
+    mapped: grid and shape functions (`MappedPoints`); position: positions of all points [m], shape (points, 3); listed:
+    numbers of the points, shape (m,); velocities: velocities of the nodes, shape (nodes, 3).
+    """
+    for e in range(len(listed)):
+        vector = gather(stencil(mapped.functions, mapped.lattice, position, uintp(listed[e])), mapped.lattice, velocities)
+        for d in range(3):
+            target[e, d] = vector[d]
+
+
 class PointsAtWall(ContactSurface):
     """Contact surface of a fluid at a plane wall: the material points next to the plane, updated in each step.
+
+    The nodes move the points with velocities that differ from those of the points by the smoothing of the transfers. The
+    velocity of the surface is that with which a point moved in the last step, so that its product with a force is the change
+    of the energy of a spring; a point that comes next to the plane has its own velocity first.
 
     body: the fluid; plane: the wall; density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that
     returns the nodal forces of the grid, shape (nodes, 3), to which the forces on the points are added.
@@ -147,6 +166,7 @@ class PointsAtWall(ContactSurface):
         self.rate = speed_of_sound / cell
         self._most = 0.5 * float(edges.max())
         self._listed = np.zeros(body.n_points, np.int64)
+        self._moved, self._motion = np.zeros(0, np.int64), np.zeros((0, 3))
         self.begin()
 
     def _edges(self, mass: np.ndarray) -> np.ndarray:
@@ -162,6 +182,10 @@ class PointsAtWall(ContactSurface):
         self._at = at = self._listed[:count]
         mass, thin = points.mass[at], sum(grid.thin)
         self.place, self.velocity = points.position[at], points.velocity[at]
+        numbers = self._body.arrays["id"][at]
+        known = np.isin(numbers, self._moved)
+        self.velocity[known] = self._motion[np.searchsorted(self._moved, numbers[known])]
+        self._moved = np.zeros(0, np.int64)
         edge = self._edges(mass)
         self.reach = self.half_width = 0.5 * edge
         self.area = -(edge ** (2 - thin) * grid.slice_thickness**thin)[:, None] * plane.normal
@@ -170,3 +194,33 @@ class PointsAtWall(ContactSurface):
     def add_forces(self, force: np.ndarray) -> None:
         pushed = np.flatnonzero(force.any(axis=1))
         scatter_listed(self._body.mapped, self._body.points.position, self._at[pushed], force[pushed], self._load())
+
+    def power(self, force: np.ndarray, mean: bool) -> float:
+        """Return the power [W] of forces on the points [N], shape (m, 3), along the mean velocities of the nodes if `mean` is
+        True; else along the velocities with which the nodes move the points, which become those of the surface."""
+        nodes = self._body.mapped.nodes
+        found = self._interpolate(nodes.mean_velocity if mean else nodes.velocity)
+        if not mean:
+            numbers = self._body.arrays["id"][self._at]
+            order = np.argsort(numbers)
+            self._moved, self._motion = numbers[order], found[order]
+        return float(np.vdot(force, found))
+
+    def _interpolate(self, velocities: np.ndarray) -> np.ndarray:
+        """Return the nodal velocities [m/s], shape (nodes, 3), interpolated to the points next to the plane, shape (m, 3)."""
+        position, mapped, found = self._body.points.position, self._body.mapped, np.zeros((len(self._at), 3))
+        if not domain.is_cut:
+            _find_motion(mapped, position, self._at, velocities, found)
+            return found
+        first = mapped.slabs.first  # nodes are whole about points in the slabs of this process
+        here = np.flatnonzero((self._at >= first[0]) & (self._at < first[-1]))
+        own = np.zeros((len(here), 3))
+        _find_motion(mapped, position, self._at[here], velocities, own)
+        found[domain.group.joined(here)] = domain.group.joined(own)
+        return found
+
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        return {"moved": self._moved, "motion": self._motion}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        self._moved, self._motion = arrays["moved"], arrays["motion"]
