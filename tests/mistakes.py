@@ -464,7 +464,7 @@ MISTAKES |= {
             "with friction of no kind",
             "point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nfriction = 0.3",
             "[[wall]]",
-            ['`friction` belongs to `kind = "coulomb"`'],
+            ['`friction` has no effect with kind = "frictionless"; set kind = "coulomb"'],
         ),
         (
             "for a body that follows a motion",

@@ -36,7 +36,9 @@ class Sliding(Condition):
     @check
     def _friction_belongs_to_coulomb(self) -> None:
         if (self.kind == "coulomb") != (self.friction is not None):
-            raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
+            if self.friction is None:
+                raise ValueError('kind = "coulomb" needs a coefficient of friction; add `friction`, e.g. friction = 0.3')
+            raise ValueError(f'`friction` has no effect with kind = "{self.kind}"; set kind = "coulomb", or remove `friction`')
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding about a name that another condition already has, since a probe reads the force of a contact or
@@ -121,7 +123,8 @@ def why_no_self_contact(body: BodyModel, alone: bool) -> Reason | None:
     """Return the reason why contact of the body with itself cannot be computed, or None; alone: True if no other body is in
     its velocity field."""
     if not body.own_material_nodes:
-        text = f'body {body.name} of kind "{body.kind}" cannot have contact with itself: it moves with one velocity field'
+        text = f'body {body.name} of kind "{body.kind}" cannot have contact with itself: points on both '
+        text += "sides of a fold share the nodes of the grid, and stick to each other"
         return Reason(text, "use kind membrane-elements or meshless-solid, or two bodies")
     if not alone:
         text = f"contact with itself requires a separate velocity field, but other bodies share the field of body {body.name}"

@@ -70,7 +70,7 @@ def wall_contacts(
             friction = coefficient(wall.kind, wall.friction)
             contact = WallContact(surface, plane, friction, courant_of(case), swing, wall.name, cell, case.time.step or 0.0)
             contact.label, surface.body = f"wall {wall.name or number}", model.name
-            _refuse_pressed(contact, body, cell, f"wall.{number}.bodies")
+            _refuse_pressed(contact, body, cell, f"wall.{wall.name or number}.bodies")
             contacts.append(contact)
     return contacts
 
@@ -96,7 +96,9 @@ def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) ->
             f"{MOST_PRESSED:g}), because the wall is as compliant as a layer of the fluid; a gas cannot be in contact "
             "with a wall"
         )
-        remedy = "List the other bodies in `bodies`, and confine this one by supports on faces of the grid."
+        remedy = (
+            f"Confine {body.name} by supports on faces of the grid, and list the other bodies, if there are any, in `bodies`."
+        )
         raise CaseError(Problem(text, path, remedy=remedy))
 
 
