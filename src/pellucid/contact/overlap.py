@@ -31,9 +31,8 @@ from pellucid.contact.point_forces import (
 )
 
 ROOM, LEAST_ROOM = 0.9, 0.3
-"""`ROOM`: fraction of the stability range of central
-differences that contact springs and dampers use in addition to the waves of the body, see `_stiff`; `LEAST_ROOM` is its
-lower limit."""
+"""`ROOM`: fraction of what the waves of the body leave of the stability range of central differences, (ω Δt)² ≤ 4, that
+contact springs and dampers may use, see `_stiff`; `LEAST_ROOM`: smallest part of that range that they may use."""
 SHEET_STIFF, SHEET_DAMPING = 0.5, 1.0
 """Product ω Δt of oscillation rate and time step, and damping ratio, for contact of a deforming membrane, whose nodes do
 not rebound. With a critical damper that uses the velocities of the previous step, a step is stable up to ω Δt = 0.83."""
@@ -246,8 +245,9 @@ class OverlapLaw:
         surface; points held by friction are marked. before: power of the forces `given` of the previous step at the current
         velocities [W]. implicit: normal forces of each overlap if the law is implicit.
 
-        If the depth changes from d to d' in a step, an implicit force f takes the energy f (d' - d) from the bodies. Its
-        spring stores ½ f²/k. The rest is dissipated, and in addition half of Δt f times the loss of approach velocity. At
+        If the depth changes from d to d' in a step, an implicit force f takes the energy f (d' - d) from the bodies, and its
+        spring stores ½ f²/k. The difference is dissipated. So is ½ Δt f times the decrease of the approach velocity in the step:
+        the force acts along the mean velocity, and the depth changes with the velocity at the end of the step. At
         the start of a step a spring holds ½ k d². The exception is a depth much larger than the last step left it: nothing
         has loaded the spring in this case (`pellucid.contact.point_forces.GROWN`).
         """

@@ -15,12 +15,12 @@ the step length times the power of forces F on points with velocities v, Δt/2 F
 dampers and friction at the current velocities [W]; energy that points with explicit forces lost as they entered within the
 last step [J]; and energy dissipated by implicit forces in this step [J]."""
 GROWN = 2.0
-"""Smallest ratio of the depth of a point to its expected depth for which the difference did not load its spring.
+"""Ratio of the depth of a point to its expected depth above which its overlap counts as sudden: no motion loaded its spring.
 
-The expected depth is the one that the implicit force of the last step left. If the depth is also larger than that by more
-than the approach of the point explains, the overlap is sudden, for example because the closest point of a fold changed. Its
-spring gives hardly any energy to the bodies, since the implicit force removes the overlap within a step. The energy that it
-does give has no source in contact and remains unexplained (`ContactEnergy.unexplained`).
+The expected depth is the one that the implicit force of the last step left, plus the approach of the point in the step. An
+overlap is sudden, for example, if the closest point of a fold jumps to another layer. The implicit force removes it within a
+step, so that its spring gives hardly any energy to the bodies; what it gives has no source in contact, and remains unexplained
+(`ContactEnergy.unexplained`).
 """
 ROUNDED = 1e-6  # relative tolerance of the friction limit for sliding points
 TINY = 1e-300
