@@ -246,7 +246,7 @@ class OverlapLaw:
         velocities [W]. implicit: normal forces of each overlap if the law is implicit.
 
         If the depth changes from d to d' in a step, an implicit force f takes the energy f (d' - d) from the bodies, and its
-        spring stores ½ f²/k. The difference is dissipated. So is ½ Δt f times the decrease of the approach velocity in the step:
+        spring stores ½ f²/k. The difference is dissipated. So is ½ Δt f times the decrease of the approach velocity:
         the force acts along the mean velocity, and the depth changes with the velocity at the end of the step. At
         the start of a step a spring holds ½ k d². The exception is a depth much larger than the last step left it: nothing
         has loaded the spring in this case (`pellucid.contact.point_forces.GROWN`).
