@@ -69,7 +69,7 @@ class PreviousForces:
         if not len(self._listed):
             return 0.0
         of_other = of_other if self._feet is None else self._feet.gather(of_other, self._images)
-        return float(np.vdot(self._force, velocity[self._listed] - of_other))
+        return float(np.sum(self._force * (velocity[self._listed] - of_other)))
 
     def state_numbers(self) -> list[object]:
         """Return the stored forces, their points and their feet, for a checkpoint."""

@@ -248,7 +248,7 @@ class SurfacePairs(StepPart):
         total = 0.0
         for key, surface in moved.items():
             if (force := self._exerted.get(key)) is not None:
-                total += float(np.vdot(force, surface.velocity)) if mean is None else surface.power(force, mean)
+                total += _power_along(force, surface.velocity) if mean is None else surface.power(force, mean)
         return total
 
     def after_momentum(self) -> None:
@@ -483,3 +483,12 @@ def _let_go(slip, touched):
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0
+
+
+@kernel()
+def _power_along(force, velocity):
+    """Return the power [W] of forces along velocities, shape (m, 3) each."""
+    total = 0.0
+    for p in range(len(force)):
+        total += force[p, 0] * velocity[p, 0] + force[p, 1] * velocity[p, 1] + force[p, 2] * velocity[p, 2]
+    return total

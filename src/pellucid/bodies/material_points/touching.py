@@ -204,7 +204,7 @@ class PointsAtWall(ContactSurface):
             numbers = self._body.arrays["id"][self._at]
             order = np.argsort(numbers)
             self._moved, self._motion = numbers[order], found[order]
-        return float(np.vdot(force, found))
+        return float(np.sum(force * found))
 
     def _interpolate(self, velocities: np.ndarray) -> np.ndarray:
         """Return the nodal velocities [m/s], shape (nodes, 3), interpolated to the points next to the plane, shape (m, 3)."""
