@@ -38,10 +38,13 @@ def test_a_cylinder_on_a_layer_in_a_steady_state(script: ModuleType) -> None:
 
 
 def test_a_cylinder_on_a_layer_of_material_points(script: ModuleType) -> None:
-    """Springs as soft as a layer of cells gave 0.915."""
+    """Springs as soft as a layer of cells gave 0.915. Nodes give moved points slightly other velocities than those with which
+    the surface moved: 1e-4 of the work, in the order of the displacement in a step over the cell."""
     ratio, simulation = script.press("cylinder", "points", 0.1)
     assert ratio == pytest.approx(1.0, abs=OF_POINTS)
-    assert abs(simulation.energies()["transfer_heat"]) < 1e-6 * simulation.energies()["motion_work"]
+    work = simulation.energies()["motion_work"]
+    assert abs(simulation.energies()["transfer_heat"]) < 5e-4 * work
+    assert abs(simulation.surface_pairs.energy.unexplained) < 1e-3 * work
 
 
 @pytest.mark.slow
