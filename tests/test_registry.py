@@ -107,8 +107,18 @@ def test_a_kind_cannot_be_taken_twice() -> None:
     class Other(Uniform):
         pass
 
-    with pytest.raises(ValueError, match=r'"uniform" is already registered by .*Uniform: choose another name for .*Other'):
+    with pytest.raises(
+        ValueError, match=r"already registered by `Uniform` in .*test_registry.py: choose another name for `.*Other` in"
+    ):
         register(Other)
+
+
+def test_the_type_of_a_kind_is_its_default() -> None:
+    class Renamed(Uniform):
+        kind: Literal["steady"] = "uniform"  # type: ignore[assignment]
+
+    with pytest.raises(TypeError, match=r'Renamed.kind is "steady" by its type and "uniform" by default: write `kind: Lit'):
+        register(Renamed)
 
 
 def test_a_class_may_be_defined_anew_as_in_a_notebook() -> None:

@@ -34,6 +34,7 @@ def test_a_text_with_a_unit_becomes_its_si_number(text: str, unit: str, value: f
     ("text", "unit", "words"),
     [
         ("1 kg", "m", ["dimension [mass]", "[length] (m)", '"1 m"']),
+        ("3 Pascals", "Pa", ['unknown unit "Pascals"', 'did you mean "Pa"?']),
         ("3 kpa", "Pa", ['unknown unit "kpa"', 'did you mean "kPa"?']),
         ("3", "Pa", ["has no unit", "3 without quotes", '"3 Pa"']),
         ("0.5", "", ["0.5 without quotes"]),

@@ -3,7 +3,8 @@
 A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field,
 or a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
 `hyperelastic` and `decoupled` decorate laws, `point_state` decorates states of laws, and `point_function` functions at a
-point, in which `exp`, `expm1`, `log`, `log1p` and `power` are faster than those of `math`.
+point, in which `exp`, `expm1`, `log`, `log1p` and `power` are faster than those of `math`; `pointwise` marks the functions
+that they call.
 """
 
 from pellucid.bodies.initial import InitialField
@@ -11,7 +12,7 @@ from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.loads.contract import Load
 from pellucid.conditions.loads.points_view import PointsView
 from pellucid.conditions.signals.displacements import SignalModel
-from pellucid.jit import point_function
+from pellucid.jit import point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.decoupled import BulkMaterial, DecoupledMaterial, decoupled
@@ -51,6 +52,7 @@ __all__ = [
     "parameter",
     "point_function",
     "point_state",
+    "pointwise",
     "power",
     "quantity",
     "rate_type",

@@ -5,13 +5,13 @@ a case is read, so that kinds registered later are included.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, get_origin
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, get_args, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from pellucid.findings import listed
-from pellucid.users.users_code import failure
+from pellucid.users.users_code import failure, file_of, is_own
 
 ModelType = TypeVar("ModelType", bound=BaseModel)
 EntryType = TypeVar("EntryType")
@@ -41,8 +41,8 @@ class Registry(Generic[EntryType]):
         """
         before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
-            text = f'the {self.what} "{name}" is already registered by {_home(before)}'
-            raise ValueError(f"{text}: choose another name for {_home(source)}")
+            text = f'the {self.what} "{name}" is already registered by {_described(before)}'
+            raise ValueError(f"{text}: choose another name for {_described(source)}")
         self.entries[name] = entry
         Registry.changes += 1
 
@@ -68,6 +68,10 @@ class Family(Registry[type[ModelType]]):
             or not field.default
         ):
             raise TypeError(f'{model.__name__} has no kind: add the field `kind: Literal["my-kind"] = "my-kind"`')
+        if get_args(field.annotation) != (field.default,):
+            allowed = " or ".join(f'"{kind}"' for kind in get_args(field.annotation))
+            text = f'{model.__name__}.kind is {allowed} by its type and "{field.default}" by default'
+            raise TypeError(f'{text}: write `kind: Literal["{field.default}"] = "{field.default}"` or correct both')
         if lacking := sorted(model.__abstractmethods__):
             methods = listed([f"`{name}`" for name in lacking])
             raise TypeError(
@@ -173,6 +177,16 @@ def register(model: type[ModelType]) -> type[ModelType]:
 
 
 def _home(source: Any) -> str:
-    """Return module and name of a class or function as text, for messages and comparisons."""
+    """Return module and name of a class or function as text, for comparisons."""
     what = getattr(source, "function", source)
     return f"{what.__module__}.{what.__qualname__}"
+
+
+def _described(source: Any) -> str:
+    """Return the name of a class or function and the file of the user that defines it, as text for messages; "pellucid" if
+    the package registered it."""
+    what = getattr(source, "function", source)
+    file = file_of(what)
+    if is_own(file) or what.__module__ == "numpy":
+        return "pellucid"
+    return f"`{what.__qualname__}` in {file}"

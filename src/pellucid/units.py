@@ -128,5 +128,15 @@ def _example(unit: str) -> str:
 def _suggestion(name: str) -> str:
     common = COMMON.split()
     same = [unit for unit in common if unit.lower() == name.lower()]
-    close = same or difflib.get_close_matches(name, common, 1)
+    close = same or _symbol(name) or difflib.get_close_matches(name, common, 1)
     return f'; did you mean "{close[0]}"?' if close else ""
+
+
+def _symbol(name: str) -> list[str]:
+    """Return the symbol of a unit in capital letters, such as "Pascals", as a list; an empty list if there is none."""
+    from pint import PintError
+
+    try:
+        return [f"{_registry().Unit(name.lower()):~}"]
+    except (*_PINT_RAISES, PintError):
+        return []

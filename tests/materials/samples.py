@@ -1,7 +1,7 @@
 """One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
 import pytest
-from user_laws import GentMaterial, KelvinVoigtMaterial, StandardLinearMaterial
+from user_laws import FungMaterial, GentMaterial, KelvinVoigtMaterial, SofteningMaterial, StandardLinearMaterial
 
 from pellucid import materials
 from pellucid.materials.elastic import ElasticMaterial
@@ -33,6 +33,8 @@ ALUMINIUM = {"density": 2700.0, "young_modulus": 7e10, "poisson_ratio": 0.33}
 BULK = {"density": 1100.0, "bulk_modulus": 6e4}
 USERS = {
     "gent": GentMaterial(**BULK, shear_modulus=6e3, limit=30.0),
+    "fung": FungMaterial(**BULK, shear_modulus=6e3, stiffening=0.1),
+    "softening": SofteningMaterial(**BULK, shear_modulus=6e3),
     "user-kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
     "standard-linear": StandardLinearMaterial(**SOFT, branch_modulus=3e3, relaxation_time=0.5),
 }

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pellucid.jit import MissingFunction, generic, kernel, point_function, pointwise
+from pellucid.jit import MissingFunction, generic, implementation_of, kernel, point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power
 from pellucid.materials.derivatives import Energy, NotTraced, derive, partial_derivatives
 from pellucid.materials.skalak_membrane import SkalakSurface
@@ -63,6 +63,10 @@ def of_one(law, a, b):
     return law.c * (a - 1.0) * (a - 1.0)
 
 
+def of_libraries(law, a, b):
+    return math.expm1(law.c * a) + math.sqrt(b) * np.log1p(a) - np.exp(-b) + 2.0**a + math.e
+
+
 def alike(law, a, b):
     return -(a - 1.0) * (1.0 + a) - (b - a) - (a - b) + (2.0 - a) * (a - 1.0) + (a + b) * (a + b) + 0.0 * b
 
@@ -75,6 +79,7 @@ ENERGIES = [
     exponentials,
     with_partial_derivatives,
     of_one,
+    of_libraries,
     alike,
 ]
 LAW = Numbers(0.7, 1.6)
@@ -154,13 +159,19 @@ def texts(law, a, b):
     return a + "b"
 
 
+def undecorated(x):
+    return x * x
+
+
 @pytest.mark.parametrize(
     ("function", "words"),
     [
         (branches, "it compares its arguments or parameters"),
         (outside, "passes them to a function that cannot be differentiated"),
         (tuples, "'Term' object is not subscriptable"),
-        (texts, "it combines a number with 'b'"),
+        (texts, "it combines a number with a str"),
+        (lambda law, a, b: (a, b), "it returns a tuple"),
+        (lambda law, a, b: undecorated(a) * b, "it calls `undecorated`, which is no pointwise function"),
         (lambda law, a, b: a == b, "it compares its arguments"),
         (lambda law, a, b: law.stiffness * a, "has no attribute 'stiffness'"),
     ],
@@ -186,6 +197,32 @@ def test_an_energy_is_differentiated_once_it_is_registered():
         force(LAW, 1.2, 1.0)
     point_function(potential, Numbers)(of_one)
     assert force(LAW, 1.2, 1.0) == pytest.approx((0.28, 0.0), rel=1e-14)
+
+
+@generic
+def of_volume(law: Numbers, J: float) -> float:
+    """Return an energy of one variable."""
+
+
+@generic
+def pressure(law: Numbers, J: float) -> float:
+    """Return the slope of `of_volume`."""
+
+
+@generic
+def modulus(law: Numbers, J: float) -> float:
+    """Return the curvature of `of_volume`."""
+
+
+def test_an_energy_of_one_variable():
+    derive(pressure, of_volume, lambda U: U.slopes)
+    derive(modulus, of_volume, lambda U: U.curvatures)
+    point_function(of_volume, Numbers)(lambda law, J: law.c * (J * J - 1.0 - 2.0 * log(J)))
+    assert pressure(LAW, 1.25) == pytest.approx(0.7 * (2.5 - 1.6), rel=1e-14)
+    assert modulus(LAW, 1.25) == pytest.approx(0.7 * (2.0 + 2.0 / 1.25**2), rel=1e-14)
+    point_function(pressure, Numbers)(lambda law, J: 0.0)
+    assert pressure(LAW, 1.25) == 0.0, "a registered function comes first"
+    assert implementation_of(modulus, Numbers).__doc__.startswith("def modulus(law, J):")
 
 
 def energy_at_random(seed):

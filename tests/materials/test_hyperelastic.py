@@ -6,7 +6,7 @@ from algebra import matrix, rotation, symmetric, tensor
 from samples import HYPERELASTIC, every_hyperelastic
 
 from pellucid.materials.decoupled import DecoupledMaterial
-from pellucid.materials.hyperelastic import FiniteStrainState
+from pellucid.materials.hyperelastic import FiniteStrainState, undefined_strain
 from pellucid.materials.law import (
     cauchy_stress,
     energy,
@@ -17,6 +17,7 @@ from pellucid.materials.law import (
     update,
     volume_growth,
     volumetric_energy,
+    volumetric_stiffness,
     volumetric_stress,
     wave_speed,
 )
@@ -148,6 +149,32 @@ def test_the_wave_speed_is_an_upper_bound_at_any_ratio_of_moduli(material, seed,
     fastest, bound = acoustic_speed(law, F, directions_of(F)), wave_speed(law, tensor(F))
     assert fastest <= bound * (1.0 + 1e-7)
     assert bound < 1.6 * fastest, "a bound so loose would waste steps"
+
+
+@pytest.mark.parametrize("J", [2.0, 4.0])
+def test_the_wave_speed_where_the_volumetric_energy_softens(J):
+    """W has U = κ/2 (ln J)², whose second derivative is negative above J = e."""
+    material, F = HYPERELASTIC["softening"], J ** (1.0 / 3.0) * np.eye(3)
+    assert (volumetric_stiffness(material.law(), J) < 0.0) == (np.e < J)
+    fastest, bound = acoustic_speed(material.law(), F, np.eye(3)), wave_speed(material.law(), tensor(F))
+    assert fastest <= bound * (1.0 + 1e-7)
+
+
+def test_the_bulk_modulus_at_rest_is_that_of_the_volumetric_energy():
+    for name in ("gent", "fung", "softening"):
+        material = HYPERELASTIC[name]
+        law = material.law()._replace(kappa=3e4)
+        assert volumetric_stiffness(law, 1.0) == pytest.approx(3e4, rel=1e-14)
+        assert material.moduli()[1] == pytest.approx(material.bulk_modulus, rel=1e-14)
+
+
+@pytest.mark.parametrize(("stretch", "factor"), [(1.15, None), (1.3, 1.15), (1.5, 1.0), (float("nan"), None), (1e200, None)])
+def test_the_strain_at_which_an_energy_is_no_longer_defined(stretch, factor):
+    """The law of Gent with Ī₁ - 3 below 0.2, in isochoric tension along a turned axis: up to the stretch 1.289."""
+    law = HYPERELASTIC["gent"].law()._replace(limit=0.2)
+    F = rotation(3) @ np.diag([stretch, stretch**-0.5, stretch**-0.5])
+    found = undefined_strain(law, tensor(F))
+    assert found == factor if factor in (None, 1.0) else 1.0 <= found <= factor
 
 
 @pytest.mark.parametrize("stretches", [(1.0, 1.0, 2.0), (0.5, 1.0, 1.0), (0.4, 0.5, 0.6), (1.5, 2.0, 2.5), (3.0, 3.0, 4.0)])

@@ -6,8 +6,16 @@ from algebra import matrix, rotation, tensor
 from pydantic import ValidationError
 from samples import BRANCHES, DECOUPLED, SPECIAL, TISSUE, material_of
 
-from pellucid.materials.decoupled import isochoric_energy, isochoric_stress
-from pellucid.materials.law import cauchy_stress, dissipated_energy, energy, signal_speed, stored_energy, update
+from pellucid.materials.law import (
+    cauchy_stress,
+    dissipated_energy,
+    energy,
+    isochoric_energy,
+    isochoric_stress,
+    signal_speed,
+    stored_energy,
+    update,
+)
 from pellucid.materials.prony_states import MOST, branch_energy, overstress
 from pellucid.tensors import IDENTITY
 

@@ -9,8 +9,16 @@ from pydantic import ValidationError
 from samples import BULK, SPECIAL, material_of
 
 from pellucid.jit import point_function
-from pellucid.materials.decoupled import decoupled, invariant_energy, isochoric_energy, isochoric_stiffness, isochoric_stress
-from pellucid.materials.law import cauchy_stress, energy, wave_speed
+from pellucid.materials.decoupled import decoupled
+from pellucid.materials.law import (
+    cauchy_stress,
+    energy,
+    invariant_energy,
+    isochoric_energy,
+    isochoric_stiffness,
+    isochoric_stress,
+    wave_speed,
+)
 from pellucid.tensors import IDENTITY
 
 every_seed = pytest.mark.parametrize("seed", range(4))

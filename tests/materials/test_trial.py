@@ -260,6 +260,17 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
     assert "`stretch_energy` of the law Quadratic cannot be differentiated: it compares" in message
     assert "(`return 0.0 if a < 1.0 else" in message
     assert "register `stretch_slopes` of this law as well" in message
+    slopes = (
+        "\n\n@point_function(stretch_slopes, Quadratic)\ndef _slopes(law, a, b):\n    return 3.0 * (a - 1.0), 3.0 * (b - 1.0)\n"
+    )
+    text = law.replace("import stretch_energy", "import stretch_energy, stretch_slopes") + slopes
+    message = law_told(folder, law=text, material=quadratic, body=body)
+    assert "the stress of the law Quadratic (" in message
+    assert "is not the derivative of its energy: at a stretch" in message
+    stiff = quadratic.replace("shear_modulus = 1", "shear_modulus = -1")
+    message = law_told(folder, ", gt=0)", ")", law, stiff, body)
+    assert "the shear modulus of the law Quadratic (" in message
+    assert "is -1 N/m at rest; it must not be below 0" in message
     message = law_told(folder, "(a + b - 2.0)", "(a + b - 1.9)", law, quadratic, body)
     assert "has a stress at rest; its energy must be smallest at rest" in message
 
@@ -280,7 +291,64 @@ def test_an_isotropic_law_states_its_energy_alone(folder: Path) -> None:
     assert "(`return -0.5 * law.mu" in message
     message = law_told(folder, "@point_function(invariant_energy, Gent)", "", law, GENT)
     assert "the law Gent (" in message
-    assert "`isochoric_energy`" in message
+    assert "has no `invariant_energy`; register each, as `@point_function(invariant_energy, Gent)`" in message
+    assert "`isochoric_energy`, `isochoric_stress`, `isochoric_stiffness` follow from `invariant_energy`" in message
+
+
+@pytest.mark.parametrize(
+    ("after", "words"),
+    [
+        (
+            "log1p(-first / law.size)",
+            ["has no attribute 'size', at", "correct the name; the law has `mu`, `limit`, "],
+        ),
+        ("log1q(-first / law.limit)", ["name 'log1q' is not defined, at", "; correct the name"]),
+        ("(first, second)", ["it combines a number with a tuple, at", "mine.py:"]),
+        ("log1p(-first / law.limit), 0.0", ["it returns a tuple, at", "mine.py:", "; return one number, the energy"]),
+        ("helper(first)\n\n\ndef helper(x):\n    return x * x", ["it calls `helper`", "; decorate `helper` with `@pointwise`"]),
+        ("max(first, 0.0)", ["or register `isochoric_energy` of this law as well"]),
+        ("(-log1p(-first / law.limit))", ["the shear modulus of the law Gent (", "is -20000 Pa at rest; it must be above 0"]),
+        (
+            "first**1.5",
+            ["`invariant_slopes`, derived from `invariant_energy`, of the law Gent (", "division by zero; the deriv"],
+        ),
+        ("log(0.0 * law.mu)", ["`invariant_energy` of the law Gent (", "returns inf at rest; it must return a finite number"]),
+    ],
+)
+def test_mistakes_in_an_energy(after: str, words: list[str], folder: Path) -> None:
+    law = law_of_the_page_on_solids().replace("log1p,", "log, log1p,")
+    message = law_told(folder, "log1p(-first / law.limit)", after, law, GENT)
+    assert "warning" not in message
+    assert "derived for" not in message
+    for word in words:
+        assert word in message, message
+
+
+STATED = """
+
+from pellucid.materials import law as laws
+
+
+@point_function(laws.volumetric_energy, Gent)
+def _of_volume(law, J):
+    return 0.25 * law.kappa * ((J - 1.0) * (J + 1.0) - 2.0 * log(J))
+"""
+
+
+def test_the_stress_is_the_derivative_of_the_energy(folder: Path) -> None:
+    """A volumetric energy alone is enough; a stress of another energy is refused, and one at rest."""
+    law = law_of_the_page_on_solids().replace("log1p,", "log, log1p,") + STATED
+    other = (
+        "\n\n@point_function(laws.volumetric_stress, Gent)\ndef _pressure(law, J):\n    return law.kappa * (J - 1.0) * 1.1\n"
+    )
+    message = law_told(folder, "- 2.0 * log(J))", "- 2.0 * log(J))" + other, law, GENT)
+    assert "the stress of the law Gent (" in message
+    assert "is not the derivative of its energy: at a change of volume with strains of 1 % they differ by 1" in message
+    shape = "\n\n@point_function(laws.isochoric_energy, Gent)\ndef _shape(law, F):\n    return 0.0\n"
+    message = law_told(folder, "- 2.0 * log(J))", "- 2.0 * log(J))" + shape, law, GENT)
+    assert "is not the derivative of its energy: at a change of shape with strains of 1 % they differ by" in message
+    message = law_told(folder, "- 2.0 * log(J)", "- 2.1 * log(J)", law, GENT)
+    assert "has a stress at rest; its energy must be smallest at rest" in message
 
 
 @pytest.mark.slow
@@ -296,3 +364,16 @@ def test_a_law_by_its_energy_alone_runs(folder: Path) -> None:
     total = history["strain_energy"] + history["kinetic_energy"]
     assert max(history["strain_energy"]) > 0.3 * total[0]
     assert total == pytest.approx(np.full(len(total), total[0]), rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_law_beyond_its_limit_is_named(folder: Path) -> None:
+    (folder / "mine.py").write_text(law_of_the_page_on_solids(), encoding="utf-8")
+    start = 'initial = [{ kind = "velocity-gradient", x = [20, 0, 0], y = [0, -20, 0], origin = [1, 1, 0] }]\n'
+    gent = GENT.replace("limit = 30", "limit = 0.01")
+    text = f"{HEAD}{BLOCK}{start}material = {{ {gent} }}\n".replace("end = 0.01", "end = 0.1")
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    result = CliRunner().invoke(app, ["run", "case.toml", "--out", "out"])
+    assert result.exit_code == 3
+    assert "the energy of its law Gent is not defined at" in result.stderr
+    assert "use a law or parameters that allow larger strains" in result.stderr

@@ -4,18 +4,20 @@ from math import exp, expm1, sqrt
 from typing import ClassVar, Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.jit.elementary import log1p
+from pellucid.jit.elementary import log, log1p
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.decoupled import BulkMaterial, decoupled, invariant_energy
+from pellucid.materials.decoupled import BulkMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial, lame
 from pellucid.materials.hyperelastic import finite_strain
 from pellucid.materials.law import (
     cauchy_stress,
     diffusivity,
+    invariant_energy,
     rate_type,
     signal_speed,
     stored_energy,
     update,
+    volumetric_energy,
 )
 from pellucid.materials.neo_hookean import NeoHookean
 from pellucid.materials.point_state import point_state
@@ -59,6 +61,61 @@ class GentMaterial(BulkMaterial):
 @point_function(invariant_energy, Gent)
 def _gent(law, first, second):
     return -0.5 * law.mu * law.limit * log1p(-first / law.limit)
+
+
+# Fung's exponential, with the volumetric energy of Simo & Taylor 1982, Comput. Methods Appl. Mech. Eng. 33, 845
+@decoupled
+class Fung(NamedTuple):
+    mu: float
+    b: float
+    kappa: float
+    rho0: float
+
+
+class FungMaterial(BulkMaterial):
+    kind: Literal["fung"] = "fung"
+    shear_modulus: float = parameter("Pa", "shear modulus μ", gt=0)
+    stiffening: float = parameter("", "exponent b", gt=0)
+
+    def law(self):
+        return Fung(self.shear_modulus, self.stiffening, self.bulk_modulus, self.density)
+
+
+@point_function(invariant_energy, Fung)
+def _fung(law, first, second):
+    return 0.5 * law.mu / law.b * expm1(law.b * first)
+
+
+@point_function(volumetric_energy, Fung)
+def _of_volume(law, J):
+    return 0.25 * law.kappa * ((J - 1.0) * (J + 1.0) - 2.0 * log(J))
+
+
+# the first invariant, with a volumetric energy that softens as the volume grows, of Hencky
+@decoupled
+class Softening(NamedTuple):
+    mu: float
+    kappa: float
+    rho0: float
+
+
+class SofteningMaterial(BulkMaterial):
+    kind: Literal["softening"] = "softening"
+    shear_modulus: float = parameter("Pa", "shear modulus μ", gt=0)
+
+    def law(self):
+        return Softening(self.shear_modulus, self.bulk_modulus, self.density)
+
+
+@point_function(invariant_energy, Softening)
+def _softening(law, first, second):
+    return 0.5 * law.mu * first
+
+
+@point_function(volumetric_energy, Softening)
+def _softening_of_volume(law, J):
+    strain = log(J)
+    return 0.5 * law.kappa * strain * strain
 
 
 # Kelvin-Voigt: σ = σ(F) of a neo-Hookean solid + 2 η dev D

@@ -112,7 +112,7 @@ def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path
         (
             '"uniform"] = "uniform"',
             '"sine-wave"] = "sine-wave"',
-            ['"sine-wave" is already registered by pellucid.bodies.initial.SineWave'],
+            ['"sine-wave" is already registered by pellucid: choose another name for `'],
         ),
         ("(InitialField)", "", ["line 5: TypeError", "no base class"]),
     ],

@@ -24,7 +24,8 @@ class Fault(NamedTuple):
 FAULTS = {
     NOT_FINITE: Fault(
         "its state is not a finite number",
-        "use a smaller time.step or time.courant; its state is in forensics/failure.json",
+        "use a smaller time.step or time.courant, or a material law that is defined at larger strains; its state is in "
+        "forensics/failure.json",
     ),
     INVERTED: Fault(
         "its volume would become zero or negative in this step",

@@ -47,7 +47,8 @@ class Generic(NamedTuple):
 
     signature: inspect.Signature  # arguments of all implementations
     implementations: dict[type, Callable[..., Any]]  # by type of the first argument
-    makers: list[Callable[[type], Callable[..., Any] | None]]  # at most one, of implementations that follow from others
+    makers: list[Callable[[type], Callable[..., Any] | None]]  # at most one, of implementations that follow from `source`
+    source: list[Callable[..., Any]]  # at most one, the operation from whose implementations those of this one follow
     default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
     def own(self, kind: type) -> Callable[..., Any] | None:
@@ -66,7 +67,7 @@ def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
     """Decorator: declare a pointwise operation, a function with one implementation per type of its first argument (a NamedTuple
     of parameters), see `point_function`. The body of `signature` is never run; only its arguments and docstring are used."""
     bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
-    operation = Generic(inspect.Signature(bare), {}, [], [])  # implementations are not annotated, and numba compares
+    operation = Generic(inspect.Signature(bare), {}, [], [], [])  # implementations are not annotated, and numba compares
 
     def dispatch(first: Any, *rest: Any) -> Any:
         implementation = operation.of(type(first))
@@ -120,13 +121,15 @@ def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., A
     return register
 
 
-def derived_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return a decorator for a function that makes implementations of `operation` which follow from others: for a type of the
-    first argument, it returns the implementation, or None if those are not registered. It is called when a type without an
-    implementation of its own is first used."""
+def derived_function(
+    operation: Callable[..., Any], source: Callable[..., Any]
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator for a function that makes implementations of `operation` which follow from those of the operation
+    `source`: for a type of the first argument, it returns the implementation, or None if `source` has none. It is called
+    when a type without an implementation of its own is first used."""
 
     def register(maker: Callable[..., Any]) -> Callable[..., Any]:
-        _generics[operation].makers[:] = [maker]
+        _generics[operation].makers[:], _generics[operation].source[:] = [maker], [source]
         return maker
 
     return register
@@ -164,9 +167,11 @@ def implementation_of(operation: Callable[..., Any], kind: type) -> Callable[...
     return _generics[operation].own(kind)
 
 
-def follows_from_others(operation: Callable[..., Any]) -> bool:
-    """Return True if implementations of an operation (declared with `@generic`) can follow from registered ones of others."""
-    return bool(_generics[operation].makers)
+def source_of(operation: Callable[..., Any]) -> Callable[..., Any] | None:
+    """Return the operation from whose registered implementations those of an operation (declared with `@generic`) can follow;
+    None if they follow from no other."""
+    source = _generics[operation].source
+    return source[0] if source else None
 
 
 def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:

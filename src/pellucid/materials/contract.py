@@ -25,6 +25,10 @@ class BodyMaterial(Model):
     def wave_speeds(self) -> tuple[float, float]:
         """Return the speeds of plane pressure and shear waves in the initial state [m/s]."""
 
+    def moduli_at_rest(self) -> Mapping[str, float]:
+        """Return the moduli at rest [Pa] that must be positive, by name; of a surface law [N/m], that must not be negative."""
+        return {}
+
 
 class PointMaterial(BodyMaterial):
     """Base of materials of material points: user's parameters, law, and initial state.

@@ -1,8 +1,9 @@
-"""Hyperelastic solids with an isochoric and a volumetric energy, W = W_iso(F̄) + κ/2 (J-1)², F̄ = J^(-1/3) F.
+"""Hyperelastic solids with an isochoric and a volumetric energy, W = W_iso(F̄) + U(J), F̄ = J^(-1/3) F.
 
 Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.4. A law defines its isochoric part; its parameters include the
-bulk modulus `kappa` [Pa] and the initial density `rho0` [kg/m³]. An isotropic law states W_iso as a function of the
-invariants Ī₁ = tr b̄ and Ī₂ = tr b̄⁻¹ with b̄ = F̄F̄ᵀ; stress and stiffness are derived from it.
+initial density `rho0` [kg/m³]. U is κ/2 (J-1)² with the bulk modulus κ in the parameter `kappa` [Pa], unless the law
+registers another `volumetric_energy`. An isotropic law states W_iso as a function of the invariants Ī₁ = tr b̄ and Ī₂ = tr
+b̄⁻¹ with b̄ = F̄F̄ᵀ. Stress and stiffness are derived from both functions.
 """
 
 from abc import abstractmethod
@@ -10,11 +11,26 @@ from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import point_function, pointwise
 from pellucid.jit.elementary import power
 from pellucid.materials.derivatives import Energy, derive
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
-from pellucid.materials.law import Law, LawType, cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed
+from pellucid.materials.law import (
+    Law,
+    LawType,
+    cauchy_stress,
+    energy,
+    invariant_curvatures,
+    invariant_energy,
+    invariant_slopes,
+    isochoric_energy,
+    isochoric_stiffness,
+    isochoric_stress,
+    volumetric_energy,
+    volumetric_stiffness,
+    volumetric_stress,
+    wave_speed,
+)
 from pellucid.materials.trial import Operation
 from pellucid.model import parameter
 from pellucid.tensors import (
@@ -32,39 +48,6 @@ from pellucid.tensors import (
 )
 
 
-@generic
-def isochoric_energy(law: Law, F: Tensor) -> float:
-    """Return the isochoric energy W_iso per unit reference volume [J/m³]; it depends on the isochoric part F̄ of the
-    deformation gradient F only."""
-
-
-@generic
-def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
-    """Return the isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa] at the deformation gradient F, a deviator."""
-
-
-@generic
-def isochoric_stiffness(law: Law, F: Tensor) -> float:
-    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² at ε = 0 over unit vectors m and n [Pa], or an upper bound: the isochoric
-    part of ρ₀ c² for the speed c of plane waves."""
-
-
-@generic
-def invariant_energy(law: Law, first: float, second: float) -> float:
-    """Return the isochoric energy W_iso of an isotropic law per unit reference volume [J/m³]; first, second: Ī₁ - 3 and
-    Ī₂ - 3."""
-
-
-@generic
-def invariant_slopes(law: Law, first: float, second: float) -> tuple[float, float]:
-    """Return the derivatives of `invariant_energy` with respect to Ī₁ and Ī₂ [Pa]."""
-
-
-@generic
-def invariant_curvatures(law: Law, first: float, second: float) -> tuple[float, float, float]:
-    """Return the second derivatives of `invariant_energy` [Pa]: ∂²/∂Ī₁², ∂²/∂Ī₂² and ∂²/∂Ī₁∂Ī₂."""
-
-
 class DecoupledMaterial(HyperelasticMaterial):
     """Base of hyperelastic solids whose energy is the sum of an isochoric and a volumetric part."""
 
@@ -72,11 +55,16 @@ class DecoupledMaterial(HyperelasticMaterial):
     def moduli(self) -> tuple[float, float]:
         """Return the shear and bulk moduli at rest [Pa]."""
 
+    def moduli_at_rest(self) -> Mapping[str, float]:
+        return dict(zip(("shear modulus", "bulk modulus"), self.moduli(), strict=True))
+
     def wave_speeds(self) -> tuple[float, float]:
         return float(wave_speed(self.law(), IDENTITY)), sqrt(self.moduli()[0] / self.density)
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        return {law: (isochoric_energy, isochoric_stress, isochoric_stiffness, *super().operations(law)[law])}
+        isochoric = isochoric_energy, isochoric_stress, isochoric_stiffness
+        volumetric = volumetric_energy, volumetric_stress, volumetric_stiffness
+        return {law: (*isochoric, *volumetric, *super().operations(law)[law])}
 
 
 class BulkMaterial(DecoupledMaterial):
@@ -85,7 +73,8 @@ class BulkMaterial(DecoupledMaterial):
     bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
 
     def moduli(self) -> tuple[float, float]:
-        return 2.0 * sum(invariant_slopes(self.law(), 0.0, 0.0)), self.bulk_modulus
+        law = self.law()
+        return 2.0 * sum(invariant_slopes(law, 0.0, 0.0)), volumetric_stiffness(law, 1.0)
 
     @property
     def poisson_ratio(self) -> float:
@@ -100,14 +89,13 @@ class BulkMaterial(DecoupledMaterial):
 
 
 def decoupled(law: type[LawType]) -> type[LawType]:
-    """Class decorator for a law that defines only the isochoric part of energy and stress: add the volumetric part, which
-    follows from the bulk modulus, and register the functions of a hyperelastic law as `hyperelastic` does."""
+    """Class decorator for a law that defines the isochoric part of energy and stress: register the volumetric energy κ/2
+    (J-1)², which the law can replace, and the functions of a hyperelastic law, which follow from both parts."""
     hyperelastic(law)
     point_function(energy, law)(_energy)
     point_function(cauchy_stress, law)(_cauchy_stress)
     point_function(wave_speed, law)(_wave_speed)
     point_function(volumetric_energy, law)(_volumetric_energy)
-    point_function(volumetric_stress, law)(_volumetric_stress)
     return law
 
 
@@ -119,6 +107,13 @@ def total_stress(law: Any, J: float, isochoric: Symmetric) -> Symmetric:
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
 
 
+@pointwise
+def dilatational_stiffness(law: Any, J: float) -> float:
+    """Return the largest d²U(det(F + ε m⊗Fᵀn))/dε² over unit vectors m and n [Pa] at the volume ratio J: the volumetric part
+    of ρ₀ c² for the speed c of plane waves. det is linear in ε, so it is J² U'' for m = n, or 0 where U'' is negative."""
+    return max(volumetric_stiffness(law, J), 0.0) * J * J
+
+
 def _energy(law, F):
     return isochoric_energy(law, F) + volumetric_energy(law, determinant(F))
 
@@ -128,17 +123,11 @@ def _cauchy_stress(law, F):
 
 
 def _wave_speed(law, F):
-    # cof F is affine along m⊗Fᵀn: of the volumetric part J² U'' alone resists, along n
-    J = determinant(F)
-    return sqrt((law.kappa * J * J + isochoric_stiffness(law, F)) / law.rho0)
+    return sqrt((dilatational_stiffness(law, determinant(F)) + isochoric_stiffness(law, F)) / law.rho0)
 
 
 def _volumetric_energy(law, J):
     return 0.5 * law.kappa * (J - 1.0) * (J - 1.0)
-
-
-def _volumetric_stress(law, J):
-    return law.kappa * (J - 1.0)
 
 
 @pointwise
@@ -247,8 +236,6 @@ def _stiffness_of(W: Energy) -> Callable[..., Any]:
     return _linear_stiffness_of_first if W.is_linear else _stiffness_of_first
 
 
-derive(invariant_slopes, invariant_energy, lambda W: W.slopes)
-derive(invariant_curvatures, invariant_energy, lambda W: W.curvatures)
 derive(isochoric_energy, invariant_energy, lambda W: _energy_of_both if W.depends_on(1) else _energy_of_first)
 derive(isochoric_stress, invariant_energy, lambda W: _stress_of_both if W.depends_on(1) else _stress_of_first)
 derive(isochoric_stiffness, invariant_energy, _stiffness_of)

@@ -7,8 +7,9 @@ strain, and has the same Lamé constants at rest.
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.decoupled import DecoupledMaterial, decoupled, invariant_energy
+from pellucid.materials.decoupled import DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial, lame
+from pellucid.materials.law import invariant_energy
 
 
 @decoupled

@@ -7,30 +7,46 @@ Evaluating Derivatives, 2nd ed., chapter 3). The results are straight lines of c
 branches, with one division for each denominator. They keep the accuracy of W: where W is a sum of products of small
 numbers, such as (a - 1) (a + 1), so are its derivatives.
 
-W may use + - * / **, the functions in `FUNCTIONS`, pointwise functions and parameters that are numbers. A law with another
-W, e.g. with branches or a varying number of terms, registers the derivatives itself.
+W may use + - * / **, the functions in `FUNCTIONS` and those of `math` and numpy with the same names, pointwise functions and
+parameters that are numbers. A law with another W, e.g. with branches or a varying number of terms, registers the derivatives
+itself.
 """
 
 import functools
 import inspect
 import math
 from collections.abc import Callable, Sequence
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
+import numpy as np
+
+from pellucid.findings import listed
 from pellucid.jit import derived_function, elementary, implementation_of
-from pellucid.jit.registry import is_pointwise
+from pellucid.jit.registry import is_operation, is_pointwise
+from pellucid.users.users_code import DERIVED
 
 FUNCTIONS = {"sqrt": math.sqrt} | {
     function.__name__: function
     for function in (elementary.exp, elementary.expm1, elementary.log, elementary.log1p, elementary.power)
 }
-"""Functions of derived code, by name; in W those of `math` with the same names are equivalent. `partial_derivatives` adds
-functions."""
+"""Functions of derived code, by name. `partial_derivatives` adds functions."""
+LIBRARIES = math, np
+"""Modules whose functions with names in `FUNCTIONS` are equivalent in W."""
 
 
 class NotTraced(TypeError):
-    """Error for an energy whose derivatives cannot be derived from its function."""
+    """Error for an energy whose derivatives cannot be derived from its function.
+
+    Attributes
+    ----------
+    remedy : correction of a mistake in the function, as text for the user; empty if the function is valid, but uses more than
+        can be differentiated.
+    """
+
+    def __init__(self, text: str, remedy: str = "") -> None:
+        super().__init__(text)
+        self.remedy = remedy
 
 
 class Term:
@@ -71,6 +87,9 @@ class Term:
 
     def __pow__(self, exponent: Any) -> "Term":
         return self.graph.power(self, exponent)
+
+    def __rpow__(self, base: Any) -> "Term":
+        return self.graph.power(self.graph.term_of(base), self)
 
     def __neg__(self) -> "Term":
         return -1.0 * self
@@ -137,7 +156,7 @@ class Graph:
             return value
         if isinstance(value, int | float):
             return self.term(float(value))
-        raise NotTraced(f"it combines a number with {value!r}")
+        raise NotTraced(f"it combines a number with a {type(value).__name__}")
 
     def add(self, x: Term, y: Term) -> Term:
         """Return x + y."""
@@ -275,8 +294,8 @@ class Energy:
 
     Attributes
     ----------
-    slopes : derivatives with respect to the variables, in their order.
-    curvatures : second derivatives with respect to two variables x, y, in the order xx, yy, xy.
+    slopes : derivatives with respect to the one or two variables x, y.
+    curvatures : second derivatives, in the order xx, yy, xy.
     """
 
     def __init__(self, operation: Callable[..., Any], kind: type, function: Callable[..., Any]) -> None:
@@ -284,14 +303,17 @@ class Energy:
         law = kind(*[graph.term(f"{self.names[0]}.{field}") for field in kind._fields])  # type: ignore[attr-defined]
         variables = [graph.term(name, varies=True) for name in self.names[1:]]
         try:
-            value = graph.term_of(_on_terms(function)(law, *variables))
+            value = _on_terms(function)(law, *variables)
+            if not isinstance(value, Term | int | float):
+                raise NotTraced(f"it returns a {type(value).__name__}", "return one number, the energy")
         except Exception as error:
-            name = operation.__name__
-            text = f"`{name}` of the law {kind.__name__} cannot be differentiated: {error}"
-            raise NotTraced(text).with_traceback(error.__traceback__) from None  # which has the line of the function
-        self.slopes = graph.gradient(value, variables)
-        (x, y), (by_x, by_y) = variables, self.slopes
-        self.curvatures = [graph.derivative(by_x, x), graph.derivative(by_y, y), graph.derivative(by_y, x)]
+            text = f"`{operation.__name__}` of the law {kind.__name__} cannot be differentiated: {error}"
+            wrong = NotTraced(text, _remedy(error, law))
+            raise wrong.with_traceback(error.__traceback__) from None  # which has the line of the function
+        self.slopes = graph.gradient(graph.term_of(value), variables)
+        self.curvatures = [graph.derivative(slope, x) for slope, x in zip(self.slopes, variables, strict=True)]
+        if len(variables) == 2:
+            self.curvatures.append(graph.derivative(self.slopes[1], variables[0]))
 
     @property
     def is_linear(self) -> bool:
@@ -315,7 +337,7 @@ class Energy:
         head = f"def {operation.__name__}({', '.join(self.names)}):\n"
         source = f"{head}{''.join(lines)}    return {', '.join(texts[term] for term in results)}\n"
         known: dict[str, Any] = {**FUNCTIONS, "__name__": self.kind.__module__}
-        exec(compile(source, f"<derived for {self.kind.__name__}>", "exec"), known)
+        exec(compile(source, f"{DERIVED}{self.kind.__name__}>", "exec"), known)
         function: Callable[..., Any] = known[operation.__name__]
         function.__qualname__, function.__doc__ = f"{self.kind.__qualname__}.{operation.__name__}", source
         return function
@@ -325,11 +347,11 @@ _traced = functools.cache(Energy)  # once for all operations that follow from it
 
 
 def derive(operation: Callable[..., Any], energy: Callable[..., Any], choose: Callable[[Energy], Any]) -> None:
-    """Derive the implementations of an operation from an energy, a function of two variables: for each law that registers
-    `energy` and has no implementation of its own, `choose` returns terms of the energy or a function. If the energy cannot be
-    differentiated, NotTraced is raised where the operation is first used for the law."""
+    """Derive the implementations of an operation from an energy, a function of one or two variables: for each law that
+    registers `energy` and has no implementation of its own, `choose` returns terms of the energy or a function. If the energy
+    cannot be differentiated, NotTraced is raised where the operation is first used for the law."""
 
-    @derived_function(operation)
+    @derived_function(operation, energy)
     def make(kind: type) -> Callable[..., Any] | None:
         function = implementation_of(energy, kind)
         if function is None:
@@ -387,20 +409,53 @@ def _code(operation: str, operands: list[str]) -> str:
     return f" {operation} ".join(operands) if operation in "+-*" else f"{operation}({', '.join(operands)})"
 
 
+def _remedy(error: Exception, law: Any) -> str:
+    """Return the correction of a mistake that an error in the function of an energy shows; an empty text if there is none."""
+    if isinstance(error, AttributeError) and error.obj is law and hasattr(law, "_fields"):
+        return f"correct the name; the law has {listed([f'`{name}`' for name in law._fields])}"
+    if isinstance(error, NameError):
+        return "correct the name"
+    return error.remedy if isinstance(error, NotTraced) else ""
+
+
 def _on_terms(function: Any) -> Callable[..., Any]:
     """Return a function that accepts terms: the functions that it calls are replaced by functions of terms."""
     used = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
-    known = function.__globals__ | {name: _replaced(value) for name, value in used.items() if callable(value)}
+    known = function.__globals__ | {name: _replaced(value) for name, value in used.items()}
     return FunctionType(function.__code__, known, function.__name__, function.__defaults__, function.__closure__)
 
 
-def _replaced(value: Callable[..., Any]) -> Callable[..., Any]:
+class _Library:
+    """A module of `LIBRARIES` with functions of terms."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return _replaced(getattr(self._module, name))
+
+
+def _replaced(value: Any) -> Any:
+    """Return the function of terms, or module of such functions, for a function or module; other values unchanged."""
+    if any(value is module for module in LIBRARIES):
+        return _Library(value)
     name = getattr(value, "__name__", "")
-    if name not in FUNCTIONS or value not in (FUNCTIONS[name], getattr(math, name, None)):
-        return _on_terms(value) if is_pointwise(value) else value
+    alike = [FUNCTIONS.get(name), *(getattr(module, name, None) for module in LIBRARIES)] if name in FUNCTIONS else []
+    if any(value is function for function in alike):
 
-    def call(*arguments: Any) -> Any:
-        graph = next((x.graph for x in arguments if isinstance(x, Term)), None)
-        return graph.call(name, *arguments) if graph else value(*arguments)
+        def call(*arguments: Any) -> Any:
+            graph = next((x.graph for x in arguments if isinstance(x, Term)), None)
+            return graph.call(name, *arguments) if graph else value(*arguments)
 
-    return call
+        return call
+    if not isinstance(value, FunctionType) or is_operation(value):
+        return value
+    if is_pointwise(value):
+        return _on_terms(value)
+
+    def refuse(*arguments: Any) -> Any:
+        if any(isinstance(x, Term) for x in arguments):
+            raise NotTraced(f"it calls `{name}`, which is no pointwise function", f"decorate `{name}` with `@pointwise`")
+        return value(*arguments)
+
+    return refuse

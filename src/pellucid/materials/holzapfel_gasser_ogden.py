@@ -16,13 +16,11 @@ from pellucid.jit.elementary import power
 from pellucid.materials.decoupled import (
     BulkMaterial,
     decoupled,
-    isochoric_energy,
-    isochoric_stiffness,
-    isochoric_stress,
     linear_stiffness,
     principal_bounds,
     spectral_radius,
 )
+from pellucid.materials.law import isochoric_energy, isochoric_stiffness, isochoric_stress
 from pellucid.model import Vector, parameter
 from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, left_cauchy_green, scale, trace
 

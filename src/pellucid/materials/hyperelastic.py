@@ -7,11 +7,13 @@ The parameters of a law include the initial density `rho0` [kg/m³]. Its file re
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.jit import point_function
+from pellucid.jit import implementation_of, point_function
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.law import (
     Law,
@@ -33,6 +35,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, d
 
 CLOSE = 1e-8  # of the stress: what the solution may leave
 PROBE = 1e-6  # stretch by which the stiffness at rest is measured
+AHEAD = 1.5  # times the strain of a point: where its law should be defined for the next step
 
 
 def stretch_under(law: Law, stress: Symmetric) -> Tensor:
@@ -70,6 +73,25 @@ def _symmetric(strain: np.ndarray) -> Tensor:
     """Return the sum of the unit tensor and a symmetric tensor (xx, yy, zz, yz, xz, xy), as a 9-tuple."""
     xx, yy, zz, yz, xz, xy = (float(value) for value in strain)
     return (1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz)
+
+
+def undefined_strain(law: Law, F: Tensor) -> float | None:
+    """Return a factor, 1 or more, by which the stretches of a deformation gradient F are farther from 1 where the energy of a
+    law is no finite number; None if there is none up to `AHEAD`."""
+    with np.errstate(all="ignore"):
+        C = np.reshape(F, (3, 3)).T @ np.reshape(F, (3, 3))
+    if implementation_of(energy, type(law)) is None or not np.isfinite(C).all():
+        return None
+    squares, axes = np.linalg.eigh(C)
+    for factor in np.linspace(1.0, AHEAD, 11):
+        stretches = 1.0 + factor * (np.sqrt(squares) - 1.0)
+        if not stretches.min() > 0.0:
+            return None
+        with suppress(ArithmeticError, ValueError), np.errstate(all="ignore"):
+            if isfinite(energy(law, tuple(((axes * stretches) @ axes.T).ravel().tolist()))):
+                continue
+        return float(factor)
+    return None
 
 
 @point_state()

@@ -6,7 +6,8 @@ A law is a NamedTuple of its parameters. The state of a point under a law is a N
 Material points use the rate form: `update` and the functions that follow it here. `rate_type` registers default functions
 shared by most laws, so that a law registers only functions that differ from them. A hyperelastic law is defined by
 `energy`, `cauchy_stress` and `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic`
-derives its rate form.
+derives its rate form. A decoupled law is the sum of an isochoric and a volumetric part; `pellucid.materials.decoupled`
+derives the functions of a hyperelastic law from both.
 
 Divisions are slow. The compiler combines the functions of a point to one loop and computes 1 / density once if all
 functions multiply by it; it computes the inverse of a parameter before the loop.
@@ -16,6 +17,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from pellucid.jit import generic, point_function
+from pellucid.materials.derivatives import derive
 from pellucid.materials.point_state import PointState
 from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
@@ -125,6 +127,52 @@ def volumetric_energy(law: Law, J: float) -> float:
 def volumetric_stress(law: Law, J: float) -> float:
     """Return dU/dJ [Pa], the derivative of `volumetric_energy` with respect to the volume ratio J: the mean stress that
     resists a change of volume."""
+
+
+@generic
+def volumetric_stiffness(law: Law, J: float) -> float:
+    """Return d²U/dJ² [Pa], the second derivative of `volumetric_energy` with respect to the volume ratio J."""
+
+
+derive(volumetric_stress, volumetric_energy, lambda U: U.slopes)
+derive(volumetric_stiffness, volumetric_energy, lambda U: U.curvatures)
+
+
+@generic
+def isochoric_energy(law: Law, F: Tensor) -> float:
+    """Return the isochoric energy W_iso per unit reference volume [J/m³]; it depends on the isochoric part F̄ of the
+    deformation gradient F only."""
+
+
+@generic
+def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
+    """Return the isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa] at the deformation gradient F, a deviator."""
+
+
+@generic
+def isochoric_stiffness(law: Law, F: Tensor) -> float:
+    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² at ε = 0 over unit vectors m and n [Pa], or an upper bound: the isochoric
+    part of ρ₀ c² for the speed c of plane waves."""
+
+
+@generic
+def invariant_energy(law: Law, first: float, second: float) -> float:
+    """Return the isochoric energy W_iso of an isotropic law per unit reference volume [J/m³]; first, second: Ī₁ - 3 and
+    Ī₂ - 3."""
+
+
+@generic
+def invariant_slopes(law: Law, first: float, second: float) -> tuple[float, float]:
+    """Return the derivatives of `invariant_energy` with respect to Ī₁ and Ī₂ [Pa]."""
+
+
+@generic
+def invariant_curvatures(law: Law, first: float, second: float) -> tuple[float, float, float]:
+    """Return the second derivatives of `invariant_energy` [Pa]: ∂²/∂Ī₁², ∂²/∂Ī₂² and ∂²/∂Ī₁∂Ī₂."""
+
+
+derive(invariant_slopes, invariant_energy, lambda W: W.slopes)
+derive(invariant_curvatures, invariant_energy, lambda W: W.curvatures)
 
 
 def rate_type(law: type[LawType]) -> type[LawType]:

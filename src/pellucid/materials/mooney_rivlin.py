@@ -9,7 +9,8 @@ from typing import Literal, NamedTuple
 from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function
-from pellucid.materials.decoupled import BulkMaterial, decoupled, invariant_energy
+from pellucid.materials.decoupled import BulkMaterial, decoupled
+from pellucid.materials.law import invariant_energy
 from pellucid.model import parameter
 
 

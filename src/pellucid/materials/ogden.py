@@ -14,12 +14,15 @@ from pellucid.jit.elementary import expm1, log, log1p
 from pellucid.materials.decoupled import (
     BulkMaterial,
     decoupled,
+    total_stress,
+)
+from pellucid.materials.law import (
+    energy_and_stress,
     isochoric_energy,
     isochoric_stiffness,
     isochoric_stress,
-    total_stress,
+    volumetric_energy,
 )
-from pellucid.materials.law import energy_and_stress, volumetric_energy
 from pellucid.materials.principal import THIRD, Spectrum, Triple, isotropic_deviator, spectrum
 from pellucid.model import parameter
 from pellucid.tensors import Symmetric, determinant, left_cauchy_green, piola_transform

@@ -23,9 +23,18 @@ from typing import Annotated, Literal, NamedTuple
 from pellucid.jit import point_function
 from pellucid.jit.elementary import power
 from pellucid.materials.contract import MATERIALS
-from pellucid.materials.decoupled import DecoupledMaterial, isochoric_stiffness, isochoric_stress
+from pellucid.materials.decoupled import DecoupledMaterial, dilatational_stiffness
 from pellucid.materials.hyperelastic import HyperelasticMaterial, finite_strain
-from pellucid.materials.law import Law, dissipated_energy, energy, signal_speed, stored_energy, update
+from pellucid.materials.law import (
+    Law,
+    dissipated_energy,
+    energy,
+    isochoric_stiffness,
+    isochoric_stress,
+    signal_speed,
+    stored_energy,
+    update,
+)
 from pellucid.materials.point_state import PointState
 from pellucid.materials.prony_states import MOST, STATES, branch_energy, overstress, relaxed
 from pellucid.materials.viscoelastic import ELASTIC, ViscoelasticMaterial, lost_so_far
@@ -120,7 +129,9 @@ def _signal_speed(law, state, density, L, length):
         share += law.shares[k]
     past = add(scale(share, isochoric_stress(law.elastic, F)), scale(-1.0, overstress(state)))
     kept = 7.0 / 3.0 * sqrt(double_dot(past, past)) + 5.0 / 9.0 * abs(trace(past))
-    return sqrt((law.elastic.kappa * J * J + (1.0 + share) * isochoric_stiffness(law.elastic, F) + kept) / law.rho0)
+    return sqrt(
+        (dilatational_stiffness(law.elastic, J) + (1.0 + share) * isochoric_stiffness(law.elastic, F) + kept) / law.rho0
+    )
 
 
 @point_function(stored_energy, Prony)

@@ -70,6 +70,9 @@ class SurfaceMembraneMaterial(SolidMembraneMaterial):
         along, _, across = stretch_curvatures(self.elastic_law(), 1.0, 1.0)
         return 0.5 * (along - across), 0.5 * (along + across)
 
+    def moduli_at_rest(self) -> Mapping[str, float]:
+        return dict(zip(("shear modulus", "area modulus"), self.surface_moduli(), strict=True))
+
     def plain_law(self, thickness: float) -> SurfaceSheet:
         return SurfaceSheet(self.elastic_law(), thickness)
 

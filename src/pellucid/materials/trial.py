@@ -2,26 +2,41 @@
 are reported before any kernel is compiled."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.jit import implementation_of
-from pellucid.jit.registry import follows_from_others
+from pellucid.jit.registry import source_of
+from pellucid.materials.derivatives import NotTraced
 from pellucid.materials.law import (
     DEFAULTS,
     ZERO_GRADIENT,
     artificial_heating,
+    cauchy_stress,
     diffusivity,
     dissipated_energy,
+    energy,
+    invariant_curvatures,
+    invariant_energy,
+    invariant_slopes,
+    isochoric_energy,
+    isochoric_stiffness,
+    isochoric_stress,
     point_pressure,
     signal_speed,
     stored_energy,
     update,
     volume_growth,
+    volumetric_energy,
+    volumetric_stiffness,
+    volumetric_stress,
+    wave_speed,
 )
 from pellucid.materials.membrane import (
+    Shape,
     initial_shape,
     largest_strain,
     plane_response,
@@ -41,8 +56,8 @@ from pellucid.materials.surface_law import (
     surface_tension,
 )
 from pellucid.state import FIELDS
-from pellucid.tensors import ZERO_VECTOR
-from pellucid.users.users_code import failing_as, file_of
+from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, Symmetric, Tensor, determinant, scale
+from pellucid.users.users_code import failing_as, file_of, home_of, is_users, place_of
 
 if TYPE_CHECKING:
     from pellucid.materials.contract import PointMaterial
@@ -80,7 +95,34 @@ SURFACE: dict[Operation, tuple[int, tuple[Any, ...]]] = {
     surface_stiffness: (1, UNDEFORMED),
 }
 """Functions of a surface law, with the number of values that each returns and the arguments at rest."""
+HYPERELASTIC: dict[Operation, tuple[int, tuple[Any, ...]]] = {
+    invariant_energy: (1, (0.0, 0.0)),
+    invariant_slopes: (2, (0.0, 0.0)),
+    invariant_curvatures: (3, (0.0, 0.0)),
+    isochoric_energy: (1, (IDENTITY,)),
+    isochoric_stress: (6, (IDENTITY,)),
+    isochoric_stiffness: (1, (IDENTITY,)),
+    volumetric_energy: (1, (1.0,)),
+    volumetric_stress: (1, (1.0,)),
+    volumetric_stiffness: (1, (1.0,)),
+    energy: (1, (IDENTITY,)),
+    cauchy_stress: (6, (IDENTITY,)),
+    wave_speed: (1, (IDENTITY,)),
+}
+"""Functions of a hyperelastic law, with the number of values that each returns and the arguments at rest. A function comes
+after those from which it can follow."""
+STRAINED: dict[str, Tensor] = {
+    "a change of volume": (1.01, 0.0, 0.0, 0.0, 1.01, 0.0, 0.0, 0.0, 1.01),
+    "a change of shape": (1.0100004848, 0.01 / 1.01, 8e-5, 4.848e-5, 1.0 / 1.01, 0.008, 0.00606, 0.0, 1.0),
+}
+STRETCHED: dict[str, Shape] = {"a stretch": (1.01, 0.006, -0.004, 0.995)}
+"""Deformation gradients of solids and membranes at which a stress is compared with the derivative of the energy."""
+STRAIN = 0.01  # of these deformation gradients
+STEP = 1e-6  # change of a deformation gradient for central differences of the energy
+DIFFERENT = 0.01  # of the largest component of two stresses: their difference if one of them is wrong
 AT_REST = 1e-9  # of the stiffness: stress that counts as none
+SMALLEST = "its energy must be smallest at rest"
+TRACED = "use only + - * / **, `sqrt`, `exp`, `expm1`, `log`, `log1p`, `power` and functions marked with `@pointwise`"
 DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register functions that most laws share"
 
 
@@ -92,13 +134,32 @@ class Call(NamedTuple):
 
     def result(self) -> Any:
         """Return the result of the call. Raises ValueError if the function fails."""
-        name = self.operation.__name__
-        with failing_as(lambda why: ValueError(f"`{name}` of the law {_named(self.arguments[0])} fails at rest: {why}")):
+        remedy = "; the derivatives of the energy must be finite at rest" if self.source else ""
+        with failing_as(lambda why: ValueError(f"{self.what} fails at rest: {why}{remedy}")), np.errstate(all="ignore"):
             return self.operation(*self.arguments)
 
     def number(self, least: float = -np.inf) -> float:
         """Return the result as a finite number, at least `least`. Raises ValueError otherwise."""
-        return _number(self.result(), least, f"`{self.operation.__name__}` of the law {_named(self.arguments[0])}")
+        return _number(self.result(), least, self.what)
+
+    def check(self, size: int) -> None:
+        """Raise ValueError unless the result consists of `size` finite numbers."""
+        _check_tuple(self.result(), size, self.what)
+
+    @property
+    def what(self) -> str:
+        """Name of the function and its law, as text for messages; of a derived function also of its source."""
+        origin = f", derived from `{self.source.__name__}`," if self.source else ""
+        return f"`{self.operation.__name__}`{origin} of the law {_named(self.arguments[0])}"
+
+    @property
+    def source(self) -> Operation | None:
+        """The operation of the law from which the function was derived; None if a user registered the function."""
+        kind, source = type(self.arguments[0]), source_of(self.operation)
+        if source is None or implementation_of(source, kind) is None:
+            return None
+        function: Any = implementation_of(self.operation, kind)
+        return None if is_users(function.__code__.co_filename) else source
 
 
 def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation, Call]:
@@ -135,6 +196,9 @@ def try_material(material: "PointMaterial") -> None:
             f"{name}.initial_state returns {_named(state)}, which is not a state of a point: decorate it with `@point_state()`"
         )
     _check_state(state, state, f"{name}.initial_state")
+    for one in material.operations(law):
+        _check_hyperelastic(one)
+    _check_moduli(law, material.moduli_at_rest(), "Pa", may_vanish=False)
     calls = calls_of(material, law, state)
     _check_state(calls[update].result(), state, f"`update` of the law {_named(law)}")
     growth = calls[volume_growth].number()
@@ -144,6 +208,10 @@ def try_material(material: "PointMaterial") -> None:
         )
     for operation in (signal_speed, diffusivity):
         calls[operation].number(least=0.0)
+    if implementation_of(cauchy_stress, type(law)) is not None and state.stress == NO_STRESS:
+        stiffness = material.density * calls[signal_speed].number() ** 2
+        if max(abs(s) for s in cauchy_stress(law, IDENTITY)) > AT_REST * stiffness:
+            raise ValueError(f"the law {_named(law)} has a stress at rest; {SMALLEST}")
     for operation in (stored_energy, dissipated_energy, artificial_heating, point_pressure):
         calls[operation].number()
     for method in (material.wave_speeds, lambda: material.signals(1.0)):
@@ -163,13 +231,19 @@ def try_membrane(material: "SolidMembraneMaterial") -> None:
     _check_registered(operations)
     calls = calls_of_membrane(material, law)
     for operation, call in calls.items():
-        size = MEMBRANE[operation] if operation in MEMBRANE else SURFACE[operation][0]
-        _check_tuple(call.result(), size, f"`{operation.__name__}` of the law {_named(elastic)}")
+        if operation in SURFACE:
+            call.check(SURFACE[operation][0])
+        else:
+            _check_tuple(call.result(), MEMBRANE[operation], f"`{operation.__name__}` of the law {_named(elastic)}")
+    for part, wanted in operations.items():
+        if any(operation in SURFACE for operation in wanted):
+            _check_stress(part, surface_energy, surface_tension, STRETCHED)
+    _check_moduli(elastic, material.moduli_at_rest(), "N/m", may_vanish=True)
     calls[plane_wave_speed].number(least=0.0)
     stress = plane_response(law, initial_shape(law))
     stiffness = material.density * calls[plane_wave_speed].number() ** 2
     if max(abs(s) for s in stress[:3]) > AT_REST * stiffness:
-        raise ValueError(f"the law {_named(elastic)} has a stress at rest; its energy must be smallest at rest")
+        raise ValueError(f"the law {_named(elastic)} has a stress at rest; {SMALLEST}")
 
 
 def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:
@@ -214,23 +288,100 @@ def _check_parameters(law: Any, name: str) -> None:
 
 
 def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
-    """Raise ValueError unless every function is registered for the law that needs it; operations: functions that each law
-    needs."""
+    """Raise ValueError unless every function is registered for the law that needs it, or follows from a registered one;
+    operations: functions that each law needs."""
     for law, wanted in operations.items():
-        lacking = []
-        for operation in wanted:
-            name = operation.__name__
-            with failing_as(lambda why, name=name: ValueError(f"{why}; register `{name}` of this law as well")):  # type: ignore[misc]
-                if implementation_of(operation, type(law)) is None:
-                    lacking.append(operation)
-        lacking = [operation for operation in lacking if not follows_from_others(operation)] or lacking
-        if lacking:
-            names = ", ".join(f"`{operation.__name__}`" for operation in lacking)
-            own = [operation for operation in lacking if operation not in DEFAULTS]
-            remedies = [DECORATE] if len(own) < len(lacking) else []
-            remedies += [f"register each, as `@point_function({own[0].__name__}, {type(law).__name__})`"] if own else []
-            remedy = " and ".join(remedies)
-            raise ValueError(f"the law {_named(law)} has no {names}; {remedy}")
+        lacking = [operation for operation in wanted if _is_lacking(operation, type(law))]
+        if not lacking:
+            continue
+        follow = {source: [one for one in wanted if source_of(one) is source] for source in map(source_of, lacking) if source}
+        stated = {source: those for source, those in follow.items() if set(those) <= set(lacking)}
+        own = list(dict.fromkeys(source if (source := source_of(one)) in stated else one for one in lacking))
+        remedies = [DECORATE] if any(operation in DEFAULTS for operation in own) else []
+        first = next((operation for operation in own if operation not in DEFAULTS), None)
+        remedies += [f"register each, as `@point_function({first.__name__}, {type(law).__name__})`"] if first else []
+        remedy = " and ".join(remedies)
+        for source, those in stated.items():
+            if others := [one for one in those if one is not source]:
+                remedy += f"; {_listed(others)} follow from `{source.__name__}` or can be registered instead of it"
+        raise ValueError(f"the law {_named(law)} has no {_listed(own)}; {remedy}")
+
+
+def _is_lacking(operation: Operation, kind: type) -> bool:
+    """Return True if an operation has no function for a type of laws. Raises ValueError if its energy cannot be
+    differentiated."""
+    try:
+        return implementation_of(operation, kind) is None
+    except NotTraced as error:
+        source = source_of(operation)
+        place = place_of(error) or home_of(implementation_of(source, kind) if source else None)
+        remedy = error.remedy or f"{TRACED}, or register `{operation.__name__}` of this law as well"
+        raise ValueError(f"{error}, at {place}; {remedy}") from error
+
+
+def _listed(operations: Sequence[Operation]) -> str:
+    return ", ".join(f"`{operation.__name__}`" for operation in operations)
+
+
+def _check_hyperelastic(law: Any) -> None:
+    """Raise ValueError if a function of a hyperelastic law is invalid at rest, or if its stress is not the derivative of its
+    energy."""
+    for operation, (size, arguments) in HYPERELASTIC.items():
+        with suppress(NotTraced):  # a function that the law does not need, since it registers those that follow
+            if implementation_of(operation, type(law)) is not None:
+                Call(operation, (law, *arguments)).check(size)
+    if all(implementation_of(operation, type(law)) for operation in (energy, cauchy_stress)):
+        _check_stress(law, energy, _kirchhoff_stress, STRAINED)
+
+
+def _kirchhoff_stress(law: Any, F: Tensor) -> Symmetric:
+    return scale(determinant(F), cauchy_stress(law, F))
+
+
+def _check_stress(law: Any, energy: Operation, stress: Operation, strained: Mapping[str, tuple[float, ...]]) -> None:
+    """Raise ValueError if the Kirchhoff stress of a law is not the derivative of its energy at deformation gradients where both
+    are defined. strained: the deformation gradients, by their descriptions."""
+    found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for change, F in strained.items():
+        with suppress(ArithmeticError, ValueError), np.errstate(all="ignore"):
+            both = _full(stress(law, F)), _derivative(law, energy, F)
+            if np.isfinite(both).all():
+                found[change] = both
+    if not found:
+        return
+    small = AT_REST * max(np.abs(both).max() for both in found.values()) / STRAIN  # above the error of the differences
+    for change, (one, other) in found.items():
+        apart, size = np.abs(one - other).max(), np.abs((one, other)).max()
+        if apart > DIFFERENT * size + small:
+            text = f"the stress of the law {_named(law)} is not the derivative of its energy"
+            text += f": at {change} with strains of 1 % they differ by {apart / size:.0%}"
+            raise ValueError(
+                f"{text}; correct the function that is wrong, or register the energy alone where the stress follows"
+            )
+
+
+def _derivative(law: Any, energy: Operation, F: tuple[float, ...]) -> np.ndarray:
+    """Return ∂W/∂F Fᵀ at a deformation gradient F, by central differences of the energy W."""
+    n, result = round(len(F) ** 0.5), np.zeros(len(F))
+    for k in range(len(F)):
+        ahead, behind = ((*F[:k], F[k] + step, *F[k + 1 :]) for step in (STEP, -STEP))
+        result[k] = (energy(law, ahead) - energy(law, behind)) / (2.0 * STEP)
+    return result.reshape(n, n) @ np.reshape(F, (n, n)).T
+
+
+def _full(stress: tuple[float, ...]) -> np.ndarray:
+    """Return a stress of 6 or, in a plane, 3 components as a matrix."""
+    places = [[0, 5, 4], [5, 1, 3], [4, 3, 2]] if len(stress) == 6 else [[0, 2], [2, 1]]
+    return np.array(stress)[places]
+
+
+def _check_moduli(law: Any, moduli: Mapping[str, float], unit: str, may_vanish: bool) -> None:
+    """Raise ValueError for a modulus at rest that is negative, or zero unless it may vanish; moduli: by name."""
+    limit = "not be below 0" if may_vanish else "be above 0"
+    for what, value in moduli.items():
+        if not (value > 0.0 or (may_vanish and value == 0.0)):
+            text = f"the {what} of the law {_named(law)} is {value:g} {unit} at rest; it must {limit}"
+            raise ValueError(f"{text}: correct its energy or its parameters")
 
 
 def _check_state(found: Any, wanted: Any, what: str) -> None:

@@ -15,6 +15,8 @@ import numpy as np
 from pellucid.errors import PellucidError
 
 OWN = str(Path(__file__).parents[1]) + os.sep
+DERIVED = "<derived for "
+"""Start of the file names of derived code (`pellucid.materials.derivatives`)."""
 LIBRARIES = tuple({sysconfig.get_paths()[name] + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")})
 
 
@@ -111,8 +113,8 @@ def line_at(filename: str, line: int) -> str:
 
 
 def is_own(filename: str) -> bool:
-    """Return True if a source file is part of the package pellucid and not of the user's code."""
-    return filename.startswith(OWN)
+    """Return True if a source file is part of the package pellucid, or code that it derived, and not of the user's code."""
+    return filename.startswith((OWN, DERIVED))
 
 
 def is_users(filename: str) -> bool:

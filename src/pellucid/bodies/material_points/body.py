@@ -15,13 +15,14 @@ from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
-from pellucid.grid.points import DISSIPATED
+from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
 from pellucid.grid.shared_points import SpreadPoints
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
+from pellucid.materials.hyperelastic import undefined_strain
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays
 from pellucid.model import Vector
@@ -100,6 +101,19 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
     def fluid_volume(self) -> float:
         """Return the volume of the points of a fluid [m³]; 0 for a solid."""
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
+
+    def fault(self, code: int, p: int) -> Fault:
+        """Return the description of a fault with this code at point p, and its remedy; for a state that is not finite also
+        whether the material law is not defined at the strain of the point."""
+        if code == NOT_FINITE and "deformation_gradient" in self.arrays:
+            F = tuple(self.arrays["deformation_gradient"][p].ravel().tolist())
+            for law in self.material.operations(self.law):
+                if (factor := undefined_strain(law, F)) is not None:
+                    where = "its strain" if factor == 1.0 else f"{factor:.3g} times its strain"
+                    law_fails = f"the energy of its law {type(law).__name__} is not defined at {where}"
+                    meaning = f"its state is not a finite number; {law_fails}"
+                    return Fault(meaning, "use a law or parameters that allow larger strains, or smaller loads and velocities")
+        return super().fault(code, p)
 
     def state_warning(self) -> str | None:
         """Return a warning if a liquid is compressed beyond the limit of its material law; None otherwise."""
