@@ -17,6 +17,7 @@ from pellucid import load, loads
 from pellucid.case import Case, json_schema
 from pellucid.cli import app
 from pellucid.results.storage.run import Run
+from pellucid.simulation.simulation import Simulation
 
 PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r"`(\w+\.py)`:\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
@@ -41,7 +42,7 @@ def file(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_every_block_of_the_page_is_tested() -> None:
-    assert list(FILES) == ["viscoelastic.py", "drag.py", "vortex.py", "probes.py"]
+    assert list(FILES) == ["viscoelastic.py", "logarithmic.py", "drag.py", "vortex.py", "probes.py"]
     assert PAGE.count("```") == 2 * (len(FILES) + 1)
 
 
@@ -97,6 +98,40 @@ def test_the_schema_of_a_case_is_printed_with_them(file: Path) -> None:
     plain = CliRunner().invoke(app, ["schema"]).stdout
     assert "Drag" not in json.loads(plain)["$defs"]
     assert "Drag" in json.loads(CliRunner().invoke(app, ["schema", str(file)]).stdout)["$defs"]
+
+
+LIQUID = """
+schema = 1
+title = "A plug of liquid that is compressed"
+extensions = ["logarithmic.py"]
+[grid]
+lower = [0, 0, 0]
+upper = [1, 0, 0]
+cell = 0.1
+[time]
+end = 0.02
+[[body]]
+name = "plug"
+shape = { box = { lower = [0, 0, 0], upper = [0.8, 0, 0] } }
+velocity = [-2, 0, 0]
+material = { kind = "fluid", density = 900, pressure = 5e4, eos = { kind = "logarithmic", bulk_modulus = 1e6 } }
+[[support]]
+where = "x-lower"
+fix = "normal"
+"""
+
+
+def test_the_liquid_has_the_pressure_and_sound_speed_of_its_equation(file: Path) -> None:
+    path = file.with_name("plug.toml")
+    path.write_text(LIQUID, encoding="utf-8")
+    case = load(path)
+    assert case.body[0].material.wave_speeds()[0] == pytest.approx(np.sqrt(1e6 / 900))
+    sim = Simulation(case, threads=1)
+    while not sim.clock.finished(None):
+        sim.step()
+    density, pressure = (sim.bodies[0].field(name) for name in ("density", "pressure"))
+    assert np.ptp(density) > 20.0
+    assert pressure == pytest.approx(5e4 + 1e6 * np.log(density / 900), rel=1e-9)
 
 
 def test_the_vortex_turns_the_block(file: Path) -> None:

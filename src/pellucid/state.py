@@ -4,6 +4,8 @@ or material are declared in the package of that kind."""
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple, TypeVar
 
+from pellucid.errors import UnknownName
+
 Value = TypeVar("Value")
 COMPONENT_NAMES: dict[int, tuple[str, ...]] = {
     3: ("x", "y", "z"),
@@ -38,45 +40,61 @@ class Field(NamedTuple):
         return self.own_names or COMPONENT_NAMES.get(self.components, ())
 
 
-FIELDS: dict[str, Field] = {
-    "id": Field(1, "1", "number of the point, in the order of seeding"),
-    "position": Field(3, "m", "position"),
-    "velocity": Field(3, "m/s", "velocity", leaves=True),
-    "mass": Field(1, "kg", "mass", leaves=True),
-    "volume": Field(1, "m^3", "current volume", shown=False, leaves=True),
-    "density": Field(1, "kg/m^3", "density: mass divided by current volume"),
-    "pressure": Field(1, "Pa", "pressure of the equation of state; for solids, minus the mean stress"),
-    "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy", leaves=True),
-    "internal_energy": Field(1, "J/kg", "specific internal energy"),
-    "strain_energy": Field(1, "J/kg", "specific strain energy; for rate-form solids and membranes, the work of the stress"),
-    "kinetic_energy": Field(1, "J", "kinetic energy of the point; the sum is the kinetic energy of the body"),
-    "stored_energy": Field(1, "J", "internal or strain energy of the point; the sum is the stored energy of the body"),
-    "driven": Field(1, "1", "number (from 1) of the prescribed motion of the point; 0 if the point is free", shown=False),
-    "start": Field(3, "m", "initial position; only for bodies with a prescribed motion", shown=False),
-    "angle": Field(3, "rad", "rotation of a rigid body about x, y and z since the start, including full turns", shown=False),
-    "frame": Field(
-        9,
-        "1",
-        "tangent frame of a membrane: rows first tangent, second tangent, normal",
-        FRAME_NAMES,
-    ),
-    "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame", ("11", "12", "21", "22")),
-    "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12", ("11", "22", "12")),
-    "thickness": Field(1, "m", "current thickness of a membrane of elements at the node: mean over the adjacent elements"),
-    "prescribed": Field(3, "1", "for each direction 0 if the node is free, else 1 + index of the prescribed motion"),
-    "damage": Field(1, "1", "damage of a membrane: largest excess of strain over the elastic limit, divided by the limit"),
-    "failed": Field(1, "1", "1 if the membrane point has failed and carries no stress, else 0"),
-    "torn": Field(
-        3,
-        "1",
-        "strain that opened a failed point of a membrane since it failed, in its frame, components 11, 22, 12",
-        ("11", "22", "12"),
-        shown=False,
-    ),
-    "dissipated_energy": Field(1, "J/kg", "part of the work of the stress dissipated by damage or viscosity"),
-    "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
-    "affine": Field(9, "1/s", "affine velocity field about the point, for APIC", shown=False, leaves=True, begins=True),
-}
+class Fields(dict[str, Field]):
+    """Fields by name. Raises `UnknownName` with a remedy for an array that is not declared."""
+
+    def __missing__(self, name: str) -> Field:
+        raise UnknownName(
+            f"the array `{name}` of points is not declared\n    Declare its `Field` (unit, meaning) under this name in "
+            "`point_fields` of the class of the step part that adds the array, or in `fields` of the model of the body."
+        )
+
+
+FIELDS = Fields(
+    {
+        "id": Field(1, "1", "number of the point, in the order of seeding"),
+        "position": Field(3, "m", "position"),
+        "velocity": Field(3, "m/s", "velocity", leaves=True),
+        "mass": Field(1, "kg", "mass", leaves=True),
+        "volume": Field(1, "m^3", "current volume", shown=False, leaves=True),
+        "density": Field(1, "kg/m^3", "density: mass divided by current volume"),
+        "pressure": Field(1, "Pa", "pressure of the equation of state; for solids, minus the mean stress"),
+        "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy", leaves=True),
+        "internal_energy": Field(1, "J/kg", "specific internal energy"),
+        "strain_energy": Field(1, "J/kg", "specific strain energy; for rate-form solids and membranes, the work of the stress"),
+        "kinetic_energy": Field(1, "J", "kinetic energy of the point; the sum is the kinetic energy of the body"),
+        "stored_energy": Field(1, "J", "internal or strain energy of the point; the sum is the stored energy of the body"),
+        "driven": Field(1, "1", "number (from 1) of the prescribed motion of the point; 0 if the point is free", shown=False),
+        "start": Field(3, "m", "initial position; only for bodies with a prescribed motion", shown=False),
+        "angle": Field(
+            3, "rad", "rotation of a rigid body about x, y and z since the start, including full turns", shown=False
+        ),
+        "frame": Field(
+            9,
+            "1",
+            "tangent frame of a membrane: rows first tangent, second tangent, normal",
+            FRAME_NAMES,
+        ),
+        "in_plane": Field(
+            4, "1", "in-plane strain or deformation gradient of a membrane in its frame", ("11", "12", "21", "22")
+        ),
+        "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12", ("11", "22", "12")),
+        "thickness": Field(1, "m", "current thickness of a membrane of elements at the node: mean over the adjacent elements"),
+        "prescribed": Field(3, "1", "for each direction 0 if the node is free, else 1 + index of the prescribed motion"),
+        "damage": Field(1, "1", "damage of a membrane: largest excess of strain over the elastic limit, divided by the limit"),
+        "failed": Field(1, "1", "1 if the membrane point has failed and carries no stress, else 0"),
+        "torn": Field(
+            3,
+            "1",
+            "strain that opened a failed point of a membrane since it failed, in its frame, components 11, 22, 12",
+            ("11", "22", "12"),
+            shown=False,
+        ),
+        "dissipated_energy": Field(1, "J/kg", "part of the work of the stress dissipated by damage or viscosity"),
+        "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
+        "affine": Field(9, "1/s", "affine velocity field about the point, for APIC", shown=False, leaves=True, begins=True),
+    }
+)
 
 
 def declare_field(name: str, field: Field, owner: str) -> None:

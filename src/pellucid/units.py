@@ -17,7 +17,7 @@ COMMON = (
     "Hz kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
 )
 
-_SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C)(?:\^-?[1-9])?"
+_SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C|F|T|H)(?:\^-?[1-9])?"
 _COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*(?:/\({_SI}(?:\*{_SI})*\))?")
 """Pattern of products of SI units, optionally divided by a product in brackets, which need no check by pint."""
 

@@ -227,6 +227,17 @@ def test_a_fast_flow_is_told_as_what_bounds_the_step():
     assert limit.reason == "the flow through the face x-lower moves at 50 m/s through cells of 1 m"
 
 
+@pytest.mark.parametrize("inflow", [{"velocity": None, "flow_rate": 3.0 * 50.0}, {}])
+def test_a_resumed_run_has_the_same_limit(inflow):
+    """The velocity of the flow in the last step is part of the checkpoint, also that of a prescribed outflow."""
+    tables = plug(inflow=inflow, outflow={"velocity": 49.0}, end=1.0, energy={"warn": 9.0, "stop": 10.0})
+    straight, other = advance(Simulation(tables, threads=1), 3), Simulation(tables, threads=1)
+    other.restore(straight.state_arrays(), json.loads(json.dumps(straight.state_numbers())))
+    assert straight.parts.step_limit().cause == "motion"
+    assert other.parts.step_limit() == straight.parts.step_limit()
+    assert other.clock.next_step(other.bodies) == straight.clock.next_step(straight.bodies)
+
+
 def slit(support, pressure, end, *, top="", body="", **material):
     """A fluid that is led through a slit of 20 x 10 cells, against a pressure."""
     keys = "\n".join(f"{key} = {value}" for key, value in material.items())

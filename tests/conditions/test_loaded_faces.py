@@ -43,7 +43,7 @@ def loads(simulation, displacement=None):
     start = body.arrays["position"].copy()
     body.arrays["position"] += 0.0 if displacement is None else displacement(start)
     body.begin(1e-3)
-    simulation.stages.begin(5.0, 1e-3, 1e-3)
+    simulation.stages.begin(5.0, 1e-3)
     return start, body.motion.loads.sum(axis=0)
 
 

@@ -14,6 +14,7 @@ from pellucid import CaseError, loads
 from pellucid.case import Case, dumps, reading
 from pellucid.case import load as load_case
 from pellucid.energy import Channel, StepWork
+from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import Finding
 from pellucid.model import Vector, parameter
 from pellucid.parts.assembly import AssembledBody, Assembly
@@ -22,6 +23,7 @@ from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.results.storage.history import read
 from pellucid.running.launch import resume_case, run_case
+from pellucid.simulation.simulation import Simulation
 from pellucid.step.part import StepPart
 
 BRAKE_HEAT, SPIN_HEAT = Channel("brake_heat", -1.0), Channel("spin_heat", -1.0)
@@ -249,3 +251,80 @@ def test_two_conditions_cannot_lead_the_points_of_a_body(tmp_path: Path) -> None
     text = GRID + BLOCK + "rigid = true\n" + SPIN
     with pytest.raises(ValueError, match="the motion of the points of body block is already prescribed"):
         run_case(loads(text), out=tmp_path / "run", report=False)
+
+
+def set_up(text: str, monkeypatch: pytest.MonkeyPatch, owner: type, **methods: object) -> Simulation:
+    """The simulation of a case with other methods of a class of this file."""
+    for name, method in methods.items():
+        monkeypatch.setattr(owner, name, method)
+    return Simulation(loads(text), threads=1)
+
+
+@pytest.mark.parametrize(
+    ("force", "given"),
+    [
+        (np.ones((1, 3)), r"an array of float64 of shape \(1, 3\)"),
+        (np.ones((63, 3)), r"an array of float64 of shape \(63, 3\)"),
+        (np.ones(3), r"an array of float64 of shape \(3,\)"),
+        (np.full((64, 3), None), r"an array of object of shape \(64, 3\)"),
+        ([[0.0, 0.0, 0.0]], "list"),
+        (None, "NoneType"),
+    ],
+)
+def test_forces_of_another_shape_are_refused(force: object, given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels read a row for each point, without a check."""
+    sim = set_up(GRID + BLOCK + THRUST, monkeypatch, ActiveThrust, begin=lambda self, time, dt: self._add(force))
+    assert sim.bodies[0].n_points == 64
+    words = rf"`Thrust` \(.*test_own_conditions.py\) adds forces to body block as {given}; .* of shape \(64, 3\) is required"
+    with pytest.raises(RunStopped, match=words):
+        sim.step()
+
+
+@pytest.mark.parametrize(
+    ("method", "name", "words"),
+    [
+        ("load_channel", "gravity_work", "another column of the history has this name"),
+        ("load_channel", "thrust_heat", "not a valid name"),
+        ("channels", "kinetic_energy", "another column of the history has this name"),
+        ("channels", "energy_error", "another column of the history has this name"),
+        ("channels", "staggering_energy", "another column of the history has this name"),
+        ("channels", "kick", "not a valid name"),
+        ("channels", "kick work", "not a valid name"),
+        ("channels", "Kick_heat", "not a valid name"),
+    ],
+)
+def test_a_channel_has_a_name_of_its_own(method: str, name: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is a column of the history, where two of a name could not be read."""
+    found = name if method == "load_channel" else (Channel(name),)
+    with pytest.raises(CaseError, match=rf"(?s)`Thrust` .* the .*channel `{name}` .*{words}.*Choose another name"):
+        set_up(GRID + BLOCK + THRUST, monkeypatch, Thrust, **{method: lambda self: found})
+
+
+def test_a_channel_that_no_condition_declares_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(UnknownName, match=r"no channel `brake_heat .sign -1.`; available: .*thrust_work .sign 1."):
+        set_up(GRID + BLOCK + THRUST + BRAKE, monkeypatch, Brake, channels=lambda self: ())
+    monkeypatch.undo()
+    monkeypatch.setattr(reading, "Case", CaseWithThem)
+    with pytest.raises(UnknownName, match=r"`Thrust` .*no condition returns this channel from `load_channel`: `pull_work`"):
+        set_up(
+            GRID + BLOCK + THRUST,
+            monkeypatch,
+            Thrust,
+            channels=lambda self: (Channel("pull_work"),),
+            activate=lambda conditions, assembly: [assembly.forces_on("block", "pull_work")] if conditions else [],
+        )
+
+
+@pytest.mark.parametrize("found", [None, [1.0], ActiveThrust])
+def test_what_activate_returns_must_be_parts(found: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(CaseError, match=r"(?s)`activate` of `Thrust` .*own_conditions.py\) returns .*`StepPart`"):
+        set_up(GRID + BLOCK + THRUST, monkeypatch, Thrust, activate=lambda conditions, assembly: found)
+
+
+def test_an_array_of_points_that_is_not_declared_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def add_array(self: ActiveThrust) -> None:
+        self._body.arrays["dye"] = np.zeros(self._body.n_points)
+
+    monkeypatch.setattr(ActiveThrust, "try_out", add_array)
+    with pytest.raises(UnknownName, match=r"(?s)array `dye` of points is not declared.*`point_fields`.*`fields`"):
+        run_case(loads(GRID + BLOCK + THRUST), out=tmp_path / "run", report=False)

@@ -1,6 +1,6 @@
 """What bodies offer beside what all do: by the classes that kinds derive from, or by having the methods."""
 
-from types import SimpleNamespace
+from types import FunctionType, SimpleNamespace
 from typing import ClassVar
 
 import pytest
@@ -11,6 +11,7 @@ from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
 from pellucid.bodies.material_points.body import MaterialPoints
+from pellucid.bodies.material_points.surface import TakesForces
 from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.bodies.membrane_points.body import MembranePoints
@@ -19,6 +20,7 @@ from pellucid.contact import contact_body
 from pellucid.parts import capabilities
 from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.capabilities import TakesDrag, TakesGravity
+from pellucid.parts.constraint import ConstrainedPoints
 from pellucid.state import FIELDS, Field
 
 ON_GRID = {"TakesExternalForces", "TakesDrag", "TakesSecondImpulses"}
@@ -55,6 +57,28 @@ def test_methods_alone_make_a_capability():
     assert member.offers(TakesDrag) is body
     with pytest.raises(ValueError, match="body own lacks the capability `TakesGravity`"):
         member.offers(TakesGravity)
+
+
+@pytest.mark.parametrize("asked", [*ASKED_FOR.values(), TakesForces], ids=lambda asked: asked.__name__)
+def test_the_test_for_a_capability_evaluates_no_property(asked):
+    """Before Python 3.12 `isinstance` evaluates the data members of a protocol, even for its subclasses."""
+    assert not any(vars(each).get("__annotations__") for each in asked.__mro__)
+    members = {name: what for name, what in vars(asked).items() if not name.startswith("_")}
+    assert members
+    assert all(isinstance(what, FunctionType) for what in members.values())
+
+
+def test_the_test_for_a_constraint_evaluates_no_property():
+    class Leading(SimpleNamespace):
+        @property
+        def strains(self):
+            raise RuntimeError
+
+        own_spin = rows = top_speed = own_energy = mixing = prescribe_velocities_again = strains
+
+    body = ConstrainedPoints()
+    body.constrain(Leading())
+    assert (body.rigid, body.takes_second_impulses()) == (None, False)
 
 
 def test_a_kind_declares_fields_that_no_other_has():

@@ -8,8 +8,13 @@ from small_cases import GAS, SOLID, advance, box, case, simulation
 
 from pellucid.case import TimeCase
 from pellucid.case.spec import STEP_MARGIN
+from pellucid.case.stages import SettleCase
 from pellucid.errors import CaseError, RunStopped
+from pellucid.running.forecast import of_simulation
 from pellucid.simulation.clock import COLLAPSED, Clock
+from pellucid.simulation.settling import SettlingClock
+from pellucid.step.limit import StepLimit
+from pellucid.step.part import StepPart, StepParts
 
 
 def body(stable, name="block"):
@@ -79,7 +84,7 @@ def test_an_end_is_reached_but_for_rounding(time, reached, passed):
 
 
 def test_a_fixed_step_is_checked_before_the_run():
-    with pytest.raises(CaseError, match=r"largest stable step of body `slow` is 0.1 s") as caught:
+    with pytest.raises(CaseError, match=r"largest stable step is 0.1 s, limited by body `slow`") as caught:
         Clock(TimeCase(end=1.0, step=0.1 * (1.0 + STEP_MARGIN) + 1e-6)).next_step([body(1.0), body(0.1, "slow")])
     assert "time.step" in str(caught.value)
     assert "0.08" in str(caught.value), "a step that would do"
@@ -89,7 +94,7 @@ def test_a_fixed_step_is_checked_before_the_run():
 def test_a_fixed_step_is_checked_in_the_run():
     clock = Clock(TimeCase(end=1.0, step=0.1))
     clock.advance(clock.next_step([body(0.1)]))
-    with pytest.raises(RunStopped, match=r"step 1, time 0.1 s: .* not stable any more: .* body `block` is 0.05 s"):
+    with pytest.raises(RunStopped, match=r"step 1, time 0.1 s: .* not stable any more: .* is 0.05 s, limited by body `block`"):
         clock.next_step([body(0.05)])
 
 
@@ -104,7 +109,7 @@ def test_a_collapsed_step_stops():
     clock = Clock(TimeCase(end=1.0, courant=0.5))
     clock.advance(clock.next_step([body(0.1)]))
     clock.next_step([body(0.1 * COLLAPSED * 1.01)])
-    words = r"body `block` has decreased to 4.95e-08 s.* fastest point: number 6 of body `block` at \(1, 2, 0.5\) m, 5 m/s"
+    words = r"by body `block`, has decreased to 4.95e-08 s.* fastest point: number 6 of body `block` at \(1, 2, 0.5\) m, 5 m/s"
     with pytest.raises(RunStopped, match=words) as stopped:
         clock.next_step([body(0.1 * COLLAPSED * 0.99)])
     assert stopped.value.place == {"body": "block", "point": 6, "position": [1.0, 2.0, 0.5]}
@@ -131,6 +136,52 @@ def test_a_restored_clock_goes_on():
     other = Clock(clock.case)
     other.restore(clock.state_numbers(), clock.state_arrays())
     assert vars(other) == vars(clock)
+
+
+class Gap(StepPart):
+    """A part that requires steps that resolve a gap."""
+
+    def __init__(self, step):
+        self.step = step
+
+    def step_limit(self):
+        return StepLimit(self.step, "spring", "the gap of the electrodes")
+
+
+def limited(stable, **settings):
+    """A clock whose stable step a part limits to `stable` [s]."""
+    return Clock(TimeCase(end=1.0, **settings), parts=StepParts([StepPart(), Gap(stable)]))
+
+
+@pytest.mark.parametrize("kind", ["run", "settling"])
+def test_a_part_limits_the_step_as_bodies_do(kind):
+    clock = limited(0.01, courant=0.5)
+    clock = clock if kind == "run" else SettlingClock(SettleCase(), clock, [])
+    assert clock.next_step([body(0.1), body(np.inf)]) == 0.5 * 0.01
+    assert clock.next_step([body(np.inf)]) == 0.5 * 0.01
+    assert clock.next_step([body(0.005)]) == 0.5 * 0.005
+    assert clock.limit([body(0.1)]) == (StepLimit(0.01, "spring", "the gap of the electrodes"), "")
+
+
+def test_a_step_that_a_part_does_not_allow_is_refused_with_its_reason():
+    with pytest.raises(CaseError, match=r"step is 0.01 s, limited by the gap of the electrodes\n.*at most 0.008 s"):
+        limited(0.01, step=0.02).next_step([body(0.1)])
+    with pytest.raises(CaseError, match="limited by the gap of the electrodes, is 4e-14 s, which requires more than"):
+        limited(1e-13, courant=0.4).next_step([body(0.1)])
+    clock = limited(0.01, courant=1.0)
+    clock.advance(clock.next_step([body(0.1)]))
+    clock.parts.of(Gap)[0].step = 1e-9
+    with pytest.raises(RunStopped, match=r"limited by the gap of the electrodes, has decreased to 1e-09 s") as stopped:
+        clock.next_step([body(0.1), body(0.1, "other")])
+    assert stopped.value.place["body"] == "block", "of the fastest point"
+
+
+def test_a_run_takes_the_steps_that_its_forecast_states_for_a_part():
+    sim = simulation(box((1, 1, 1), (2, 2, 2), GAS), counts=(4, 4, 4), end=1e-3)
+    sim.parts.add([Gap(1e-5)])
+    found = of_simulation(sim)
+    assert found.why == "limited by the gap of the electrodes; time.courant = 0.4"
+    assert advance(sim, 1).dt == found.step == 0.4 * 1e-5
 
 
 # the bounds of bodies
@@ -173,7 +224,7 @@ def test_an_unstable_fixed_step_is_an_error_of_the_case():
         case(box((1, 1, 1), (2, 2, 2), GAS), step=2.0)
     # a rotation is no part of the case's own check, which knows no points; the set-up finds it
     spinning = box((1, 1, 1), (3, 3, 3), GAS, angular_velocity=(0, 0, 40.0))
-    with pytest.raises(CaseError, match="largest stable step of body `block`"):
+    with pytest.raises(CaseError, match=r"largest stable step is .* s, limited by body `block`"):
         simulation(spinning, step=0.5)
 
 

@@ -11,6 +11,8 @@ from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run import Run
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation.simulation import Simulation
+from pellucid.step.limit import StepLimit
+from pellucid.step.part import StepPart
 
 LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)
 PULL = 0.03
@@ -34,6 +36,18 @@ def finished(case, threads=1):
     while not simulation.clock.finished(None):
         simulation.step()
     return simulation
+
+
+def test_a_part_limits_the_steps_of_a_relaxation():
+    class Gap(StepPart):
+        def step_limit(self):
+            return StepLimit(1e-6, "spring", "a gap")
+
+    sim = Simulation(pulled(), threads=1)
+    sim.step()  # a fraction of the others
+    before = sim.clock.next_step(sim.bodies)
+    sim.parts.add([Gap()])
+    assert sim.clock.next_step(sim.bodies) == sim.clock.case.courant * 1e-6 < before
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ ORDERS = {
     "usl": tuple(stage for stage in STAGES if stage != "correct_strain_velocities"),
     "usf": (
         *("begin", "clear_nodes", "exert_forces", "find_contact", "correct_strain_velocities", "before_forces"),
+        "before_momentum",
         *("act_on_nodes", "stop_approach", "after_momentum", "before_stress", "check", "end", "balance", "leave", "enter"),
     ),
 }

@@ -92,7 +92,7 @@ class PointsOnGrid(SummedPoints, TakesExternalForces, TakesDrag, TakesSecondImpu
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
 
-    def carry_rotation(self) -> None:
+    def carry_rotation(self) -> VelocityTransfer:
         """Add affine velocity fields to the points, which describe the rotation of a rigid body. The constraint of the body
         sets them; nodal velocities do not change them.
         """
@@ -100,6 +100,7 @@ class PointsOnGrid(SummedPoints, TakesExternalForces, TakesDrag, TakesSecondImpu
             self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
             self._bind()
             self._make_bundles()
+        return self.transfer
 
     def _make_bundles(self) -> None:
         """Build the kernel arguments for points and slabs (layers of grid cells), and the loops over the points."""

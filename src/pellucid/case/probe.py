@@ -131,7 +131,7 @@ OWN_REDUCTIONS = (*REDUCTIONS.entries, *PLACED)
 
 COLUMNS = (
     *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
-    *("bending_energy", "constraint_energy"),
+    *("bending_energy", "constraint_energy", "staggering_energy"),
     *(channel.name for channel in FIXED_COLUMNS),
     *("inflow_energy", "inflow_work", "inflow_points", "inflow_mass"),
     *("outflow_energy", "outflow_work", "outflow_points", "outflow_mass"),

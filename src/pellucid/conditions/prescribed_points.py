@@ -19,6 +19,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesMotions, TakesNormalMotions
+from pellucid.parts.constraint import LeadsPoints, RepeatedConstraint
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
@@ -48,7 +49,7 @@ def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
     return driven
 
 
-class PrescribedPoints(StepPart):
+class PrescribedPoints(StepPart, RepeatedConstraint, LeadsPoints):
     """Prescribed motions of one body.
 
     Arrays of the body: `driven`, the index of a point's motion plus one, or 0; `start`, the initial position of a point

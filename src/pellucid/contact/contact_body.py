@@ -96,9 +96,8 @@ class TakesSecondImpulses(Protocol):
     """Body that accepts second contact impulses. At the end of a step, the nodal velocities are mapped from the points
     again; second impulses stop the approach of these velocities."""
 
-    @property
     def takes_second_impulses(self) -> bool:
-        """True if the body accepts second impulses in this step; a prescribed motion may prevent this."""
+        """Return True if the body accepts second impulses in this step; a prescribed motion may prevent this."""
 
     def take_second_impulses(self, dt: float) -> float:
         """Add the velocity increments due to the second impulses to the body at the end of a step dt [s]; return the

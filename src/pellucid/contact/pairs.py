@@ -87,7 +87,7 @@ class ContactPair:
     def _takes_second(self) -> bool:
         """True if all bodies accept second impulses in this step. Second impulses on both fields are equal and opposite, so
         either all bodies receive second impulses or none."""
-        return len(self.second_bodies) == len(self.bodies) and all(body.takes_second_impulses for body in self.second_bodies)
+        return len(self.second_bodies) == len(self.bodies) and all(body.takes_second_impulses() for body in self.second_bodies)
 
     def begin_impulses(self) -> None:
         """Update the mobility of nodes that walls released, and compute the approach velocity that may remain at each node

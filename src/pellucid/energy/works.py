@@ -9,6 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.errors import UnknownName
+from pellucid.findings import absent
+
 INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, TRANSFER, FRICTION, FIRST_LOAD = range(12)
 """Columns of a row of works that the kernels of nodes and bodies fill. INTERNAL is the work of internal forces, which
 exchange kinetic and stored energy. The columns from FIRST_LOAD on belong to the channels of external forces."""
@@ -19,8 +22,7 @@ class Channel(NamedTuple):
     with which the work enters the balance. Conditions and bodies declare their channels."""
 
     name: str  # column of `history.csv`, ending in `_work`, `_heat` or `_energy`
-    sign: float = 1.0  # 1: energy added to the system; -1: energy removed from it; 0: exchange within the system
-    """1 for energy that enters the bodies, -1 for energy that leaves them, 0 for exchanges between entries of the balance."""
+    sign: float = 1.0  # 1: energy that enters the bodies; -1: that leaves them; 0: exchange between entries of the balance
 
 
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
@@ -93,6 +95,7 @@ class WorkLayout:
         names = [channel.name for channel in (*FIXED_COLUMNS, *own)]
         if repeated := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two channels of the energy balance have the name {repeated[0]}")
+        self.loads = tuple(loads)
         self.n_loads, self.n_supports = len(loads) + touching, n_supports
         self.n_columns = FIRST_LOAD + touching + len(own)
         self.surface_contact = FIRST_LOAD + len(loads) if touching else None
@@ -102,7 +105,11 @@ class WorkLayout:
         self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
 
     def column(self, channel: Channel) -> int:
-        """Return the column of a channel (entry of the energy balance) of this run in a row of works."""
+        """Return the column of a channel (entry of the energy balance) of this run in a row of works. Raises UnknownName if
+        no condition or body of the run declares the channel with this name and sign."""
+        if channel not in self.channels:
+            known = [f"{each.name} (sign {each.sign:g})" for each in self.channels]
+            raise UnknownName(absent("the energy balance has no channel", f"{channel.name} (sign {channel.sign:g})", known))
         return self.channels[channel]
 
     def no_work(self) -> "StepWork":

@@ -326,7 +326,7 @@ def _push_chunk(chunk, grid):
 
 
 @kernel()
-def _push_cells(chunks, grid):
+def _find_and_push_cells(chunks, grid):
     """Find the full cells (cells that a fluid fills) and add the forces of their mean pressures to the nodes, before P2G of
     internal forces.
 
@@ -403,7 +403,7 @@ class CellPressure(StepPart):
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
-        _push_cells(self._chunks, self._grid)
+        _find_and_push_cells(self._chunks, self._grid)
 
     def after_momentum(self) -> None:
         """Compute the relative volume growth rates [1/s] of full cells (cells that the fluid fills) from the mean nodal

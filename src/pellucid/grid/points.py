@@ -122,8 +122,8 @@ def _by_index(index, q):
 
 
 class NoCells(NamedTuple):
-    """Given to kernels instead of `FullCells` for bodies whose pressures are not averaged in full cells (cells that a fluid
-    fills)."""
+    """Type without data that kernels receive instead of `FullCells`, for bodies whose pressures are not averaged over grid
+    cells: it selects the implementations that read no sums of cells."""
 
 
 class FullCells(NamedTuple):

@@ -209,8 +209,9 @@ def _layers_of(lattice: Lattice, functions: GridFunctions) -> Divided:
 
 @cache
 def _divided(axes: tuple[tuple[int, GridFunction], ...], cells: int) -> Divided:
-    """Return the division of a grid into slabs, which `_layers_of` describes. axes: number of layers and shape functions
-    along the slowest axis and the axis of the cuts; cells: total number of cells."""
+    """Return the division of a grid into slabs, which `_layers_of` describes. axes: a pair (number of layers of cells, shape
+    function) for the slowest axis, along which rows of slabs follow each other, and for the axis along which a row is cut
+    into pieces; cells: total number of cells."""
     edges, most = [], MOST_ROWS
     for count, function in axes:
         edges.append(row_edges(count, function.stencil, most, isinstance(function, PeriodicAxis)))

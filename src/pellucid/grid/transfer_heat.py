@@ -114,8 +114,9 @@ def _filtered(transfer, about, lattice, nodes, v, mapped, change):
 
 @generic
 def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
-    """Return for APIC the factors of `affine_weights` along each axis, which replace derivatives of the shape functions in the
-    affine field of a point; () for other transfers.
+    """Return the factors with which the affine field of a point is computed from the velocities of its nodes, for APIC: for
+    x, y and z a tuple with one factor [1/cell] for each node along the axis, see `affine_weights`. Return () for transfers
+    without affine fields.
 
     functions: shape functions along x, y, z; about: stencil of the point.
     """

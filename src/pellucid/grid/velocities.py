@@ -80,22 +80,22 @@ class TakeVelocity(NamedTuple):
     energy."""
 
     transfer: Any  # `VelocityTransfer`
-    work: Any  # `NoWork`, `Work` or `Rates`, which selects what is computed in addition to velocities
+    work: Any  # `NoWork`, `Work` or `Rates`, without data: its type selects what is computed in addition to velocities
 
 
 class NoWork(NamedTuple):
-    """Value of `TakeVelocity.work` for points that store no internal energy: only velocities are computed."""
+    """Type of `TakeVelocity.work` that selects kernels for points without internal energy: these compute only velocities."""
 
 
 class Work(NamedTuple):
-    """Value of `TakeVelocity.work` for points that store internal energy: the energy of a point receives the work of the
-    stress and, as heat, the kinetic energy that the transfer between points and grid loses."""
+    """Type of `TakeVelocity.work` that selects kernels for points with internal energy: these also add to the energy of a
+    point the work of its stress and, as heat, the kinetic energy that the transfer between points and grid loses."""
 
 
 class Rates(NamedTuple):
-    """Value of `TakeVelocity.work` for points of a fluid with full cells (cells that the fluid fills) that store no
-    internal energy: in addition to velocities, the volume growth rate of each point [m³/s] is added to a sum of its grid
-    cell."""
+    """Type of `TakeVelocity.work` that selects kernels for points without internal energy in a fluid whose pressures are
+    averaged in full cells (cells that the fluid fills): these also add the volume growth rate of each point [m³/s] to the
+    sum of its grid cell."""
 
 
 @generic

@@ -6,6 +6,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from pellucid.energy import WorkLayout, channel_of_load
+from pellucid.errors import RunStopped, UnknownName
+from pellucid.findings import absent
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
@@ -13,6 +15,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import HasMesh, TakesExternalForces
+from pellucid.users.users_code import file_of
 
 Capability = TypeVar("Capability")
 NO_AXES, NO_PERIODS = (False, False, False), (0.0, 0.0, 0.0)
@@ -65,11 +68,16 @@ class AssembledBody(NamedTuple):
         faces, position = place[body.cells().surface()], body.stored_array("position")[order]
         periods = self.actions.field.grid.periods if self.actions else NO_PERIODS
         start = self.model.selectable() if body.is_surface else None
-        named = start.sets if start is not None else body.node_sets if isinstance(body, HasMesh) else {}
+        named = start.sets if start is not None else body.node_sets() if isinstance(body, HasMesh) else {}
         sets = {name: place[nodes] for name, nodes in named.items()}
         if body.is_surface:
             return Selectable.of_membrane(position, faces, sets)._replace(periods=periods)
         return Selectable(position, faces, np.unique(faces), sets, periods)
+
+
+def of_class(kind: type) -> str:
+    """Return the name of a class and the file that defines it, for messages about its code."""
+    return f"`{kind.__name__}` ({file_of(kind)})"
 
 
 class Assembly(NamedTuple):
@@ -78,19 +86,39 @@ class Assembly(NamedTuple):
     bodies: Mapping[str, AssembledBody]  # by name
     actions: Sequence[NodalActions]  # actions on the nodes of each velocity field
     layout: WorkLayout  # columns of the work channels in a row of works
+    active: type = object  # class of the conditions that are being activated, for messages
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
         """Return a function that adds external forces [N], shape (n, 3), in storage order, to the points of a body over a
-        step.
+        step. The function raises RunStopped, with the class of the condition, for an array of another shape.
 
         body: name of the body; channel: name of the entry of the energy balance that receives the work of the forces.
+        Raises ValueError if no forces can act on the body, UnknownName if `Condition.load_channel` of no condition in the
+        case returns the channel.
         """
         takes, column = self.bodies[body].offers(TakesExternalForces), self.load_column(body, channel)
-        return lambda force: takes.add_external_force(force, column)
+        points, source = self.bodies[body].body, of_class(self.active)
+
+        def add(force: np.ndarray) -> None:
+            shape, wanted = getattr(force, "shape", None), (points.n_points, 3)
+            if shape != wanted or force.dtype.kind not in "fiu":
+                given = f"{type(force).__name__}" if shape is None else f"an array of {force.dtype} of shape {shape}"
+                raise RunStopped(
+                    f"{source} adds forces to body {body} as {given}; an array of numbers of shape {wanted} is required, with "
+                    "one row for each point, in storage order",
+                    body=body,
+                )
+            takes.add_external_force(force, column)
+
+        return add
 
     def load_column(self, body: str, channel: str) -> int:
         """Register external forces on the body with this name, and return the column for `add_external_force` and similar
-        methods of the body: the place of their channel (entry of the energy balance) in arrays of works."""
+        methods of the body: the place of their channel (entry of the energy balance) in arrays of works. Raises UnknownName
+        if `Condition.load_channel` of no condition in the case returns the channel."""
+        if channel_of_load(channel) not in self.layout.loads:
+            text = f"{of_class(self.active)}: no condition returns this channel from `load_channel`:"
+            raise UnknownName(absent(text, channel, [load.name for load in self.layout.loads]))
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()

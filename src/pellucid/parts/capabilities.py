@@ -1,5 +1,5 @@
 """Optional capabilities of bodies, one class for each; conditions, contact and the clock test with `isinstance` whether a
-body has a capability.
+body has a capability. The members of a capability are methods only, as these tests would evaluate properties.
 
 A kind of body declares its capabilities as base classes, whose methods it must then define; a user-defined kind only needs
 the methods. The model of a body checks before a run which conditions of a case it supports, so that these tests succeed.
@@ -186,9 +186,8 @@ class Membrane(Protocol):
 class HasMesh(Protocol):
     """A body with a mesh, whose faces distribute loads to nodes by shape functions."""
 
-    @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
-        """Node numbers of the named node sets of the mesh, by name."""
+        """Return the node numbers of the named node sets of the mesh, by name."""
 
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
         """Return the distribution of loads on triangles of the surface to the nodes of the body; faces: node numbers of the
@@ -205,8 +204,9 @@ class HasMesh(Protocol):
 class HasContactSurface(Protocol):
     """A body that can make a contact surface, by which other bodies can have contact with this body."""
 
-    has_surface: bool = True
-    """True if the body has a surface of its own; False for fluids."""
+    def has_surface(self) -> bool:
+        """Return True if the body has a surface of its own; False for fluids."""
+        return True
 
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
         """Create the contact surface of the body, or return None if the body has none; column: place of the work of contact
@@ -297,13 +297,10 @@ class SpreadsPoints(Protocol):
 class CarriesRotation(Protocol):
     """A body whose points can transfer the rotation of a rigid body to the nodes."""
 
-    @property
-    def transfer(self) -> "VelocityTransfer":
-        """The rule by which velocities are transferred from nodes to points in this run (FLIP, blend or APIC)."""
-
-    def carry_rotation(self) -> None:
+    def carry_rotation(self) -> "VelocityTransfer":
         """Use affine velocity fields of the points in transfers to the nodes, which a constraint sets to the rotation of the
-        body, and do not update velocities of points from the nodes."""
+        body, and do not update velocities of points from the nodes. Return the rule by which velocities are transferred from
+        nodes to points in this run (FLIP, blend or APIC)."""
 
 
 @runtime_checkable

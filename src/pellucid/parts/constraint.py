@@ -1,6 +1,7 @@
 """Constraints that prescribe the motion of all points of a body, and bodies whose points can be constrained."""
 
-from typing import Protocol, runtime_checkable
+from abc import abstractmethod
+from typing import Protocol
 
 import numpy as np
 
@@ -24,32 +25,32 @@ class PointConstraint(Protocol):
         """Overwrite the positions of the points with the prescribed positions after the points moved."""
 
 
-@runtime_checkable
-class RepeatedConstraint(PointConstraint, Protocol):
+class RepeatedConstraint(PointConstraint):
     """A constraint that can act a second time in a step, after contact has applied impulses a second time (after momentum was
     mapped again, MUSL)."""
 
+    @abstractmethod
     def prescribe_velocities_again(self) -> None:
         """Set the prescribed velocities a second time; `external.impulse` of the velocity fields then contains only the second
         impulses."""
 
 
-@runtime_checkable
-class LeadsPoints(PointConstraint, Protocol):
+class LeadsPoints(PointConstraint):
     """A constraint that prescribes the motion of some points along some axes."""
 
+    @abstractmethod
     def rows(self) -> np.ndarray:
         """Return 1 + the number of the motion that a point follows along each axis, 0 if free, shape (n, 3), in storage
         order."""
 
+    @abstractmethod
     def release_nodes(self, nodes: np.ndarray) -> None:
         """Exclude grid nodes, with these indices, shape (k,), from the constraint: points with a prescribed motion no
         longer constrain them. Only the contributions of points at their present positions are excluded, so these points
         must stay at rest."""
 
 
-@runtime_checkable
-class RigidConstraint(PointConstraint, Protocol):
+class RigidConstraint(PointConstraint):
     """A constraint that moves the points as a rigid body: the nodes change the velocity of the whole body, not of single
     points."""
 
@@ -59,6 +60,7 @@ class RigidConstraint(PointConstraint, Protocol):
     """Kinetic energy that nodes lost in this step because bodies share them [J]."""
 
     @property
+    @abstractmethod
     def own_spin(self) -> np.ndarray:
         """Angular momentum due to the rotation of the points about their own centres [N m s], shape (3,)."""
 
@@ -85,9 +87,8 @@ class ConstrainedPoints:
         self._repeated = constraint if isinstance(constraint, RepeatedConstraint) else None
         self.rigid = constraint if isinstance(constraint, RigidConstraint) else None
 
-    @property
     def takes_second_impulses(self) -> bool:
-        """True if contact can apply a second impulse in a step; False if a constraint acts only once in a step."""
+        """Return True if contact can apply a second impulse in a step; False if a constraint acts only once in a step."""
         return self.constraint is None or self._repeated is not None
 
     def constrain_again(self) -> None:

@@ -1,19 +1,34 @@
 """Construction of the bodies of a case, of the velocity fields that they share, and of the parts that conditions add to a
 step."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from pellucid.case.probe import COLUMNS
 from pellucid.conditions.support import on_each_face
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, WorkLayout, channel_of_load
+from pellucid.energy import (
+    CONTACT_WORK,
+    DAMPING_HEAT,
+    FIXED_COLUMNS,
+    INFLOW_ENERGY,
+    INFLOW_WORK,
+    OUTFLOW_ENERGY,
+    OUTFLOW_WORK,
+    TRANSFER_HEAT,
+    WorkLayout,
+    channel_of_load,
+)
+from pellucid.errors import CaseError, Problem
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
-from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.assembly import AssembledBody, Assembly, of_class
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
 from pellucid.parts.placement import Placement
 from pellucid.simulation.ranks import cut_rows
 from pellucid.step.part import StepPart
@@ -21,6 +36,9 @@ from pellucid.step.part import StepPart
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+STANDARD = frozenset({*FIXED_COLUMNS, INFLOW_ENERGY, INFLOW_WORK, OUTFLOW_ENERGY, OUTFLOW_WORK})
+"""Channels whose names are reserved for the conditions of the package."""
+NAME, LOAD_NAME = re.compile(r"[a-z][a-z0-9_]*_(work|heat|energy)"), re.compile(r"[a-z][a-z0-9_]*_work")
 POINTS_PER_THREAD = 10_000  # points per thread, for the initial number of threads of a run
 Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with its velocity field, or None without a grid."""
@@ -67,22 +85,43 @@ def has_several_fields(case: "Case") -> bool:
 
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
     """Return the layout of the arrays of works in a run, i.e. which column belongs to which entry of the energy balance;
-    touching: True if surfaces may be in contact."""
+    touching: True if surfaces may be in contact. Raises CaseError for a channel with an invalid name."""
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
     columns += [channel for body in case.body for channel in body.channels()]
     every = [condition for several in case.conditions().values() for condition in several]
+    for condition in every:
+        _check_channels(condition)
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
     return WorkLayout(loads, [*stated, *columns], len(on_each_face(case.support)), touching)
+
+
+def _check_channels(condition: Condition) -> None:
+    """Raise CaseError if a channel of a condition has a name that cannot be a column of the history, or that another column
+    of the history has."""
+    load = condition.load_channel()
+    named = [channel_of_load(load)] if load is not None else []
+    for channel in (*named, *condition.channels()):
+        is_load = channel in named
+        reserved = channel.name in COLUMNS and (channel not in STANDARD or (is_load and channel in FIXED_COLUMNS))
+        ends = LOAD_NAME if is_load else NAME
+        if reserved or not ends.fullmatch(channel.name):
+            what = "load channel" if is_load else "channel"
+            text = f"{of_class(type(condition))} has the {what} `{channel.name}` of the energy balance"
+            why = ", but another column of the history has this name" if reserved else ", which is not a valid name"
+            end = "`_work`" if is_load else "`_work`, `_heat` or `_energy`"
+            remedy = f"Choose another name of lower-case letters, digits and underscores that ends in {end}."
+            raise CaseError(Problem(text + why, remedy=remedy))
 
 
 def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> list[StepPart]:
     """Activate all conditions of a case, complete its bodies, and return the parts of a step that the conditions add.
 
     built: the bodies, by name, with their velocity fields; actions: for each velocity field the object through which
-    conditions act on its nodes; layout: order of the works.
+    conditions act on its nodes; layout: order of the works. Raises CaseError if `activate` of a condition returns anything
+    else than parts.
     """
     of = {each.field: each for each in actions}
     members: dict[str, AssembledBody] = {}
@@ -90,7 +129,13 @@ def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActio
         body, field = built[model.name]
         members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
     assembly = Assembly(members, actions, layout)
-    parts = [part for kind, conditions in case.conditions().items() for part in kind.activate(conditions, assembly)]
+    parts = list[StepPart]()
+    for kind, conditions in case.conditions().items():
+        found: object = kind.activate(conditions, assembly._replace(active=kind))
+        if not isinstance(found, Sequence) or not all(isinstance(part, StepPart) for part in found):
+            text = f"`activate` of {of_class(kind)} returns {found!r}"
+            raise CaseError(Problem(text, remedy="Return a list of objects of classes derived from `StepPart`."))
+        parts += found
     for member in members.values():
         member.body.complete()
     for part in parts:

@@ -9,7 +9,8 @@ import numpy as np
 from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body, in_metres
-from pellucid.step.limit import StepLimit, fall_through_cells
+from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, tightest
+from pellucid.step.part import StepParts
 
 
 def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
@@ -40,14 +41,16 @@ class Clock:
     """Counter of steps and simulated time, which chooses the length of each step.
 
     The stable step of a body is h/(c + |v|) for the cell size h, the wave speed c, which artificial viscosity increases, and
-    the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. longest: a further limit of the stable
-    step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their own
-    substeps [s].
+    the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. The step is also limited by the parts of
+    the step, and by the time of fall through a cell.
+
+    longest: time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their own substeps
+    [s]; parts: parts of the step.
     """
 
-    def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:
+    def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf, parts: StepParts | None = None) -> None:
         self.case = case
-        self.longest, self.most = longest, most
+        self.longest, self.most, self.parts = longest, most, parts
         self.n_steps = 0
         self.time = 0.0
         self.dt = 0.0
@@ -70,18 +73,18 @@ class Clock:
         Raises CaseError (before the first step) or RunStopped if a fixed step is not stable, or if the stable step has
         collapsed. Raises CaseError if the first step is so small that the end of the case cannot be reached.
         """
-        stable, name = self.stable_step(bodies)
+        limit, body = self.stable_step(bodies)
         if self.case.step is not None:
-            self._check_fixed(self.case.step, stable, name)
+            self._check_fixed(self.case.step, limit)
             steps, time = self._fixed_from
             remaining = (self.case.end - time) / self.case.step - (self.n_steps - steps)
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
-        dt = min(self.case.courant * stable, self.most, self.case.end)
-        self.check_collapse(dt, name, bodies)
+        dt = min(self.case.courant * limit.step, self.most, self.case.end)
+        self.check_collapse(dt, limit, [body] if body else bodies)
         if self.n_steps == 0 and self.case.end > MOST_STEPS * dt:
             text = (
-                f"the time step limited by body `{name}` is {dt:.3g} s, which requires more than {MOST_STEPS:.0e} steps until "
-                f"time.end = {self.case.end:g} s"
+                f"the time step, limited by {limit.reason}, is {dt:.3g} s, which requires more than {MOST_STEPS:.0e} steps "
+                f"until time.end = {self.case.end:g} s"
             )
             remedy = "Set a larger time.courant, or an earlier time.end."
             raise CaseError(Problem(text, "time.courant", self.case.courant, remedy))
@@ -90,33 +93,37 @@ class Clock:
             return remaining
         return min(dt, 0.5 * remaining)  # no sliver at the end
 
-    def stable_step(self, bodies: Sequence[Body]) -> tuple[float, str]:
-        """Return the largest stable step [s] and the name of the body that limits it."""
+    def stable_step(self, bodies: Sequence[Body]) -> tuple[StepLimit, Body | None]:
+        """Return the limit of the stable step in the present state: the smallest limit of the bodies, the parts of the step
+        and free fall; and the limiting body, None if no body limits it. The reason given here for a body is only its name,
+        see `limit`."""
         body = max(bodies, key=lambda body: body.totals.rate)
-        return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
+        own = 1.0 / body.totals.rate if body.totals.rate > 0.0 else inf
+        of_parts = NO_LIMIT if self.parts is None else self.parts.step_limit()
+        other = tightest([of_parts, fall_through_cells(self.longest)])
+        if other.step <= own and other.step < inf:
+            return other, None
+        return StepLimit(own, "wave", f"body `{body.name}`"), body
 
     def limit(self, bodies: Sequence[Body]) -> tuple[StepLimit, str]:
-        """Return the limit of the stable step in the present state, and the name of the limiting body; an empty name if
-        no body limits it."""
-        body = max(bodies, key=lambda body: body.totals.rate)
-        found = body.step_limit()
-        if self.longest < found.step:
-            return fall_through_cells(self.longest), ""
-        return found, body.name
+        """Return the limit of the stable step in the present state with its full reason, and the name of the limiting
+        body; an empty name if no body limits it."""
+        limit, body = self.stable_step(bodies)
+        return (limit, "") if body is None else (body.step_limit(), body.name)
 
-    def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
-        """Raise RunStopped if the coming step dt [s], limited by the body with this name, is negligible compared with the
-        largest step so far."""
+    def check_collapse(self, dt: float, limit: StepLimit, bodies: Sequence[Body]) -> None:
+        """Raise RunStopped if the coming step dt [s] is negligible compared with the largest step so far; limit: limit of
+        the step with its reason; bodies: the limiting body, or all bodies if no body limits the step."""
         self.largest = max(self.largest, dt)
         if dt < COLLAPSED * self.largest:
-            words, place = fastest_point(body for body in bodies if body.name == name)
+            words, place = fastest_point(bodies)
             raise RunStopped(
-                f"step {self.n_steps}, time {self.time:.6g} s: the stable time step of body `{name}` has decreased to "
-                f"{dt:.3g} s, "
+                f"step {self.n_steps}, time {self.time:.6g} s: the stable time step, limited by {limit.reason}, has decreased "
+                f"to {dt:.3g} s, "
                 f"less than {COLLAPSED:g} of the largest so far ({self.largest:.3g} s), because velocities or stiffnesses grow "
                 f"without bound{', ' * bool(words)}{words}\n    Check the loads and conditions there. Set a smaller "
                 "time.courant, or apply loads more slowly.",
-                **{"body": name} | place,
+                **({"body": bodies[0].name} if len(bodies) == 1 else {}) | place,
             )
 
     def span(self, dt: float) -> tuple[float, float]:
@@ -143,11 +150,11 @@ class Clock:
         """Return True if the simulated time has reached the end of the case, or `until` [s] if it is given."""
         return self.case.reached(self.time) or (until is not None and self.time >= until)
 
-    def _check_fixed(self, step: float, stable: float, body: str) -> None:
-        if step <= stable * (1.0 + STEP_MARGIN):
+    def _check_fixed(self, step: float, limit: StepLimit) -> None:
+        if step <= limit.step * (1.0 + STEP_MARGIN):
             return
-        text = f"the largest stable step of body `{body}` is {stable:.4g} s"
-        remedy = f"Set `time.step` to at most {0.8 * stable:.2g} s, or remove it: `time.courant` then sets the step."
+        text = f"the largest stable step is {limit.step:.4g} s, limited by {limit.reason}"
+        remedy = f"Set `time.step` to at most {0.8 * limit.step:.2g} s, or remove it: `time.courant` then sets the step."
         if self.n_steps == 0:
             raise CaseError(Problem(text, "time.step", step, remedy))
         text = f"time.step = {step:g} s is not stable any more: {text}"

@@ -239,7 +239,7 @@ def _pairs_of(
 
 def has_surface(body: Body) -> TypeGuard[HasContactSurface]:
     """Return True if a body can make a contact surface, by which other bodies can have contact with this body."""
-    return isinstance(body, HasContactSurface) and body.has_surface
+    return isinstance(body, HasContactSurface) and body.has_surface()
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:

@@ -59,6 +59,7 @@ def usf(stages: Stages, dt: float) -> None:
     stages.update_stress(dt, move=False)
     stages.before_forces()
     stages.particle_to_grid(inertia=False, force=True)
+    stages.before_momentum(dt)
     stages.advance_momentum(dt)
     stages.stop_approach()
     stages.after_momentum(dt)

@@ -37,19 +37,19 @@ class SettlingClock(Clock):
     the table [settle]; run: clock of the run afterwards; models: models of all bodies."""
 
     def __init__(self, settle: "SettleCase", run: Clock, models: Sequence[BodyModel]) -> None:
-        super().__init__(run.case, run.longest)
+        super().__init__(run.case, run.longest, parts=run.parts)
         self.settle, self.run = settle, run
         self._least = CROSSINGS * max((_crossing(model) for model in models if not model.is_rigid), default=0.0)
         self._passed = self._since = self._longest_swing = self._quiet = 0.0  # [s] of the settling
         self._kinetic = self.peak = 0.0
 
     def next_step(self, bodies: Sequence[Body]) -> float:
-        stable, name = self.stable_step(bodies)
+        limit, body = self.stable_step(bodies)
         if self.case.step is not None:
-            self._check_fixed(self.case.step, stable, name)
+            self._check_fixed(self.case.step, limit)
             return self.case.step
-        dt = min(self.case.courant * stable, self.case.end)
-        self.check_collapse(dt, name, bodies)
+        dt = min(self.case.courant * limit.step, self.case.end)
+        self.check_collapse(dt, limit, [body] if body else bodies)
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:

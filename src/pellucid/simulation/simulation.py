@@ -149,11 +149,11 @@ class Simulation(SimulationState):
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.surface_pairs)
+            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.surface_pairs, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
-        return Clock(case.time, longest, most)
+        return Clock(case.time, longest, most, self.parts)
 
     def record(self, dt: float) -> None:
         """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
@@ -304,9 +304,7 @@ class Simulation(SimulationState):
     def step_limit(self) -> tuple[StepLimit, str]:
         """Return the limit of the stable step in the present state, and the name of the limiting body; an empty name if no
         body limits it."""
-        limit, name = self.clock.limit(self.bodies)
-        of_part = self.parts.step_limit()
-        return (of_part, "") if of_part.step <= limit.step < inf else (limit, name)
+        return self.clock.limit(self.bodies)
 
     def show(self, progress: Progress | None) -> None:
         """Report the progress of the run, at most once in PROGRESS_INTERVAL seconds of wall-clock time."""

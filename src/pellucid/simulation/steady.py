@@ -20,6 +20,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import SLOWER_LOADS, Relaxable
 from pellucid.simulation.clock import Clock
 from pellucid.smooth_step import smooth_step
+from pellucid.step.part import StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
@@ -46,7 +47,7 @@ class SteadyClock(Clock):
     equilibrium.
 
     steady, time: tables of the case; bodies, models: all bodies of the case and their models; contact: contacts of
-    surfaces. Bodies that do not relax are rigid, with positions prescribed by motions.
+    surfaces; parts: parts of the step. Bodies that do not relax are rigid, with positions prescribed by motions.
     """
 
     def __init__(
@@ -56,10 +57,11 @@ class SteadyClock(Clock):
         bodies: Sequence[Body],
         models: Sequence[BodyModel],
         contact: SurfacePairs | None = None,
+        parts: StepParts | None = None,
     ) -> None:
         sheets = contact is not None and any(surface.is_sheet for surface in contact.surfaces)
         courant = min(steady.courant, WITH_SHEETS) if sheets else steady.courant
-        super().__init__(time.model_copy(update={"courant": courant}))
+        super().__init__(time.model_copy(update={"courant": courant}), parts=parts)
         self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
         self._led = [body for body in bodies if not isinstance(body, Relaxable)]
         self._crossing = max(_crossing(m) for m, b in zip(models, bodies, strict=True) if isinstance(b, Relaxable))
@@ -91,9 +93,9 @@ class SteadyClock(Clock):
     # a step
 
     def next_step(self, bodies: Sequence[Body]) -> float:
-        stable, name = self.stable_step(bodies)
-        dt = self.case.courant * stable
-        self.check_collapse(dt, name, bodies)
+        limit, body = self.stable_step(bodies)
+        dt = self.case.courant * limit.step
+        self.check_collapse(dt, limit, [body] if body else bodies)
         if self._step == 0:
             whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt, PER_CELL * self._passed)
             before, level = self._levels[self._equilibria : self._equilibria + 2]

@@ -40,7 +40,7 @@ class StepPart:
         with which the error of the energy balance is compared."""
         return 0.0
 
-    # stages of a step, in the order of `STAGES`
+    # stages of a step, in the order of `STAGES`, which also lists the differences between the schemes
 
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s].
@@ -70,8 +70,8 @@ class StepPart:
         """
 
     pushed_fields: Sequence[object] | None = None
-    """Velocity fields to which `act_on_nodes` may apply impulses; None for all. The works of other fields are computed with
-    their momentum."""
+    """Velocity fields to which `act_on_nodes` may apply impulses; None for all. The works on the nodes of all other fields
+    are computed in the loop that advances the momentum, which saves a loop over the nodes."""
 
     def stop_approach(self) -> None:
         """Apply impulses of contact to the grid nodes, after all other impulses."""
@@ -80,8 +80,9 @@ class StepPart:
         """Use the mean velocities of the nodes over the step, after all impulses."""
 
     def correct_strain_velocities(self, dt: float | None) -> None:
-        """Correct the nodal velocities whose gradients strain the points. dt: step [s] if these velocities result from
-        momentum that was mapped again at the end of the step; None at the start of a step."""
+        """Correct the nodal velocities whose gradients strain the points, if they differ from those of the momentum update,
+        i.e. with MUSL and USF. dt: step [s] if these velocities result from momentum that was mapped again at the end of the
+        step (MUSL); None at the start of a step (USF)."""
 
     def before_stress(self, dt: float) -> None:
         """Use the sums over the points after the update of their velocities, before stresses are updated over the step dt
@@ -95,7 +96,8 @@ class StepPart:
         mass, momentum and energies).
 
         The part also adds to the totals what the bodies cannot compute: half the power of a force that stores energy, and
-        the step limit due to it.
+        the stiffness of this force, which adds to that of the body: `totals.rate` becomes the root of the sum of the squares
+        of the rates of both.
         """
 
     def balance(self, done: StepWork) -> None:
@@ -126,8 +128,13 @@ class StepPart:
         return {}
 
     def step_limit(self) -> StepLimit:
-        """Return the limit of the time step that the part requires in addition to the limits of the bodies; NO_LIMIT if
-        there is none."""
+        """Return the limit of the stable time step that the part sets in the present state, with its reason; NO_LIMIT if
+        there is none.
+
+        Called before each step. The stable step is the smallest limit of the bodies and parts, and a step takes the fraction
+        `time.courant` of it; a larger `time.step` is an error. All processes must return the same limit, and a resumed run
+        the limit of the checkpoint. For a force that adds to the stiffness of a body, see `end`.
+        """
         return NO_LIMIT
 
     def warning(self) -> str | None:
@@ -179,8 +186,10 @@ STAGES = (
     "leave",
     "enter",
 )
-"""Stages of a step in their order, as methods of `StepPart`. The scheme USF updates the stresses first: there
-`exert_forces` follows `clear_nodes`, and `correct_strain_velocities` precedes `before_forces`."""
+"""Stages of a step in the order of the scheme MUSL, as methods of `StepPart`. USL does not call `correct_strain_velocities`:
+there the velocities of the momentum update strain the points. USF updates the stresses first, in the order `begin`,
+`clear_nodes`, `exert_forces`, `find_contact`, `correct_strain_velocities`, `before_forces` and `before_momentum`; the others
+follow as with MUSL."""
 
 
 class AtEachStep(StepPart):

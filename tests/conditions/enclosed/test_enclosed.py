@@ -226,7 +226,7 @@ def test_a_ball_inside_takes_from_the_volume_and_is_pushed():
     assert shown(sim)["volume"] == pytest.approx(volume_of(sim, 0) - volume_of(sim, 1), rel=1e-12)
     for body in sim.bodies:
         body.begin(0.0)
-    sim.stages.begin(0.0, 0.0, 0.0)
+    sim.stages.begin(0.0, 0.0)
     assert outer.motion.loads[0] == pytest.approx(1500.0 * outer.pressed_areas(), rel=1e-12)
     assert inner.motion.loads[0] == pytest.approx(-1500.0 * inner.pressed_areas(), rel=1e-12)
 

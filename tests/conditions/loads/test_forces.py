@@ -25,7 +25,7 @@ def test_nodes_of_a_solid_share_the_force(rise, share):
     sim = solid(rise=rise)
     (body,) = sim.bodies
     body.begin(1e-3)
-    sim.stages.begin(0.25, 1e-3, 1e-3)
+    sim.stages.begin(0.25, 1e-3)
     force, top = body.motion.loads.sum(axis=0), np.isclose(body.mesh.nodes[:, 2], 0.1)
     assert top.sum() == 9
     assert force[top] == pytest.approx(np.tile(share * np.array(FORCE) / 9.0, (9, 1)), rel=1e-14)
@@ -55,7 +55,7 @@ def test_material_points_keep_their_shares_when_they_are_sorted():
     block.sort()
     assert not np.array_equal(order, block.arrays["id"]), "points were sorted anew"
     assert len(at_start) == 4
-    sim.stages.begin(1.0, 5e-3, 5e-3)
+    sim.stages.begin(1.0, 5e-3)
     assert np.array_equal(np.sort(block.arrays["id"][given[-1][:, 1] > 0.0]), at_start)
     assert given[-1].sum(axis=0) == pytest.approx([0.0, 1.0, 0.0], rel=1e-14)
 

@@ -51,8 +51,8 @@ class RigidState(Protocol):
 class TakesForces(Protocol):
     """A constraint that moves a rigid body and accepts forces on the body."""
 
-    moves_freely: bool
-    """True if the body has at least one free degree of freedom."""
+    def moves_freely(self) -> bool:
+        """Return True if the body has at least one free degree of freedom."""
 
     def state(self) -> RigidState:
         """Return centre of mass and mobility of the rigid body at the start of a step."""

@@ -53,9 +53,7 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
         """True if the velocity gradients of the grid strain the body, i.e. no constraint moves it as a whole."""
         return self.constraint is None or self.constraint.strains
 
-    @property
-    def has_surface(self) -> bool:  # type: ignore[override]
-        """True if the body has a contact surface of its own, i.e. its material is a solid."""
+    def has_surface(self) -> bool:
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
@@ -71,7 +69,7 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
             self.contact_surface.go_on(self._begun_surface)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
             self.contact_surface.takes = takes
-            if takes.moves_freely:
+            if takes.moves_freely():
                 self.contact_surface.rigid_mass = self.mass
         return self.contact_surface
 

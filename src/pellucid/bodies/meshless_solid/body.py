@@ -220,7 +220,6 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
 
     # conditions
 
-    @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
         return self.mesh.sets
 

@@ -61,7 +61,7 @@ class Entering(StepPart):
         self._path = path
         self._inflow, self._layout, self._grid = inflow, assembly.layout, member.actions.field.grid
         self._body, self.body_name = member.offers(GainsPoints), inflow.body
-        self._totals, case = member.body.totals, self._grid.case
+        case = self._grid.case
         self._face = OpenFace.of(inflow.where, case)
         self.opening, shape = opening_of(inflow.through, self._face, member.model, case)
         if not self.opening.n:
@@ -88,7 +88,7 @@ class Entering(StepPart):
         """Compute the velocity profile, which depends on the supports that are known now, and the state in which points
         enter."""
         self.strip.find_profile()
-        self.strip.bound(self._totals, self.strip.mean_at(0.0))
+        self.strip.speed = self.strip.mean_at(0.0)
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
         self._given_pressure = _mean_pressure(self._state["stress"], self._state["volume"]) or 0.0
 
@@ -110,14 +110,8 @@ class Entering(StepPart):
             )
             raise RunStopped(f"{text}; {remedy}", time=self._time, body=self.body_name)
 
-    def end(self, dt: float) -> None:
-        """Limit the next step so that the inflow moves at most one cell."""
-        self.strip.bound(self._totals, self.strip.speed)
-
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the inflow if the flow is faster than all other motions and waves in the body, else
-        no limit."""
-        return self.strip.limit
+        return self.strip.step_limit()
 
     def _reached(self) -> np.ndarray:
         """Return the distances from the face that the first points of the columns would have reached by moving along the
@@ -181,11 +175,12 @@ class Entering(StepPart):
         return work_of_strip(self._layout, INFLOW_WORK, self._work, self._impulse, self._inflow.name)
 
     def state_numbers(self) -> dict[str, Any]:
-        return {"travel": self._travel, "furthest": self._furthest, "seen": self._seen, "fall": self._fall}
+        passed = {"travel": self._travel, "furthest": self._furthest, "seen": self._seen, "fall": self._fall}
+        return passed | {"speed": self.strip.speed}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        self._travel, self._furthest, self._seen, self._fall = (
-            float(numbers[key]) for key in ("travel", "furthest", "seen", "fall")
+        self._travel, self._furthest, self._seen, self._fall, self.strip.speed = (
+            float(numbers[key]) for key in ("travel", "furthest", "seen", "fall", "speed")
         )
 
 

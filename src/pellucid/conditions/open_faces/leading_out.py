@@ -1,7 +1,7 @@
 """Prescribed outflow in a run: the nodes in the strip of cells at the face have the velocity of the flow."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,7 +32,6 @@ class LeadingOut(StepPart):
             columns, shape = opening_of(outflow.through, face, member.model, case)
             if columns.n:
                 self._strip = LedStrip(outflow, Passage(face, columns, shape, case, member, -face.inward, path))
-                self._totals = member.body.totals
                 break
         else:
             text = f"no body that can leave reaches the face {outflow.where[0]}, and no opening is defined"
@@ -42,7 +41,7 @@ class LeadingOut(StepPart):
 
     def try_out(self) -> None:
         self._strip.find_profile()
-        self._strip.bound(self._totals, self._strip.mean_at(0.0))
+        self._strip.speed = self._strip.mean_at(0.0)
 
     def begin(self, time: float, dt: float) -> None:
         self._strip.begin(time, dt)
@@ -51,14 +50,14 @@ class LeadingOut(StepPart):
         """Compute the work of the prescribed flow on the nodes over the step dt [s], and its impulse."""
         self._work, self._impulse = self._strip.act(dt)
 
-    def end(self, dt: float) -> None:
-        """Limit the next step so that the outflow moves at most one cell."""
-        self._strip.bound(self._totals, self._strip.speed)
-
     def step_limit(self) -> StepLimit:
-        """Return the step limit due to the outflow if the flow is faster than all other motions and waves in the body, else
-        no limit."""
-        return self._strip.limit
+        return self._strip.step_limit()
 
     def work(self) -> StepWork:
         return work_of_strip(self._layout, OUTFLOW_WORK, self._work, self._impulse, self._name)
+
+    def state_numbers(self) -> dict[str, Any]:
+        return {"speed": self._strip.speed}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        self._strip.speed = float(numbers["speed"])

@@ -19,7 +19,7 @@ from pellucid.conditions.open_faces.given_flow import (
     why_no_profile,
 )
 from pellucid.conditions.open_faces.outlet_pressure import EndOfFluid
-from pellucid.energy import Channel, StepWork, Totals, WorkLayout
+from pellucid.energy import Channel, StepWork, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.lattice import Grid
@@ -140,8 +140,6 @@ class Strip:
         """Distance from the face up to which points reach only nodes of the strip [m]."""
         self.area = float(columns.area.sum())
         self.speed = 0.0  # mean over the opening in this step [m/s]
-        self.limit = NO_LIMIT
-        """Step limit, if the flow in the strip is the fastest motion in the body."""
 
     def find_profile(self) -> None:
         """Compute the velocity profile across the opening, scaled to a mean of one. Called when all constraints are known.
@@ -192,14 +190,13 @@ class Strip:
         held = self._actions.field.grid.nodes.constrained[self._nodes[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
-    def bound(self, totals: Totals, speed: float) -> None:
-        """Limit the step so that fluid in the strip moves at most one cell; speed: mean velocity through the opening [m/s];
-        totals: sums of the body, whose `rate` (1/stable step [1/s]) is increased."""
-        fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
-        governs = fastest > totals.rate * cell
+    def step_limit(self) -> StepLimit:
+        """Return the step limit for which the fluid in the strip, at the velocity of the last step, moves at most one cell."""
+        fastest, cell = self.speed * float(self._share.max(initial=0.0)), self._case.cell
+        if fastest <= 0.0:
+            return NO_LIMIT
         what = f"the flow through the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
-        totals.rate = max(totals.rate, fastest / cell)
-        self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
+        return StepLimit(1.0 / (fastest / cell), "motion", what)
 
     def _free(self) -> np.ndarray:
         """Return a mask of the directions in which each node of the strip can move (it has mass and no support), shape (n,

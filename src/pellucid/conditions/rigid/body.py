@@ -27,6 +27,7 @@ from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
+from pellucid.parts.constraint import RigidConstraint
 from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from pellucid.grid.velocity_field import VelocityField
 
 
-class RigidBody:
+class RigidBody(RigidConstraint):
     """A rigid body: its points have the rigid motion with their total momentum and angular momentum.
 
     Motions may prescribe components of the rigid motion. Each point counts as a cube of its volume (a square in the plane),
@@ -67,17 +68,15 @@ class RigidBody:
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
         if isinstance(member.body, SpreadsPoints):
             member.body.keep_whole()
-        member.body.carry_rotation()
+        transfer = member.body.carry_rotation()
         self._points, self._walls = points, RigidWalls(actions)
         self._target = np.zeros_like(member.body.arrays["position"])
         self._moving = moving(points.mapped.content, To(self._target))
         self.leads = leads = Leads(motions, [axis for axis in range(3) if not self._thin[axis]], self._turns)
-        self.moves_freely = not leads.is_whole
         self._led_turns = [axis for axis in self._turns if leads.led[3 + axis]]
         self._free_turns = [axis for axis in self._turns if not leads.led[3 + axis]]
         self.velocity_field: VelocityField | None = member.velocity_field
         before = [other.nodes for other in earlier if other.velocity_field is self.velocity_field]
-        transfer = member.body.transfer
         # points without affine velocity fields cannot carry the velocity of a shear flow to a node beyond the surface
         no_slip = None if alone or not isinstance(transfer, Apic) else NoSlip(actions.field.grid)
         how = self._walls, alone, transfer.flip, before, no_slip
@@ -107,6 +106,9 @@ class RigidBody:
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Add forces [N] that act over the coming step at positions `place` [m], shape (m, 3) each."""
         self._pushed.append((place, force))
+
+    def moves_freely(self) -> bool:
+        return not self.leads.is_whole
 
     def state(self) -> RigidState:
         """Return the state at the start of the step: the centre of mass, the angular velocity, and the velocity change per

@@ -73,5 +73,6 @@ def move_points_jointly(points: Bundle, dt: float) -> None:
 
 
 def moving(mapped: MappedPoints, rule: Any) -> Bundle:
-    """Bundle the points of a body with a rule for their displacement (see `displacement`), for `move_points`."""
+    """Return the input of `move_points`: the points of a body, and the rule that selects the implementation of `displacement`,
+    by which they move."""
     return Bundle(MovingPoints(mapped, rule))
