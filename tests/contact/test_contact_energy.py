@@ -55,8 +55,8 @@ def test_the_work_of_contact_is_held_by_springs_or_taken_by_dampers_and_friction
 
 
 def test_in_the_longest_step_that_is_allowed_a_rigid_block_hardly_rebounds():
-    stable, _ = sliding(0.1).clock.stable_step(sliding(0.1).bodies)
-    sim, rising = sliding(0.1, step=stable), 0.0
+    limit, _ = sliding(0.1).clock.stable_step(sliding(0.1).bodies)
+    sim, rising = sliding(0.1, step=limit.step), 0.0
     while not sim.clock.finished(None):
         sim.step()
         rising = max(rising, float(sim.bodies[1].arrays["velocity"][:, 1].mean()))
