@@ -251,16 +251,12 @@ class SurfacePairs(StepPart):
                 total += _power_along(force, surface.velocity) if mean is None else surface.power(force, mean)
         return total
 
-    def after_momentum(self) -> None:
+    def before_stress(self, dt: float) -> None:
+        """Compute the powers of the contact forces along the mean velocities of the nodes and along the velocities with which
+        nodes will move the surfaces, which are final now."""
         if self._exerted:
             self._counted += 2.0 * self._power(self._moved, mean=True)
             self._counted_first += 2.0 * self._power(self._moved_first, mean=True)
-            self._after = self._power(self._moved, mean=False)
-
-    def correct_strain_velocities(self, dt: float | None) -> None:
-        """Compute the power of the contact forces along the velocities mapped again from the points, with which the surfaces
-        move (MUSL)."""
-        if dt is not None and self._exerted:
             self._after = self._power(self._moved, mean=False)
 
     def end(self, dt: float) -> None:

@@ -97,7 +97,9 @@ class ImplicitViscosity(StepPart):
     point_fields = MappingProxyType(
         {
             VISCOUS_STRESS: Field(
-                *(6, "Pa", "stress by implicit viscosity in the last step"),
+                components=6,
+                unit="Pa",
+                meaning="stress by implicit viscosity in the last step",
                 shown=False,
                 leaves=True,
                 begins=True,

@@ -136,6 +136,19 @@ def scatter_listed(mapped, position, listed, values, target):
         add_vector(stencil(functions, lattice, position, uintp(listed[e])), lattice, target, vector)
 
 
+@kernel()
+def gather_listed(mapped, position, listed, nodal, target):
+    """Interpolate nodal vectors, shape (nodes, 3), to m listed points, into `target`, shape (m, 3).
+
+    mapped: grid and shape functions (`MappedPoints`); position: positions of all points [m], shape (points, 3); listed:
+    numbers of the points, shape (m,).
+    """
+    for e in range(len(listed)):
+        vector = gather(stencil(mapped.functions, mapped.lattice, position, uintp(listed[e])), mapped.lattice, nodal)
+        for d in range(3):
+            target[e, d] = vector[d]
+
+
 @parallel_loop()
 def gather_vectors(s, mapped, nodal, target):
     """Interpolate nodal vectors, shape (nodes, 3), to the points of slab s (see `Slabs`), into `target`, shape (points, 3);

@@ -21,6 +21,7 @@ from pellucid.bodies.material_points.edge_points import EdgePoints
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.geometry.shapes.contract import FLAT, SHARP
 from pellucid.grid.lattice import Lattice
+from pellucid.grid.points import Slabs
 from pellucid.grid.stencil import add_affine, gather_affine, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -256,7 +257,7 @@ class GridSurface(ContactSurface):
         self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
         if domain.is_cut:  # nodes are whole about points in the slabs of this process
-            here = np.flatnonzero((self._stored >= self._slabs.first[0]) & (self._stored < self._slabs.first[-1]))
+            here = _list_here(self._stored, self._slabs)
             numbers = domain.group.joined(here)
             for values in (self._offset, self.area, self.velocity):
                 values[numbers] = domain.group.joined(values[here])
@@ -289,14 +290,12 @@ class GridSurface(ContactSurface):
         which the work of forces is computed, if `mean` is True, else along the velocities that strain the points."""
         listed, rows = self.list_pushed(force), self._nodes.mean_velocities if mean else self._nodes.strain_velocities
         powers = np.zeros(len(listed))
-        if not domain.is_cut:
-            _find_powers(self._moved, listed, force, rows, powers)
-            return float(powers.sum())
-        stored = self._stored[listed]  # nodes are whole about points in the slabs of this process
-        here = np.flatnonzero((stored >= self._slabs.first[0]) & (stored < self._slabs.first[-1]))
-        own = np.zeros(len(here))
-        _find_powers(self._moved, listed[here], force, rows, own)
-        powers[domain.group.joined(here)] = domain.group.joined(own)
+        fill(
+            self._stored[listed],
+            self._slabs,
+            lambda at, target: _find_powers(self._moved, listed[at], force, rows, target),
+            powers,
+        )
         return float(powers.sum())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
@@ -312,6 +311,27 @@ class GridSurface(ContactSurface):
             "edge_tangent": self.edge_tangent,
         }
         return {f"surface/{name}": array for name, array in own.items()}
+
+
+def fill(stored: np.ndarray, slabs: Slabs, find: Callable[[np.ndarray, np.ndarray], object], target: np.ndarray) -> None:
+    """Fill `target`, shape (n, ...), with values computed from nodes: each process computes those of the points in its slabs,
+    about which its nodes are complete.
+
+    stored: rows of n points in the arrays of their body, shape (n,). find: function that computes the values of the points with
+    given indices, shape (k,), into an array of shape (k, ...).
+    """
+    if not domain.is_cut:
+        find(np.arange(len(stored)), target)
+        return
+    here = _list_here(stored, slabs)
+    own = np.zeros((len(here), *target.shape[1:]))
+    find(here, own)
+    target[domain.group.joined(here)] = domain.group.joined(own)
+
+
+def _list_here(stored: np.ndarray, slabs: Slabs) -> np.ndarray:
+    """Return the indices of those points that lie in the slabs of this process, from their rows in the arrays of the body."""
+    return np.flatnonzero((stored >= slabs.first[0]) & (stored < slabs.first[-1]))
 
 
 def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:

@@ -10,9 +10,8 @@ not have, and add energy to moving water.
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy import uintp
 
-from pellucid.bodies.material_points.grid_surface import GridSurface
+from pellucid.bodies.material_points.grid_surface import GridSurface, fill
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.material_points.surface_parts import SurfaceParts
@@ -23,8 +22,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
-from pellucid.grid.stencil import gather, stencil
-from pellucid.grid.transfer import scatter_listed
+from pellucid.grid.transfer import gather_listed, scatter_listed
 from pellucid.jit import kernel
 from pellucid.materials.contract import PointMaterial
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls
@@ -129,19 +127,6 @@ def _list_beside(position, n, normal, level, most, listed):
     return count
 
 
-@kernel()
-def _find_motion(mapped, position, listed, velocities, target):
-    """Interpolate nodal velocities to m listed points, into `target`, shape (m, 3) [m/s].
-
-    mapped: grid and shape functions (`MappedPoints`); position: positions of all points [m], shape (points, 3); listed:
-    numbers of the points, shape (m,); velocities: velocities of the nodes, shape (nodes, 3).
-    """
-    for e in range(len(listed)):
-        vector = gather(stencil(mapped.functions, mapped.lattice, position, uintp(listed[e])), mapped.lattice, velocities)
-        for d in range(3):
-            target[e, d] = vector[d]
-
-
 class PointsAtWall(ContactSurface):
     """Contact surface of a fluid at a plane wall: the material points next to the plane, updated in each step.
 
@@ -207,14 +192,8 @@ class PointsAtWall(ContactSurface):
     def _interpolate(self, velocities: np.ndarray) -> np.ndarray:
         """Return the nodal velocities [m/s], shape (nodes, 3), interpolated to the points next to the plane, shape (m, 3)."""
         position, mapped, found = self._body.points.position, self._body.mapped, np.zeros((len(self._at), 3))
-        if not domain.is_cut:
-            _find_motion(mapped, position, self._at, velocities, found)
-            return found
-        first = mapped.slabs.first  # nodes are whole about points in the slabs of this process
-        here = np.flatnonzero((self._at >= first[0]) & (self._at < first[-1]))
-        own = np.zeros((len(here), 3))
-        _find_motion(mapped, position, self._at[here], velocities, own)
-        found[domain.group.joined(here)] = domain.group.joined(own)
+        how = mapped, position
+        fill(self._at, mapped.slabs, lambda rows, target: gather_listed(*how, self._at[rows], velocities, target), found)
         return found
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
