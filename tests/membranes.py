@@ -54,7 +54,7 @@ def drive(grid, body, gradient, dt, steps):
     for _ in range(steps):
         velocity = position @ np.array(gradient).T
         grid.nodes.velocity[index] = grid.nodes.strain_velocity[index] = velocity
-        body.sort_if_needed()
+        body.storage.sort_if_needed()
         body.update_stress(dt, move=True)
         body.check(0, 0.0)
 

@@ -51,7 +51,7 @@ def place(body, position):
     """Set the positions of the points or nodes of a body [m], shape (n, 3), and sort them."""
     assert body.arrays["position"].shape == np.shape(position)
     body.arrays["position"][:] = position
-    (body if isinstance(body, GridBody) else body.coupling).sort()
+    (body.storage if isinstance(body, GridBody) else body.coupling).sort()
 
 
 def advance(sim, steps):

@@ -50,7 +50,7 @@ def test_a_plug_stays_as_it_is(functions, more):
     came, left = sim.inflow, sim.outflow
     assert came == left
     assert came["points"] == 6 * round(2.0 * 2.0 * sim.time)
-    assert body.n_there == 120
+    assert body.storage.n_present == 120
     assert np.abs(body.field("velocity") - [2, 0, 0]).max() < 1e-13
     assert np.ptp(body.field("density")) < 1e-12 * body.field("density").mean()
     assert np.diff(np.unique(body.field("position")[:, 0].round(9))) == pytest.approx(0.5)

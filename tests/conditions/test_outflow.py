@@ -75,7 +75,7 @@ def test_users_see_the_points_that_are_left_in_the_order_of_their_numbers():
     while not 0.3 < sim.budget.left_points / body.n_points < 0.9:
         sim.step()
     points = PointsView(body)
-    assert len(points.id) == body.n_there < body.n_points
+    assert len(points.id) == body.storage.n_present < body.n_points
     assert (np.diff(points.id) > 0).all()
     assert np.linalg.norm((points.position - start[points.id])[:, 1:], axis=1).max() < 0.1, "each in its row of the tube"
     for name in ("position", "velocity", "mass"):
@@ -94,7 +94,7 @@ def test_totals_after_points_left_are_those_of_the_others(material, transfer):
     while sim.budget.left_points == 0:
         sim.step()
     totals = body.totals
-    there = body.n_there
+    there = body.storage.n_present
     assert there == body.n_points - sim.budget.left_points > 0
     velocity, mass = body.arrays["velocity"][:there], body.arrays["mass"][:there]
     assert totals.momentum == pytest.approx(mass @ velocity, rel=1e-12, abs=1e-12)
@@ -114,7 +114,7 @@ def test_a_gas_flies_out_as_if_the_grid_went_on():
         long.step()
     one, other = short.bodies[0], long.bodies[0]
     position = other.places()
-    assert one.n_points - one.n_there == np.count_nonzero(position[:, 0] > 10.0) == 66
+    assert one.n_points - one.storage.n_present == np.count_nonzero(position[:, 0] > 10.0) == 66
     assert one.field("position") == pytest.approx(position[one.field("id")], abs=0.025)  # of cells
 
 
@@ -144,7 +144,7 @@ def test_several_bodies_and_faces():
     tables = case(*blocks, counts=(10, 2, 1), support=TUBE, end=0.6).to_data()
     both = tables | {"outflow": [{"where": ["x-lower", "x-upper"]}]}
     sim = to_the_end(Case.model_validate(both))
-    assert all(body.n_there < body.n_points for body in sim.bodies)
+    assert all(body.storage.n_present < body.n_points for body in sim.bodies)
     assert sim.conservation()["momentum"] < 1e-14
     with pytest.raises(RunStopped, match=r"of body `left` at .*: it left the grid"):
         to_the_end(Case.model_validate(tables | {"outflow": [{"where": ["x-lower", "x-upper"], "body": ["right"]}]}))
@@ -152,7 +152,7 @@ def test_several_bodies_and_faces():
 
 def test_when_all_have_left_the_run_goes_to_its_end():
     sim = to_the_end(jet(end=40.0))
-    assert sim.bodies[0].n_there == 0
+    assert sim.bodies[0].storage.n_present == 0
     assert sim.time == 40.0
     assert sim.bodies[0].mass == 0.0
     assert sim.kinetic_energy() == pytest.approx(0.0, abs=1e-9)
@@ -352,6 +352,6 @@ def test_without_mistakes_it_is_valid(tmp_path):
 def test_points_that_left_bear_no_viscous_stress():
     """Where viscosity is solved for, its stress is an array of its own."""
     body = to_the_end(jet(GAS | {"viscosity": 0.1, "implicit_viscosity": True})).bodies[0]
-    assert 0 < body.n_there < body.n_points
-    assert body.arrays["viscous_stress"][: body.n_there].any()
-    assert not body.arrays["viscous_stress"][body.n_there :].any()
+    assert 0 < body.storage.n_present < body.n_points
+    assert body.arrays["viscous_stress"][: body.storage.n_present].any()
+    assert not body.arrays["viscous_stress"][body.storage.n_present :].any()

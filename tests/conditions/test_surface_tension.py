@@ -51,7 +51,7 @@ def assert_exact(sim):
     body, surface, chance = sim.bodies[0], surface_of(sim), np.random.default_rng(1)
     position, volume = body.arrays["position"], body.arrays["volume"]
     position[:, :2] += chance.uniform(0.0, 0.01, (len(position), 2))
-    body.sort()
+    body.storage.sort()
     place, size = position.copy(), volume.copy()
     moves, grows = chance.normal(size=place.shape) * (1.0, 1.0, 0.0), size * chance.normal(size=size.shape)
 

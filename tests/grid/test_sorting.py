@@ -167,21 +167,21 @@ def test_bodies_of_a_field_have_the_same_slabs(functions):
 def test_a_straying_point_triggers_sorting_once():
     sim = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
     body = sim.bodies[0]
-    first, since = body.slabs.first.copy(), body._short_runs
-    body.sort_if_needed()
-    assert body._short_runs is since, "nothing left its slab"
+    first, since = body.storage.slabs.first.copy(), body.storage.short_runs
+    body.storage.sort_if_needed()
+    assert body.storage.short_runs is since, "nothing left its slab"
     nodes = sim.grid.nodes
     index, _ = sim.grid.where()
     nodes.velocity[index] = (1.0, 0.0, 0.0)
     nodes.strain_velocity[index] = (1.0, 0.0, 0.0)
     steps = 0
-    while not body.slabs.left_slab.any():
+    while not body.storage.slabs.left_slab.any():
         body.update_stress(0.125, move=True)
         steps += 1
         assert steps < 1000
-    body.sort_if_needed()
-    assert not body.slabs.left_slab.any()
-    assert not np.array_equal(body.slabs.first, first)
+    body.storage.sort_if_needed()
+    assert not body.storage.slabs.left_slab.any()
+    assert not np.array_equal(body.storage.slabs.first, first)
     cells = node_of(sim.grid, body.points.position)
     assert np.all(np.diff(cells) >= 0)
 
@@ -218,16 +218,16 @@ def test_points_that_mix_within_their_slab_are_sorted_when_that_pays():
     price = body.sorting_cost * body.n_points + EACH_SORTING
     fewest, excess, sortings = body.n_points, 0, 0
     for _ in range(26):
-        since = body._short_runs  # the last sorting
+        since = body.storage.short_runs  # the last sorting
         cells = node_of(sim.grid, body.points.position)
-        assert not body.slabs.left_slab.any()
+        assert not body.storage.slabs.left_slab.any()
         sim.step()
-        sorted_now = body._short_runs is not since
+        sorted_now = body.storage.short_runs is not since
         assert sorted_now == (excess >= price)
         if sorted_now:
             sortings, fewest, excess, cells = sortings + 1, body.n_points, 0, np.sort(cells)
-        vectors = vectors_of(cells, body.slabs.first)
-        assert vectors == body.slabs.sums[:, VECTORS].sum()
+        vectors = vectors_of(cells, body.storage.slabs.first)
+        assert vectors == body.storage.slabs.sums[:, VECTORS].sum()
         fewest = min(fewest, vectors)
         excess += vectors - fewest
     assert sortings >= 2
@@ -237,11 +237,11 @@ def test_points_that_move_as_one_along_the_slabs_are_not_sorted():
     """Half of a cell's points go on to the next cell: their runs stay as long as they were."""
     sim = simulation(box((3, 0, 0), (12, 4, 4), velocity=(1.0, 0, 0)), counts=(30, 4, 4), support=SLIP, step=0.02, end=10.0)
     body = sim.bodies[0]
-    since, x = body._short_runs, body.points.position[0, 0]
+    since, x = body.storage.short_runs, body.points.position[0, 0]
     advance(sim, 40)
     assert body.points.position[0, 0] > x + 0.7
-    assert body._short_runs is since, "the last sorting is that at the start"
-    assert not body.slabs.left_slab.any()
+    assert body.storage.short_runs is since, "the last sorting is that at the start"
+    assert not body.storage.slabs.left_slab.any()
     assert not body.state_arrays()["slabs/short_runs"][0]
 
 

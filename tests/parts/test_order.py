@@ -157,7 +157,7 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     stored = body.arrays["id"].copy()
     advance(sim, half)
     if isinstance(body, GridBody):
-        body.sort()
+        body.storage.sort()
         assert not np.array_equal(body.arrays["id"], stored)
     advance(sim, half)
     whole = [position for _, position in seen[-2 * half :]]
@@ -185,7 +185,7 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     late = shoved(name, alone)
     late.restore(arrays, numbers)
     if isinstance(late.bodies[0], GridBody):
-        late.bodies[0].sort()
+        late.bodies[0].storage.sort()
     advance(late, half)
     again = [position for _, position in seen[-half:]]
     assert all(np.array_equal(one, other) for one, other in zip(whole[half:], again, strict=True))

@@ -38,9 +38,9 @@ for threads in map(int, sys.argv[1:]):
     body, sortings, prints = sim.bodies[0], 0, []
     for _ in range(4):
         for _ in range(6):
-            since = body._short_runs  # the last sorting
+            since = body.storage.short_runs  # the last sorting
             advance(sim, 1)
-            sortings += body._short_runs is not since
+            sortings += body.storage.short_runs is not since
         prints.append(fingerprint(sim))
     results.append({"prints": prints, "sortings": sortings, "slabs": body.n_slabs, "points": body.n_points})
 print(json.dumps(results))

@@ -112,7 +112,7 @@ def test_bodies_moved_by_cells_do_the_same(bodies, monkeypatch):
 def test_momentum_stays_and_threads_change_no_bit():
     """On a grid whose rows of slabs meet across a seam."""
     one, two = (advance(periodic(vortices(), n=24, threads=threads), 40) for threads in (1, 2))
-    assert len(one.bodies[0].slabs.layers) == 4
+    assert len(one.bodies[0].storage.slabs.layers) == 4
     assert np.abs(one.momentum() - [0.5, 0.7, 0.0]).max() < 1e-14
     assert abs(one.conservation()["energy"]) < 1e-13
     for name, array in one.bodies[0].arrays.items():

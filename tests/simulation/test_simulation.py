@@ -182,11 +182,11 @@ def test_restart_goes_on_bit_for_bit(tables):
     undisturbed = Simulation(tables, threads=1)
     kept, sortings = [], []
     for step in range(26):
-        since = undisturbed.bodies[0]._short_runs  # the last sorting
+        since = undisturbed.bodies[0].storage.short_runs  # the last sorting
         arrays = {name: array.copy() for name, array in undisturbed.state_arrays().items()}
         kept.append((arrays, json.dumps(undisturbed.state_numbers())))
         undisturbed.step()
-        if undisturbed.bodies[0]._short_runs is not since:
+        if undisturbed.bodies[0].storage.short_runs is not since:
             sortings.append(step)
     assert sortings, "points left_slab and were sorted on the way"
     found = undisturbed.state_arrays()
@@ -214,7 +214,7 @@ def test_sorting_changes_no_more_than_the_order_of_sums():
     one, other = Simulation(sphere(), threads=1), Simulation(sphere(), threads=1)
     for _ in range(12):
         one.step()
-        other.bodies[0].sort()
+        other.bodies[0].storage.sort()
         other.step()
     frames = one.bodies[0].frame(), other.bodies[0].frame()
     for name in ("position", "velocity", "stress", "internal_energy"):
@@ -297,7 +297,7 @@ def test_kernels_of_wrinkling_and_of_either_hourglass_control_are_told_apart():
 def test_slabs_without_points_report_nothing_after_a_restart():
     """Kernels pass over them, and would leave the sums of the start there."""
     sim = simulation(box((0, 0, 0), (2, 2, 2)), counts=(40, 2, 2))
-    slabs = sim.bodies[0].slabs
+    slabs = sim.bodies[0].storage.slabs
     assert (np.diff(slabs.first) == 0).any()
     slabs.sums[:], slabs.fault[:] = 1.0, 1
     sim.restore(sim.state_arrays(), sim.state_numbers())

@@ -33,6 +33,7 @@ from pellucid.errors import RunStopped
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.gifts import FIRST, scatter
+from pellucid.grid.point_storage import PointStorage
 from pellucid.grid.points import POWER
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.viscous_nodes import (
@@ -71,6 +72,7 @@ class Viscous(Protocol):
 
     n_slabs: int  # number of slabs into which the points are divided
     mapped: Bundle  # the points, bundle of `MappedPoints`
+    storage: PointStorage
 
     @property
     def solves_viscosity(self) -> bool:
@@ -87,7 +89,6 @@ class Viscous(Protocol):
     @property
     def nodal_forces(self) -> np.ndarray: ...
     def stored_array(self, name: str) -> np.ndarray: ...
-    def sums(self) -> np.ndarray: ...
 
 
 class ImplicitViscosity(StepPart):
@@ -155,7 +156,7 @@ class ImplicitViscosity(StepPart):
         if rounds:
             self._map(self._of_solution)
         self._dt = dt
-        self._power = sum(float(body.sums()[POWER]) for body in self._bodies)
+        self._power = sum(float(body.storage.sums()[POWER]) for body in self._bodies)
         add_forces(self._n, self._nodes, self._bodies[0].nodal_forces)
         for body in self._bodies:
             add_stress(body.n_slabs, body.mapped, body.viscous_stress)

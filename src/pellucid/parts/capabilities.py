@@ -286,14 +286,6 @@ class GainsPoints(Protocol):
 
 
 @runtime_checkable
-class SpreadsPoints(Protocol):
-    """A body whose points are distributed over processes that share a simulation (`pellucid.ranks`)."""
-
-    def keep_whole(self) -> None:
-        """Store all points of the body on each process, since conditions access all of them in each step."""
-
-
-@runtime_checkable
 class CarriesRotation(Protocol):
     """A body whose points can transfer the rotation of a rigid body to the nodes."""
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.energy import StepWork
+from pellucid.grid.point_storage import PointStorage
 from pellucid.parts.body import Body
 
 
@@ -28,6 +29,8 @@ class TransferLoss(NamedTuple):
 class GridBody(Body):
     """A body whose unknowns are on the grid: material points that move with the grid nodes of a velocity field."""
 
+    storage: PointStorage
+    """Arrays of the points, sorted by grid nodes and distributed among processes."""
     transfer_loss = TransferLoss()
     """Kinetic energy that transfers between points and grid lost in this step."""
     keeps_heat = False
@@ -37,11 +40,6 @@ class GridBody(Body):
     def fluid_volume(self) -> float:
         """Return the volume of the body's points [m³] if it is a fluid, else 0."""
         return 0.0
-
-    @abstractmethod
-    def sort_if_needed(self) -> None:
-        """Sort the points by their grid nodes if one left its slab (a block of layers of cells), or if that reduces the run
-        time."""
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

@@ -13,14 +13,15 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
-from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Interrupted, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
+from pellucid.grid.point_storage import PointStorage
 from pellucid.grid.sorting import rows_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 
 INTERVAL = 50
@@ -78,8 +79,8 @@ class SharedSlabs:
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         coupled = (body.coupling for body in bodies if isinstance(body, ExplicitNodes))
-        on_grid = [body for body in bodies if isinstance(body, PointsOnGrid)]
-        self._points: list[PointsOnGrid | GridCoupling] = [*on_grid, *(one for one in coupled if one is not None)]
+        on_grid = [body.storage for body in bodies if isinstance(body, GridBody)]
+        self._points: list[PointStorage | GridCoupling] = [*on_grid, *(one for one in coupled if one is not None)]
         self._cut_again(domain.group.total(self._count()))
 
     def _count(self) -> np.ndarray:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
@@ -15,6 +14,7 @@ from pellucid.findings import Named
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
+from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.settling import SETTLING, SettlingClock
@@ -180,7 +180,7 @@ class SimulationState:
 
     def spread_arrays(self) -> list[str]:
         """Return the names of the state arrays whose points are distributed among processes."""
-        spread = (body for body in self.bodies if isinstance(body, PointsOnGrid) and body.shared.is_spread)
+        spread = (body for body in self.bodies if isinstance(body, GridBody) and body.storage.shared.is_spread)
         return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
     def state_numbers(self) -> dict[str, Any]:

@@ -40,7 +40,7 @@ class Stages:
         """Sort the points of the bodies on the grid by their nodes, if a point left its slab (a block of grid cells) or
         sorting saves time."""
         for body in self.grid_bodies:
-            body.sort_if_needed()
+            body.storage.sort_if_needed()
 
     def begin(self, time: float, load_dt: float) -> None:
         """Apply the loads and prescribed motions of a step.

@@ -132,7 +132,7 @@ def test_an_inverted_point_is_named(scheme):
     body = sim.bodies[0]
     body.arrays["velocity"][:, 0] = np.where(body.arrays["position"][:, 0] < 3.0, 1.04, -1.04)
     body.arrays["position"][:, 0] = np.where(body.arrays["position"][:, 0] < 3.0, 2.1, 3.9)
-    body.sort()
+    body.storage.sort()
     assert "volume would become zero or negative" in str(stopped(sim, 2))
 
 

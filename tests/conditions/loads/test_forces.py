@@ -52,7 +52,7 @@ def test_material_points_keep_their_shares_when_they_are_sorted():
     order = block.arrays["id"].copy()
     block.add_external_force = lambda force, column: given.append(force.copy())
     advance(sim, 60)
-    block.sort()
+    block.storage.sort()
     assert not np.array_equal(order, block.arrays["id"]), "points were sorted anew"
     assert len(at_start) == 4
     sim.stages.begin(1.0, 5e-3)

@@ -71,7 +71,7 @@ def drifting():
 
 def test_points_move_and_are_summed(drifting):
     body, _, task = drifting
-    before, slabs = body.arrays["position"].copy(), body.slabs
+    before, slabs = body.arrays["position"].copy(), body.storage.slabs
     each_point(task, 0.01)
     # three roundings of places of some cells
     assert body.arrays["position"] == pytest.approx(before + np.array([0.01, 0.0, 0.0]), abs=4e-15)
@@ -95,7 +95,7 @@ def test_what_would_turn_over_keeps_what_it_had(drifting, others):
     for name, array in before.items():
         assert np.all(body.arrays[name][7] == array[7])
         assert np.all(np.delete(body.arrays[name] != array, 7, axis=0).reshape(body.n_points - 1, -1)[:, 0])
-    found = body.slabs.fault[body.slabs.fault[:, 0] != OK]
+    found = body.storage.slabs.fault[body.storage.slabs.fault[:, 0] != OK]
     assert (INVERTED, 7) in [tuple(row) for row in found]
 
 
@@ -103,10 +103,10 @@ def test_what_would_turn_over_keeps_what_it_had(drifting, others):
 def test_places_that_are_none_are_faults(drifting, step, fault):
     body, _, task = drifting
     each_point(task, step)
-    codes = body.slabs.fault[np.diff(body.slabs.first) > 0, 0]
+    codes = body.storage.slabs.fault[np.diff(body.storage.slabs.first) > 0, 0]
     assert np.all(codes == fault)
     if fault == LOST:
-        assert body.slabs.of_lost[:, STORED].sum() == pytest.approx(body.arrays["mass"].sum(), rel=1e-14)
+        assert body.storage.slabs.of_lost[:, STORED].sum() == pytest.approx(body.arrays["mass"].sum(), rel=1e-14)
 
 
 def test_the_order_of_an_index_is_as_good(drifting):
@@ -121,9 +121,9 @@ def test_the_order_of_an_index_is_as_good(drifting):
     declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, places=True)
     read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
     each_point(task, 0.01)
-    sums = body.slabs.sums.copy()
+    sums = body.storage.slabs.sums.copy()
     each_point(pass_points(Drift(), declared, mapped, read, kept), 0.01)
-    assert np.array_equal(body.slabs.sums, sums)
+    assert np.array_equal(body.storage.slabs.sums, sums)
     assert np.array_equal(stored["position"][order], body.arrays["position"])
 
 
@@ -136,11 +136,11 @@ def test_rules_move_points_one_by_one(drifting):
     move_points(push, 1.0)
     assert body.arrays["position"][3, 0] == before[3, 0] + 9.0
     assert np.all(np.delete(body.arrays["position"] == before, 3, axis=0))
-    slab = np.searchsorted(body.slabs.first, 3, side="right") - 1
-    assert tuple(body.slabs.fault[slab]) == (LOST, 3)
-    body.slabs.fault[slab] = INVERTED, 0
+    slab = np.searchsorted(body.storage.slabs.first, 3, side="right") - 1
+    assert tuple(body.storage.slabs.fault[slab]) == (LOST, 3)
+    body.storage.slabs.fault[slab] = INVERTED, 0
     move_points(moving(body.mapped.content, Stay()), 1.0)
-    assert tuple(body.slabs.fault[slab]) == (INVERTED, 0)
+    assert tuple(body.storage.slabs.fault[slab]) == (INVERTED, 0)
 
 
 def test_what_does_not_fit_is_refused(drifting):
@@ -171,5 +171,5 @@ def test_faults_of_passes_that_give_no_new_places_are_reported(drifting):
     read, kept = Read(body.points.position, body.points.mass, faults), Kept(body.arrays["position"].copy(), body.points.volume)
     declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,))
     each_point(pass_points(Drift(), declared, body.mapped.content, read, kept), 0.0)
-    slab = np.searchsorted(body.slabs.first, 5, side="right") - 1
-    assert tuple(body.slabs.fault[slab]) == (NOT_FINITE, 5)
+    slab = np.searchsorted(body.storage.slabs.first, 5, side="right") - 1
+    assert tuple(body.storage.slabs.fault[slab]) == (NOT_FINITE, 5)

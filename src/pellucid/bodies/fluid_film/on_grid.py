@@ -48,8 +48,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     """
 
     energy_kind = "strain"
-    skin: PointsOfNodes | None = None
-    """Contact surface of the film."""
+    contact_surface: PointsOfNodes | None = None
     _contact_rate = 0.0
 
     def __init__(
@@ -92,14 +91,11 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Return the state arrays for a checkpoint, including the ones on which the shape functions of the geometry depend."""
         kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
-        surface = self.skin.state_arrays() if self.skin is not None else {}
-        return {**super().state_arrays(), **kept, **surface}
+        return {**super().state_arrays(), **kept}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         self.geometry.restore(of_owner("geometry", arrays))
         super().restore(arrays)
-        if self.skin is not None:
-            self.skin.restore(arrays)
         self._show()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
@@ -153,7 +149,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         surface = PointsOfNodes(self.grid, self.cells(), self.places, velocities, *how, shares=self._limit_shares())
         surface.triangles = None  # it has no thickness, by which layers of triangles keep their sides
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
-        self.skin = surface
+        self.contact_surface = surface
         return surface
 
     def _limit_shares(self) -> sparse.csr_array | None:
@@ -170,10 +166,10 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         """Limit the time step by the contact springs if the contact surface of the film is one of `touching`, the surfaces
         with possible contact; otherwise remove this surface.
         """
-        if self.skin is not None and any(other is self.skin for other in touching):
-            self._contact_rate = self.skin.rate
+        if self.contact_surface is not None and any(other is self.contact_surface for other in touching):
+            self._contact_rate = self.contact_surface.rate
         else:
-            self.skin = None
+            self.contact_surface = None
 
     def encloses(self, places: np.ndarray) -> bool:
         cells, own = self.cells(), self.places()
@@ -207,7 +203,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         """Move the nodes over a step dt [s], redistribute them evenly along the film, and update energies and step limit."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         move_points(self._by_nodes, dt)
-        self._complete("position")
+        self.storage.complete("position")
         if dt > 0.0:
             x = np.empty_like(film["x"])
             x[order] = self.points.position[:, axes]
@@ -241,7 +237,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         points.velocity[:] += self._of_grid() - before  # change of the grid velocity from the old to the new positions
         points.mass[:] = self._slice * film["mass"][order]
         points.velocity[:] += (momentum - points.mass @ points.velocity) / points.mass.sum()
-        self.slabs.left_slab[:] = 1
+        self.storage.slabs.left_slab[:] = 1
 
     def _show(self) -> None:
         """Compute geometry and strain operators of the film at its present positions, and update the fields of the results at
@@ -254,7 +250,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         """Interpolate the velocities with which the grid strains the bodies to the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
-        self.shared.fill(found)
+        self.storage.shared.fill(found)
         return found
 
     def _signals(self) -> Signals:

@@ -16,7 +16,6 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
-from pellucid.grid.shared_points import SpreadPoints
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
@@ -53,9 +52,6 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         if not case.material.flows and there == len(arrays["id"]):
             self._begun = arrays["position"][np.argsort(arrays["id"])]
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)
-
-    def _sharing(self) -> SpreadPoints:
-        return SpreadPoints(self.slabs, self.arrays)
 
     def _bind(self) -> None:
         super()._bind()
@@ -130,7 +126,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         """
         if force and not self._strains:
             if self._stressed is None:
-                self._stressed = domain.any(bool(self._there("stress").any()))
+                self._stressed = domain.any(bool(self.storage.present("stress").any()))
             force = self._stressed
         if inertia or force:
             super().particle_to_grid(inertia, force)
@@ -165,8 +161,9 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         if move:
-            self._complete("position")
-        squares = None if self._strains else np.einsum("pi,pi->p", self._there("velocity"), self._there("velocity"))
+            self.storage.complete("position")
+        velocity = self.storage.present("velocity")
+        squares = None if self._strains else np.einsum("pi,pi->p", velocity, velocity)
         if move and self.contact_surface is not None:
             if squares is None or domain.any(bool(squares.any())):
                 self.contact_surface.follow(dt)
@@ -185,8 +182,8 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         return self.material.keeps_heat and self._strains
 
     def return_heat(self, share: float) -> None:
-        energy = self._there("internal_energy")
-        energy -= share * np.maximum(self._heat[: self.n_there], 0.0)
+        energy = self.storage.present("internal_energy")
+        energy -= share * np.maximum(self._heat[: self.storage.n_present], 0.0)
         self.totals.stored -= share * self.transfer_loss.kept
 
     def _collect_strain_sums(self, last: bool) -> None:
@@ -194,7 +191,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         if self.material.keeps_heat:
             self.totals.half_power = 0.0  # its energy follows that of the points step by step
         if "dissipated_energy" in self.arrays:
-            lost = float(self.sums()[DISSIPATED])
+            lost = float(self.storage.sums()[DISSIPATED])
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 
@@ -204,14 +201,14 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
-    def _field_there(self, name: str) -> np.ndarray:
+    def _field_present(self, name: str) -> np.ndarray:
         """Return a field of the points present on this process, by name; pressure and stored energy are computed from the
         material law.
         """
         if name == "pressure":
-            return point_pressures(self.law, self._state, self._field_there("density"))
+            return point_pressures(self.law, self._state, self._field_present("density"))
         if name == "stored_energy":
-            return self._there("mass") * self._field_there(self.material.energy_field)
+            return self.storage.present("mass") * self._field_present(self.material.energy_field)
         if name == self.material.energy_field and name not in self.arrays:
-            return point_energies(self.law, self._state, self._field_there("density"))
-        return super()._field_there(name)
+            return point_energies(self.law, self._state, self._field_present("density"))
+        return super()._field_present(name)

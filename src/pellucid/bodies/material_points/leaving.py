@@ -47,7 +47,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         return self.constraint is None and not self._model.cell_pressure
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
-        self.keep_whole()
+        self.storage.keep_whole()
         self._open_faces = self._open_faces or OpenFaces()
         self._open_faces.add(faces)
         self.constant_fields = ("id",)
@@ -56,13 +56,13 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         """Raise `RunStopped` if a point has a fault, such as a position outside the grid. Points that left through open faces
         are no faults; they are removed when the step is recorded.
         """
-        fault = self.slabs.fault if self._open_faces is None else domain.complete(self.slabs.fault)
+        fault = self.storage.slabs.fault if self._open_faces is None else domain.complete(self.storage.slabs.fault)
         if (
             self._open_faces is not None
             and np.count_nonzero(fault[:, 0])
             and np.all((fault[:, 0] == OK) | (fault[:, 0] == LOST))
         ):
-            self._leaving, lost = self._open_faces.crossed(self._there("position"), self.grid.lattice)
+            self._leaving, lost = self._open_faces.crossed(self.storage.present("position"), self.grid.lattice)
             if lost.any():
                 self.stop(LOST, int(np.flatnonzero(lost)[0]), n_steps, time)
             if self._leaving.any():
@@ -73,22 +73,21 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         gone, self._leaving = self._leaving, NOBODY
         if not gone.any():
             return None
-        there = {name: self._there(name) for name in self.arrays}
+        there = {name: self.storage.present(name) for name in self.arrays}
         stored, dissipated = self.stored_field("stored_energy"), "dissipated_energy" in there
         if dissipated:
             lost = there["mass"] * there["dissipated_energy"]
             self.totals.parts["dissipated"] -= float(np.sum(lost[gone]))
             stored = stored + lost
-        self.complete_arrays()
-        of_lost = domain.complete(self.slabs.of_lost)
+        self.storage.complete_all()
+        of_lost = domain.complete(self.storage.slabs.of_lost)
         power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(of_lost)[POWER])
         left, affine = taken_along(there, stored, gone, power)
         speed = np.linalg.norm(there["velocity"][gone], axis=1)
         self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))
         self.totals.give(left, affine)
         empty(there, gone, self.grid.lattice)
-        self._put_behind(gone)
-        self.sort()
+        self.storage.put_behind(gone)
         return left
 
     @property
@@ -96,13 +95,13 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         """Number of points in messages and summaries: the points present if points can enter, otherwise all, including points
         that left.
         """
-        return self.n_there if self._takes_in else self.n_points
+        return self.storage.n_present if self._takes_in else self.n_points
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        self.keep_whole()
+        self.storage.keep_whole()
         self._takes_in = True
         before, n = self.n_points, self.n_points + rows
-        self.arrays = {name: with_room(array, n) for name, array in self.arrays.items()}
+        self.arrays |= {name: with_room(array, n) for name, array in self.arrays.items()}
         self.arrays["id"][before:], self.arrays["position"][before:] = np.arange(before, n), place
         self._heat = np.zeros(n if self.keeps_heat else 0)
         self.constant_fields = ("id",)
@@ -113,8 +112,8 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         return arrays_at(self._model, position, volume, self._gravity)
 
     def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-        self._complete("position", "stress", "volume")
-        chosen = sets(self.arrays["position"][: self.n_there])
+        self.storage.complete("position", "stress", "volume")
+        chosen = sets(self.arrays["position"][: self.storage.n_present])
         return [(self.arrays["stress"][numbers], self.arrays["volume"][numbers]) for numbers in chosen]
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
@@ -128,7 +127,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         n_steps, time: steps and time [s] of the run, for the message. Returns mass, momentum and energies of the added
         points. Raises RunStopped if no rows are left.
         """
-        there, mass = self.n_there, arrays["mass"]
+        there, mass = self.storage.n_present, arrays["mass"]
         end = there + len(mass)
         if end > self.n_points:
             text = (
@@ -137,14 +136,14 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
             )
             remedy = "add an [[outflow]], or enlarge the grid"
             raise RunStopped(f"{text}; {remedy}", step=n_steps, time=time, body=self.name)
-        self.complete_arrays()
+        self.storage.complete_all()
         for name, array in self.arrays.items():
             if name != "id":
                 array[there:end] = arrays.get(name, 0.0)
         entered, size = brought_in(arrays, self._stored_in(arrays))
         self.totals.take(entered, size)
-        self.shared.first[-1] = end
-        self._sort()
+        self.storage.shared.first[-1] = end
+        self.storage.sort()
         return entered
 
     def _stored_in(self, arrays: Mapping[str, np.ndarray]) -> np.ndarray:

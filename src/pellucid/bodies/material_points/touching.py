@@ -45,6 +45,8 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
     _begun: np.ndarray | None = None
     """Initial positions by point number [m], shape (n, 3), if this process stores all."""
     _surface_parts: SurfaceParts | None = None
+    _begun_surface: Mapping[str, np.ndarray] = {}
+    """Arrays of the contact surface in the run that the body continues."""
 
     @property
     def _strains(self) -> bool:
@@ -55,7 +57,7 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
-        self.keep_whole()
+        self.storage.keep_whole()
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
@@ -74,8 +76,8 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
     def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
         if not self.material.flows:
             return None
-        self.keep_whole()
-        if self.n_there == 0:
+        self.storage.keep_whole()
+        if self.storage.n_present == 0:
             return None
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
@@ -85,11 +87,23 @@ class PointsInContact(PointsOnGrid, HasContactSurface, BoundByContact, HasPoints
         """
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
+    def _follow_order(self) -> None:
+        if self.contact_surface is not None:
+            self.contact_surface.find_hosts()
+
+    def move_surface(self, dt: float) -> None:
+        if self.contact_surface is not None:
+            self.contact_surface.follow(dt)
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        super().load_state(state)
+        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
+
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
         if not any(surface is self.contact_surface for surface in touching):
             self.contact_surface = None
         if self.contact_surface is not None:
-            self.keep_whole()
+            self.storage.keep_whole()
             self.totals.rate = max(self.totals.rate, self.contact_surface.least_rate)
 
     def approach_warning(self, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> str | None:
@@ -144,7 +158,7 @@ class PointsAtWall(ContactSurface):
         self, body: PointsOnGrid, plane: WallPlane, density: float, speed_of_sound: float, load: Callable[[], np.ndarray]
     ) -> None:
         self._body, self._plane, self._load, self._density = body, plane, load, density
-        cell, edges = body.grid.lattice.cell, self._edges(body.points.mass[: body.n_there])
+        cell, edges = body.grid.lattice.cell, self._edges(body.points.mass[: body.storage.n_present])
         self.mass_per_area = density * min(cell, LAYER * float(np.median(edges)))
         self.rate = speed_of_sound / cell
         self._most = 0.5 * float(edges.max())
@@ -161,7 +175,7 @@ class PointsAtWall(ContactSurface):
 
     def begin(self) -> None:
         points, plane, grid = self._body.points, self._plane, self._body.grid
-        count = _list_beside(points.position, self._body.n_there, plane.normal, plane.level, self._most, self._listed)
+        count = _list_beside(points.position, self._body.storage.n_present, plane.normal, plane.level, self._most, self._listed)
         self._at = at = self._listed[:count]
         mass, thin = points.mass[at], sum(grid.thin)
         self.place, self.velocity = points.position[at], points.velocity[at]

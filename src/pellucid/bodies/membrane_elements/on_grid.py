@@ -36,8 +36,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
     """
 
     sorting_cost = 3.0  # few of its loops are vectorized
-    sheet: PointsOfNodes | None = None
-    """Contact surface of the body."""
+    contact_surface: PointsOfNodes | None = None
 
     def __init__(
         self,
@@ -76,18 +75,15 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return self.surface.vertices
 
     def _follow_order(self) -> None:
-        self.surface.bind(self.arrays["id"], self.shared.first)
+        self.surface.bind(self.arrays["id"], self.storage.shared.first)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         super().restore(arrays)
         self.node_velocity[...] = arrays["node_velocity"]
-        if self.sheet is not None:
-            self.sheet.restore(arrays)
         self.surface.go_on(self.points.position)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        surface = self.sheet.state_arrays() if self.sheet is not None else {}
-        return {**super().state_arrays(), **surface, "node_velocity": self.node_velocity}
+        return {**super().state_arrays(), "node_velocity": self.node_velocity}
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Return a warning if elements in contact at the grid nodes `nodes` are larger than the grid cells; None otherwise."""
@@ -111,14 +107,14 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         surface = PointsOfNodes(self.grid, self.surface.cells, self.places, lambda: self.node_velocity, *how)
         surface.half_width = self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
-        self.sheet = surface
+        self.contact_surface = surface
         return surface
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        if self.sheet is not None and any(other is self.sheet for other in touching):
-            self._contact_rate = self.sheet.rate
+        if self.contact_surface is not None and any(other is self.contact_surface for other in touching):
+            self._contact_rate = self.contact_surface.rate
         else:
-            self.sheet = None
+            self.contact_surface = None
 
     def encloses(self, places: np.ndarray) -> bool:
         if not self._closed:
@@ -163,7 +159,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         before = self.points.position.copy()
         self._move_by_nodes(dt)
         self.prescribe_positions()
-        self._complete("position")
+        self.storage.complete("position")
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved
         if dt > 0.0:

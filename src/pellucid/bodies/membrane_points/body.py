@@ -111,7 +111,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         strained = StrainedMembrane(
             lattice=self.grid.lattice,
             points=self.points,
-            slabs=self.slabs,
+            slabs=self.storage.slabs,
             index=self.mapped.index,
             fans=fans,
             gradient=self._gradient,
@@ -200,14 +200,14 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
         return [*super().field_names, "tension", *bent]
 
-    def _field_there(self, name: str) -> np.ndarray:
+    def _field_present(self, name: str) -> np.ndarray:
         if name == "tension":  # the mean of both directions, over what is the thickness now
-            thickness = self._there("volume") / self.surface_areas()[self._there("id")]
-            return np.asarray(0.5 * self._there("plane_stress")[:, :2].sum(axis=1) * thickness)
+            thickness = self.storage.present("volume") / self.surface_areas()[self.storage.present("id")]
+            return np.asarray(0.5 * self.storage.present("plane_stress")[:, :2].sum(axis=1) * thickness)
         if self.bending is not None and name in ("curvature", "bending_energy"):
             by_number = self.bending.energies if name == "bending_energy" else self.bending.curvatures(self.points.position)
-            return by_number[self._there("id")]
-        return super()._field_there(name)
+            return by_number[self.storage.present("id")]
+        return super()._field_present(name)
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         super().particle_to_grid(inertia, force)
@@ -256,7 +256,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
                 self.prescribe_positions()
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
-        self._complete("position")
+        self.storage.complete("position")
         kernels.find_normals(len(self._triangles) // kernels.CHUNK + 1, self.points.position, self.fans)
         if self._mean is None:
             kernels.strain(self.n_slabs, self._surface, dt)
@@ -268,10 +268,10 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
             self.totals.parts["bending"] = 0.0  # the sums are those of the strain alone
             self._count_bending(dt)
         if len(self._record.dissipated_energy):
-            self._complete("dissipated_energy")
+            self.storage.complete("dissipated_energy")
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
             return
-        self._complete("strain_energy", "in_plane")
+        self.storage.complete("strain_energy", "in_plane")
         if (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:
             lost = self._state.strain_energy - recoverable
             self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
@@ -286,7 +286,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]
         kernels.stretch(self.n_slabs, self._surface, number, self.arrays["torn"], mean.local, self._kinematics, dt)
-        self.shared.fill(mean.local, self.arrays["id"])
+        self.storage.shared.fill(mean.local, self.arrays["id"])
         if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
             mean.update()
         kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

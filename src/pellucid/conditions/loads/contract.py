@@ -17,7 +17,6 @@ from pellucid.geometry.region import Where, chosen_nodes, faults
 from pellucid.model import parameter
 from pellucid.parts.annotations import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel, selectable_of
-from pellucid.parts.capabilities import SpreadsPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
@@ -104,10 +103,12 @@ class ActiveLoad(StepPart):
     """Applies the forces of a `Load` in each step to the body that the load names."""
 
     def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:
+        from pellucid.parts.families import GridBody
+
         member = assembly.bodies[load.body]
         self._body, self._load, self._path = member.body, load, path
-        if isinstance(self._body, SpreadsPoints):
-            self._body.keep_whole()  # `forces` see all points
+        if isinstance(self._body, GridBody):
+            self._body.storage.keep_whole()  # `forces` see all points
         self._chosen = None if load.region is None else chosen_points(load.region, member, path)
         self._add = assembly.forces_on(load.body, load.channel)
 

@@ -112,7 +112,7 @@ class EndOfFluid:
     def nearest(self) -> tuple[float, float]:
         """Return the distance of the body's nearest point from the face, in cells, and the velocity of this point into
         the grid [m/s]."""
-        there, axis = self.body.n_there, self.face.axis
+        there, axis = self.body.storage.n_present, self.face.axis
         if there == 0:
             return np.inf, 0.0
         depth = self.face.depth(self.body.arrays["position"][:there])

@@ -26,8 +26,9 @@ from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.assembly import AssembledBody, Assembly
-from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
+from pellucid.parts.capabilities import CarriesRotation
 from pellucid.parts.constraint import RigidConstraint
+from pellucid.parts.families import GridBody
 from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
@@ -61,13 +62,13 @@ class RigidBody(RigidConstraint):
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
         points, actions = member.body.on_grid, member.actions
+        if isinstance(member.body, GridBody):
+            member.body.storage.keep_whole()
         if not isinstance(member.body, CarriesRotation):
             raise ValueError(f"body {member.body.name} is rigid, but its points cannot store a rotation")
         if points is None or actions is None:
             raise ValueError(f"body {member.body.name} is rigid, but has no points on the grid")
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
-        if isinstance(member.body, SpreadsPoints):
-            member.body.keep_whole()
         transfer = member.body.carry_rotation()
         self._points, self._walls = points, RigidWalls(actions)
         self._target = np.zeros_like(member.body.arrays["position"])

@@ -1,10 +1,14 @@
-"""Sums over the points of a body on the grid, its step limit, and faults of points."""
+"""State of a body of points on the grid as the clock, the balance, results and checkpoints read it."""
+
+from collections.abc import Mapping
+from math import fsum
 
 import numpy as np
 
-from pellucid.bodies.sorted_points import SortedPoints
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import AngularMomentum
 from pellucid.grid import transfer as kernels
+from pellucid.grid.lattice import Grid
 from pellucid.grid.points import (
     FIELD_ENERGY,
     HEATING,
@@ -21,17 +25,19 @@ from pellucid.grid.points import (
     fault_at_held_face,
 )
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
-from pellucid.reductions import ordered_sum
-from pellucid.state import parts_of
+from pellucid.reductions import exact_parts, ordered_sum
+from pellucid.state import FIELDS, parts_of
 from pellucid.step.limit import StepLimit, motion_in_cells, swings, told
 
 NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
-class SummedPoints(SortedPoints):
-    """Base class of bodies of points on the grid: totals of the points after each stage of a step."""
+class PointBody(GridBody):
+    """Base class of bodies of points on the grid: totals, step limit, faults, checkpoints and fields of the points."""
 
+    grid: Grid
     mapped: Bundle
     """The points for kernels, bundle of `MappedPoints`."""
     n_slabs: int
@@ -39,9 +45,22 @@ class SummedPoints(SortedPoints):
     """Affine velocity fields about the points (APIC), or None."""
     _cells: FullCells | None
     """Full cells whose mean pressures act on the points, or None."""
+    contact_surface: ContactSurface | None = None
+    """Contact surface of the body; None if contact is computed on the grid nodes."""
+    _goes_on = False
+    """True if the body continues from an earlier run."""
+
+    @property
+    def mass(self) -> float:
+        """Return the mass of the body [kg], bitwise equal for any order of points and any number of processes."""
+        if not self.storage.is_spread:
+            return super().mass
+        return fsum(part for parts in domain.group.each(exact_parts(self.storage.present("mass"))) for part in parts)
+
+    # totals
 
     def complete(self) -> None:
-        named = (self._there(name) for name in self.arrays if not parts_of(name, self.arrays))
+        named = (self.storage.present(name) for name in self.arrays if not parts_of(name, self.arrays))
         arrays = [*named, *self.element_arrays.values()] if self._goes_on else []
         kept = [array.copy() for array in arrays]
         self.renew_totals()
@@ -53,7 +72,7 @@ class SummedPoints(SortedPoints):
 
     def renew_totals(self) -> None:
         kernels.sum_momentum(self.n_slabs, self.mapped)
-        self._collect_momentum_sums(self.sums())
+        self._collect_momentum_sums(self.storage.sums())
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         if self._cells is not None:
@@ -71,10 +90,10 @@ class SummedPoints(SortedPoints):
         """Collect the sums of stored energy, power of internal forces and heating over the points, after their strain was
         updated. last: True if this follows the momentum update of the step.
         """
-        sums = self.sums()
+        sums = self.storage.sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
-        self._bound_rate(float(self.slabs.sums[:, RATE].max()))
+        self._bound_rate(float(self.storage.slabs.sums[:, RATE].max()))
 
     def _bound_rate(self, rate: float) -> None:
         """Set the rate whose reciprocal is the largest stable step [1/s]: the largest of `rate`, the rate of waves and
@@ -99,7 +118,7 @@ class SummedPoints(SortedPoints):
         return super().step_limit()
 
     def fastest(self) -> float:
-        return domain.largest(float(np.sqrt(np.max(np.sum(self._there("velocity") ** 2, axis=1), initial=0.0))))
+        return domain.largest(float(np.sqrt(np.max(np.sum(self.storage.present("velocity") ** 2, axis=1), initial=0.0))))
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
         """Return the angular momentum about a point `about` [m], shape (3,), including affine velocity fields or, for a rigid
@@ -111,10 +130,12 @@ class SummedPoints(SortedPoints):
         total = ordered_sum(domain.complete(sums))
         return AngularMomentum(total[:3] + (0.0 if self.rigid is None else self.rigid.own_spin), float(total[3]))
 
+    # faults
+
     def check(self, n_steps: int, time: float) -> None:
-        if not domain.any(bool(np.count_nonzero(self.slabs.fault[:, 0]))):
+        if not domain.any(bool(np.count_nonzero(self.storage.slabs.fault[:, 0]))):
             return
-        fault = domain.complete(self.slabs.fault)
+        fault = domain.complete(self.storage.slabs.fault)
         slab = int(np.flatnonzero(fault[:, 0])[0])
         with domain.told_by(slab) as has_it:
             if has_it:
@@ -127,3 +148,74 @@ class SummedPoints(SortedPoints):
         """
         passed = self.grid.find_passed_face(self.arrays["position"][p]) if code == LOST else None
         return super().fault(code, p) if passed is None else fault_at_held_face(*passed)
+
+    # checkpoints
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
+        surface = self.contact_surface.state_arrays() if self.contact_surface is not None else {}
+        return {**self.storage.state_arrays(), **elements, **surface}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        for name, array in self.element_arrays.items():
+            array[...] = arrays[f"elements/{name}"]
+        if self.contact_surface is not None:
+            self.contact_surface.restore(arrays)
+        self.storage.restore(arrays)
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        for name, array in self.element_arrays.items():
+            array[...] = state[f"elements/{name}"]
+        self.storage.load(state)
+        self._goes_on = True
+
+    # fields
+
+    def order(self) -> np.ndarray:
+        return self.storage.order()
+
+    @property
+    def field_names(self) -> list[str]:
+        return [name for name in self.arrays if FIELDS[name].shown] + ["density", "pressure"]
+
+    def field(self, name: str) -> np.ndarray:
+        try:
+            stored = self.stored_field(name)
+        except KeyError:
+            raise self.no_field(name) from None
+        return stored[self.order()]
+
+    def stored_field(self, name: str) -> np.ndarray:
+        self.storage.complete(*([name, *parts_of(name, self.arrays)] if name in self.arrays else self.arrays))
+        return self.storage.shared.joined(self._field_present(name))
+
+    def stored_array(self, name: str) -> np.ndarray:
+        return self.storage.joined(name)
+
+    def _field_present(self, name: str) -> np.ndarray:
+        """Return a field of the points present on this process, by name, in storage order."""
+        present = self.storage.present
+        if name == "density":
+            return present("mass") / present("volume")
+        if name == "pressure":
+            return np.asarray(-present("stress")[:, :3].mean(axis=1))
+        if name == "kinetic_energy":
+            return self.kinetic_energies()[: self.storage.n_present]
+        if name == "stored_energy":
+            return present("mass") * present("strain_energy")
+        return sum((present(part) for part in parts_of(name, self.arrays)), present(name))
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """Return the fields of all points by name, as recorded in a frame of the results, in the order of point numbers. For
+        points that left, the fields are zero, except the position at which they left the grid.
+        """
+        fields, left = super().frame(), self.arrays["id"][self.storage.n_present :]
+        if not len(left) or self.storage.is_spread:  # those behind are with other processes
+            return fields
+        there = fields["id"]
+        for name, values in fields.items():
+            fields[name] = np.zeros((self.n_points, *values.shape[1:]), values.dtype)
+            fields[name][there] = values
+        for name in ("id", "position"):
+            fields[name][left] = self.arrays[name][self.storage.n_present :]
+        return fields
