@@ -30,4 +30,4 @@ def simulation(*enclosed, threads=1, **more):
 def shown(sim, name="bag"):
     """Return the present values that the enclosed content `name` writes to the history, by column name without the name of
     the content."""
-    return {key.removeprefix(f"{name}_"): value for key, value in sim.condition_states.items() if key.startswith(name)}
+    return {key.removeprefix(f"{name}_"): value for key, value in sim.parts.columns().items() if key.startswith(name)}

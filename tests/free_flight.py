@@ -9,6 +9,7 @@ from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.step.part import StepParts
 
 CASE = """
 schema = 1
@@ -87,15 +88,35 @@ class FakeBody:
     stored_field = field
 
 
+class FakeBudget:
+    """Balance of a `FakeSimulation`."""
+
+    is_complete = True
+    inflow: ClassVar[dict[str, float]] = {}
+    outflow: ClassVar[dict[str, float]] = {}
+
+    def __init__(self, simulation: "FakeSimulation") -> None:
+        self._simulation = simulation
+
+    def energies(self) -> dict[str, float]:
+        kinetic = sum(0.25 * float((body.velocity**2).sum()) for body in self._simulation.bodies)
+        return {"kinetic": kinetic, "internal": 3.0 - 0.1 * self._simulation.time, "strain": 0.1 * self._simulation.time}
+
+    def reactions(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def angular_reactions(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def conservation(self) -> dict[str, float]:
+        return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self._simulation.time}
+
+
 class FakeSimulation:
     """Simulation in which points move with constant velocities. If `breaks_at` is set, the run stops with an error in that
     step."""
 
     breaks_at: int | None = None
-    is_balanced = True
-    inflow: ClassVar[dict[str, float]] = {}
-    outflow: ClassVar[dict[str, float]] = {}
-    condition_states: ClassVar[dict[str, float]] = {}
     place: ClassVar[dict[str, object]] = {}
     node_contacts: ClassVar[list[str]] = []
 
@@ -103,6 +124,7 @@ class FakeSimulation:
         self.case, self.threads = case, threads or 1
         self.bodies = [FakeBody("gas", True, (0.5, 0.5), 80, 1.0), FakeBody("block", False, (2.5, 0.5), 32, 0.0)]
         self.time, self.n_steps, self.dt = 0.0, 0, 0.0
+        self.budget, self.parts = FakeBudget(self), StepParts()
 
     def facts(self) -> dict:
         return {}
@@ -137,21 +159,8 @@ class FakeSimulation:
             body.position, body.velocity = arrays[f"{body.name}/position"], arrays[f"{body.name}/velocity"]
         self.time, self.n_steps, self.dt = numbers["time"], numbers["n_steps"], numbers["dt"]
 
-    def energies(self) -> dict[str, float]:
-        kinetic = sum(0.25 * float((body.velocity**2).sum()) for body in self.bodies)
-        return {"kinetic": kinetic, "internal": 3.0 - 0.1 * self.time, "strain": 0.1 * self.time}
-
     def momentum(self) -> np.ndarray:
         return sum(0.5 * body.velocity.sum(axis=0) for body in self.bodies)
-
-    def reactions(self) -> dict[str, np.ndarray]:
-        return {}
-
-    def angular_reactions(self) -> dict[str, np.ndarray]:
-        return {}
-
-    def conservation(self) -> dict[str, float]:
-        return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self.time}
 
 
 def fake_module() -> ModuleType:

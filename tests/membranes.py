@@ -102,5 +102,5 @@ def assert_stable_when_shaken(sim, steps=2000):
     most = 0.0
     for _ in range(steps):
         sim.step()
-        most = max(most, sim.energies()["kinetic"])
+        most = max(most, sim.budget.energies()["kinetic"])
     assert most < 3.0 * given

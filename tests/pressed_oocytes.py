@@ -55,7 +55,7 @@ def force_on_plate(sim, speed, every=20):
     rows, before = [], (0.0, 0.0)
     for _ in sim:
         if sim.n_steps % every == 0:
-            now = sim.time, sim.reactions()["plate"][2]
+            now = sim.time, sim.budget.reactions()["plate"][2]
             force = -4.0 * (now[1] - before[1]) / (now[0] - before[0])
             rows.append((0.5 * speed * (now[0] + before[0]), force))
             before = now

@@ -263,17 +263,19 @@ def collision(**more):
 def test_it_hits_a_block_by_contact(scheme):
     sim = collision(scheme=scheme)
     block, springs = sim.bodies
-    before, energy = springs.totals.momentum.copy(), sum(sim.energies()[name] for name in ("kinetic", "strain"))
+    before, energy = springs.totals.momentum.copy(), sum(sim.budget.energies()[name] for name in ("kinetic", "strain"))
     while sim.time < 0.9:
         sim.step()
-    push = sim.reactions()["hit"]
+    push = sim.budget.reactions()["hit"]
     assert push[0] < -0.3 * np.abs(before[0])
     assert block.totals.momentum == pytest.approx(push, abs=1e-12 * np.abs(before).max())
     assert springs.totals.momentum - before == pytest.approx(-push, abs=1e-12 * np.abs(before).max())
     assert springs.totals.stored > 0.0
-    assert sim.conservation()["momentum"] < 1e-12
-    assert sim.energies()["contact_work"] < 0.0
-    assert abs(sim.conservation()["energy"]) < 0.1 * energy / sim.budget.energy_scale, "backward Euler and contact take some"
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert sim.budget.energies()["contact_work"] < 0.0
+    assert abs(sim.budget.conservation()["energy"]) < 0.1 * energy / sim.budget.energy_scale, (
+        "backward Euler and contact take some"
+    )
 
 
 def test_its_nodes_keep_their_order_and_a_restart_its_bits():
@@ -352,12 +354,12 @@ def test_conditions_act_on_it():
     low = body.arrays["start"][:, 1] < 2.6
     assert np.array_equal(body.arrays["position"][low], body.arrays["start"][low])
     assert body.arrays["velocity"][~low].any()
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert energies["gravity_work"] > 0.0
     assert energies["load_work"] > 0.0
-    assert sim.reactions()["floor"][1] > 0.0
-    assert sim.conservation()["momentum"] < 1e-12
-    assert sim.conservation()["energy"] < 0.0, "backward Euler takes some"
+    assert sim.budget.reactions()["floor"][1] > 0.0
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["energy"] < 0.0, "backward Euler takes some"
 
 
 def test_it_cannot_follow_a_motion():

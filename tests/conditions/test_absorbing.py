@@ -71,10 +71,10 @@ def test_the_balance_closes():
     sim = Simulation(Case.model_validate(table), threads=1)
     while sim.time < 1.5 * LENGTH / 10.0:
         sim.step()
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert energies["absorbed_energy"] > 0.5 * sim.budget.initial["kinetic"]
     assert abs(sim.budget.energy_error()) < 0.01  # the error of a step is of its second order
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def test_a_load_gives_the_integral_of_its_share(kind):
     sim = advance(simulation(box((2, 2, 2), (4, 4, 4), RATE_SOLID), load=[load], **FREE), STEPS)
     # a step takes the share at its beginning: wrong by half a step of the difference between the ends at most
     assert mean_velocity(sim)[0] == pytest.approx(0.3 * IMPULSE, abs=0.3 * STEP)
-    assert abs(sim.conservation()["momentum"]) < 1e-12
+    assert abs(sim.budget.conservation()["momentum"]) < 1e-12
 
 
 def gravity_case(body, **more):
@@ -77,8 +77,8 @@ def test_gravity_gives_the_integral_of_its_share(own_nodes):
     steps = round(0.5 / found.time.step)
     advance(sim, steps)
     assert mean_velocity(sim)[0] == pytest.approx(0.3 * IMPULSE, abs=0.3 * found.time.step)
-    assert abs(sim.conservation()["momentum"]) < 1e-12
-    assert abs(sim.conservation()["energy"]) < 1e-9
+    assert abs(sim.budget.conservation()["momentum"]) < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-9
 
 
 def test_gravity_on_a_film_moves_it_by_the_integral_of_its_share():
@@ -92,7 +92,7 @@ def test_gravity_on_a_film_moves_it_by_the_integral_of_its_share():
         sim.step()
     moved = sim.bodies[0].arrays["x"].mean(axis=0) - start
     assert moved[0] == pytest.approx(0.3 / 2.0 * IMPULSE, abs=0.3 / 2.0 * STEP)
-    assert abs(sim.conservation()["energy"]) < 1e-6
+    assert abs(sim.budget.conservation()["energy"]) < 1e-6
 
 
 def test_the_largest_share_of_gravity_bounds_the_step():

@@ -35,10 +35,10 @@ def test_a_fluid_is_cut_at_planes_of_symmetry_and_open_faces(tables):
     assert before == pytest.approx(1000.0 * cap, rel=0.01)
     for _ in range(50):
         simulation.step()
-    assert simulation.conservation()["mass"] < 1e-12
+    assert simulation.budget.conservation()["mass"] < 1e-12
     if tables is IN:  # in layers of half a cell
         flow = 1000.0 * np.pi * 0.66**2
-        assert simulation.inflow["mass"] == pytest.approx(flow * simulation.time, abs=0.125 * flow)
+        assert simulation.budget.inflow["mass"] == pytest.approx(flow * simulation.time, abs=0.125 * flow)
 
 
 NEITHER = r"not a plane of symmetry, and no \[\[inflow\]\] or \[\[outflow\]\] opens it\n.*add a \[\[support\]\] with"

@@ -47,14 +47,14 @@ def test_a_plug_stays_as_it_is(functions, more):
     """Velocities and densities to rounding, points at their distance, in a gas under pressure too."""
     sim = to_the_end(plug(functions=functions, **more))
     body = sim.bodies[0]
-    came, left = sim.inflow, sim.outflow
+    came, left = sim.budget.inflow, sim.budget.outflow
     assert came == left
     assert came["points"] == 6 * round(2.0 * 2.0 * sim.time)
     assert body.storage.n_present == 120
     assert np.abs(body.field("velocity") - [2, 0, 0]).max() < 1e-13
     assert np.ptp(body.field("density")) < 1e-12 * body.field("density").mean()
     assert np.diff(np.unique(body.field("position")[:, 0].round(9))) == pytest.approx(0.5)
-    conservation = sim.conservation()
+    conservation = sim.budget.conservation()
     assert conservation["mass"] < 1e-14
     assert conservation["momentum"] < 1e-13
     assert abs(conservation["energy"]) < 1e-12
@@ -63,13 +63,13 @@ def test_a_plug_stays_as_it_is(functions, more):
 def test_the_ledger_has_what_came_in():
     """Kinetic and internal energy of the points, and p V for pushing them in; the same goes out."""
     sim = to_the_end(plug(inflow={"name": "pump"}))
-    entries, volume = sim.energies(), 2.0 * 3.0 * 3.0
-    assert sim.inflow["mass"] == pytest.approx(volume, rel=1e-13)
+    entries, volume = sim.budget.energies(), 2.0 * 3.0 * 3.0
+    assert sim.budget.inflow["mass"] == pytest.approx(volume, rel=1e-13)
     assert entries["inflow_energy"] == pytest.approx(volume * (0.5 * 4.0 + 1.0 / 0.4), rel=1e-12)
     assert entries["inflow_work"] == pytest.approx(volume * 1.0, rel=1e-12)
     assert entries["outflow_energy"] == pytest.approx(entries["inflow_energy"], rel=1e-12)
     assert entries["outflow_work"] == pytest.approx(-volume * 1.0, rel=1e-12)
-    assert sim.reactions()["pump"] == pytest.approx([3.0 * 3.0, 0, 0], rel=1e-12, abs=1e-12)
+    assert sim.budget.reactions()["pump"] == pytest.approx([3.0 * 3.0, 0, 0], rel=1e-12, abs=1e-12)
 
 
 def test_a_fluid_at_rest_is_pushed_through_and_balances():
@@ -78,10 +78,10 @@ def test_a_fluid_at_rest_is_pushed_through_and_balances():
     tables = plug(speed=0.5, inflow={"amplitude": shares}).to_data()
     tables["body"][0]["velocity"] = [0, 0, 0]
     sim = to_the_end(Case.model_validate(tables))
-    assert sim.conservation()["mass"] < 1e-14
-    assert sim.conservation()["momentum"] < 1e-13
-    assert abs(sim.conservation()["energy"]) < 0.005
-    assert sim.inflow["mass"] == pytest.approx(3.0 * 0.5 * (0.5 + 0.6 + 0.6), abs=1.5)  # two points deep, and no more
+    assert sim.budget.conservation()["mass"] < 1e-14
+    assert sim.budget.conservation()["momentum"] < 1e-13
+    assert abs(sim.budget.conservation()["energy"]) < 0.005
+    assert sim.budget.inflow["mass"] == pytest.approx(3.0 * 0.5 * (0.5 + 0.6 + 0.6), abs=1.5)  # two points deep, and no more
 
 
 def channel(given, **more):
@@ -113,8 +113,8 @@ def test_poiseuille_between_an_inflow_and_an_outflow(given, error):
     assert shape == pytest.approx(1.0, abs=error)
     assert mean == pytest.approx(1.0, abs=error)
     assert fall == pytest.approx(-1.2, abs=0.06)
-    assert sim.conservation()["mass"] < 1e-14
-    assert abs(sim.conservation()["energy"]) < 0.005
+    assert sim.budget.conservation()["mass"] < 1e-14
+    assert abs(sim.budget.conservation()["energy"]) < 0.005
 
 
 def sucked(outflow):
@@ -144,20 +144,20 @@ def test_a_pipette_sucks_by_poiseuilles_law(outflow):
             found.append([v[within, 0].mean(), line[0], np.polyval(line, 4.0)])
     mean, fall, at_end = np.mean(found, axis=0)
     assert -fall == pytest.approx(12.0 * mean, rel=0.05)
-    assert sim.outflow["points"] > 0
+    assert sim.budget.outflow["points"] > 0
     if "pressure" in outflow:
         assert at_end == pytest.approx(-6.0, rel=0.05)
     else:
         assert mean == pytest.approx(0.18, rel=0.04)
-    assert sim.conservation()["mass"] < 1e-14
-    assert abs(sim.conservation()["energy"]) < 0.005
+    assert sim.budget.conservation()["mass"] < 1e-14
+    assert abs(sim.budget.conservation()["energy"]) < 0.005
 
 
 def fingerprint(sim):
     digest = hashlib.sha256()
     for name, array in sorted(sim.state_arrays().items()):
         digest.update(name.encode() + array.tobytes())
-    return digest.hexdigest() + json.dumps([sim.state_numbers(), sim.energies(), sim.conservation()])
+    return digest.hexdigest() + json.dumps([sim.state_numbers(), sim.budget.energies(), sim.budget.conservation()])
 
 
 HALF = [TUBE[0], {"where": "y-upper"}, *TUBE[2:]]  # of a channel: below is a plane of symmetry
@@ -300,8 +300,8 @@ def test_a_liquid_comes_in_at_the_pressure_inside(functions, error):
     exact = 1.2 * (20.0 - 0.25 - starts)
     assert len(means) > 5
     assert np.abs(np.mean(means, axis=0) - exact).max() < error * 24.0
-    assert sim.conservation()["mass"] < 1e-14
-    assert abs(sim.conservation()["energy"]) < 1e-12
+    assert sim.budget.conservation()["mass"] < 1e-14
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
 
 
 HEAVY = slit(
@@ -354,12 +354,12 @@ def test_a_given_flow_rate_comes_in_through_a_round_opening():
     """Within the layer of points of each column that is on its way: half of it on the mean."""
     sim = to_the_end(loads(TUBE_CASE))
     x, v = (sim.bodies[0].field(name) for name in ("position", "velocity"))
-    assert sim.inflow["mass"] == pytest.approx(1000.0 * 10.0 * 3.0, rel=0.04)
+    assert sim.budget.inflow["mass"] == pytest.approx(1000.0 * 10.0 * 3.0, rel=0.04)
     near = x[:, 0] < 1.0
     radius = np.hypot(*(x[near, 1:] - 4.0).T)
     assert np.corrcoef(v[near, 0], 1.0 - (radius / 2.3) ** 2)[0, 1] > 0.9
     assert np.abs(v[near, 1:]).max() < 0.05
-    assert sim.conservation()["mass"] < 1e-14
+    assert sim.budget.conservation()["mass"] < 1e-14
     assert np.hypot(*(x[:, 1:] - 4.0).T).max() < 3.0
 
 
@@ -376,5 +376,5 @@ def test_a_jet_that_has_passed_is_no_backflow():
     drop = box((8, 0, 0), (10, 3, 1), GAS, (2, 2, 1), name="fluid", velocity=(4, 0, 0))
     tables = case(drop, counts=(10, 3, 1), support=TUBE, end=4.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
     sim = to_the_end(Case.model_validate(tables | {"outflow": [{"where": ["x-upper"], "pressure": 1e-3}]}))
-    assert sim.outflow["points"] > 20
+    assert sim.budget.outflow["points"] > 20
     assert sim.time == 4.0

@@ -46,9 +46,9 @@ def test_the_traction_between_plates_does_not_depend_on_where_they_lie_in_a_cell
     points["velocity"][:, 0] = 0.1 * (points["position"][:, 1] - low) / 6.0
     points["affine"][:, 1] = 0.1 / 6.0
     advance(sim, 300)
-    before, since = {name: push.copy() for name, push in sim.reactions().items()}, sim.time
+    before, since = {name: push.copy() for name, push in sim.budget.reactions().items()}, sim.time
     advance(sim, 200)
-    force = {name: (push - before[name])[0] / (sim.time - since) for name, push in sim.reactions().items()}
+    force = {name: (push - before[name])[0] / (sim.time - since) for name, push in sim.budget.reactions().items()}
     assert force["top"] == pytest.approx(4.0 * 0.1 / 6.0, rel=0.003)
     assert force["bottom"] == pytest.approx(-force["top"], rel=0.003)
 
@@ -103,9 +103,9 @@ def test_flow_in_a_round_tube(quarter):
 def test_momentum_and_energy_are_kept(functions, scheme):
     sim = between_plates(2.3, 8.6, 0.5, functions=functions, scheme=scheme)
     advance(sim, 60)
-    assert sim.conservation()["momentum"] < 1e-12
-    assert abs(sim.conservation()["energy"]) < 1e-10
-    assert sim.reactions()["top"][0] > 0.0
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-10
+    assert sim.budget.reactions()["top"][0] > 0.0
 
 
 def test_a_turned_shape_is_a_wall_where_it_is():
@@ -162,4 +162,4 @@ def test_the_same_bits_after_a_checkpoint():
     advance(again, 20)
     for name, array in one.bodies[0].arrays.items():
         assert np.array_equal(array, again.bodies[0].arrays[name])
-    assert np.array_equal(one.reactions()["top"], again.reactions()["top"])
+    assert np.array_equal(one.budget.reactions()["top"], again.budget.reactions()["top"])

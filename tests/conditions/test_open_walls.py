@@ -50,10 +50,10 @@ def test_a_body_lands_where_it_touches_the_wall_that_opens(opens):
     sim = simulation(block, support=[floor], counts=(4, 4, 4), step=0.01, end=10.0)
     while sim.time < 4.9:
         sim.step()
-    assert sim.reactions()["floor"].any() != opens
+    assert sim.budget.reactions()["floor"].any() != opens
     while sim.time < 5.2:
         sim.step()
-    assert sim.reactions()["floor"][2] > 0.0
+    assert sim.budget.reactions()["floor"][2] > 0.0
 
 
 def test_a_floor_below_what_is_held_at_first_is_found():
@@ -62,5 +62,5 @@ def test_a_floor_below_what_is_held_at_first_is_found():
     hold = {"where": "all-nodes", "until": 0.1}
     sim = simulation(box((1, 1, 0), (3, 3, 2), RATE_SOLID), support=[floor, hold], gravity=(0, 0, -0.1), step=0.01, end=10.0)
     advance(sim, 60)
-    assert sim.reactions()["floor"][2] > 0.0
+    assert sim.budget.reactions()["floor"][2] > 0.0
     assert sim.bodies[0].frame()["position"][:, 2].min() > 0.2

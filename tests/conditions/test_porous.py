@@ -32,11 +32,11 @@ def test_plug_flow_is_exact_at_any_step():
     expected = PULL / RATE * -np.expm1(-RATE * 100 * STEP)
     velocity = sim.bodies[0].field("velocity")
     assert velocity[:, 0] == pytest.approx(np.full(len(velocity), expected), rel=1e-9)
-    energies, mass = sim.energies(), sim.bodies[0].mass
+    energies, mass = sim.budget.energies(), sim.bodies[0].mass
     lost = energies["gravity_work"] - 0.5 * mass * expected**2
     assert energies["porous_heat"] == pytest.approx(lost, rel=1e-6)
-    assert abs(sim.conservation()["energy"]) < 1e-9
-    assert abs(sim.conservation()["momentum"]) < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-9
+    assert abs(sim.budget.conservation()["momentum"]) < 1e-12
 
 
 def test_nodes_at_a_face_of_the_box_get_their_share():

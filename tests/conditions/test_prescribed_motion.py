@@ -47,7 +47,7 @@ def test_driven_points_follow_exactly_whatever_meets_them(scheme, functions):
         moved = sim.bodies[0].frame()["position"] - start
         assert moved[:, 1] == pytest.approx(0.4 * np.sin(np.pi * sim.time), abs=1e-14)
         assert np.array_equal(moved[:, 0], np.zeros(len(moved)))
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     assert np.abs(sim.bodies[1].field("velocity")).max() > 0.1, "the water is pushed"
 
 
@@ -67,7 +67,7 @@ def test_the_reaction_is_the_change_of_momentum(scheme, transfer):
     advance(sim, 12)
     gained = sim.momentum() - before
     assert gained[0] > 0.03 * sim.budget.momentum_scale
-    assert sim.reactions()["push"] == pytest.approx(gained, abs=1e-12 * sim.budget.momentum_scale)
+    assert sim.budget.reactions()["push"] == pytest.approx(gained, abs=1e-12 * sim.budget.momentum_scale)
 
 
 def test_work_of_a_motion_on_a_body_alone_is_its_kinetic_energy():
@@ -76,7 +76,7 @@ def test_work_of_a_motion_on_a_body_alone_is_its_kinetic_energy():
     sim = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), end=20.0)
     assert not sim.bodies[0].constraint.strains
     advance(sim, 5)
-    energies, mass = sim.energies(), 8000.0
+    energies, mass = sim.budget.energies(), 8000.0
     assert energies["kinetic"] == pytest.approx(0.5 * mass * 0.25, rel=1e-12)
     # setting a body moving at once takes twice the energy that it then has
     assert energies["motion_work"] == pytest.approx(mass * 0.25, rel=1e-12)
@@ -96,7 +96,7 @@ def test_a_smooth_motion_loses_nothing_as_the_step_falls():
     for step in (0.01, 0.005):
         sim = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), step=step)
         advance(sim, round(0.5 / step))
-        lost.append(sim.energies()["impact_heat"] / sim.energies()["kinetic"])
+        lost.append(sim.budget.energies()["impact_heat"] / sim.budget.energies()["kinetic"])
     assert lost[0] < 0.05
     assert lost[0] / lost[1] == pytest.approx(2.0, abs=0.1)
 
@@ -114,7 +114,7 @@ def test_a_piston_compresses_gas_like_a_wall():
     pressure = sim.bodies[1].field("pressure").mean()
     # seven passages of sound: what still swings is of the order of the piston's Mach number, 0.04, squared, and noise
     assert pressure == pytest.approx((20.0 / 16.0) ** 1.4, rel=0.01)
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert energies["motion_work"] - energies["impact_heat"] == pytest.approx(50.0 * ((20.0 / 16.0) ** 0.4 - 1.0), rel=0.01)
 
 
@@ -130,7 +130,7 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
     advance(again, 20)
     advance(two, 20)
     assert np.array_equal(again.bodies[1].arrays["velocity"], two.bodies[1].arrays["velocity"])
-    assert again.reactions()["swing"].tolist() == two.reactions()["swing"].tolist()
+    assert again.budget.reactions()["swing"].tolist() == two.budget.reactions()["swing"].tolist()
 
 
 @pytest.mark.parametrize(

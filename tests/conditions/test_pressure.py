@@ -33,8 +33,8 @@ def test_a_flat_sheet_gains_the_momentum_of_pressure_and_area():
     impulse = 100.0 * 48.0 * sim.time
     assert sim.momentum() == pytest.approx([0.0, 0.0, impulse], abs=1e-12 * impulse)
     # from rest with constant force: work = impulse²/2m, known to the step's order, one step of ten
-    assert sim.energies()["load_work"] == pytest.approx(impulse**2 / (2.0 * 480.0), rel=1e-9)
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.energies()["load_work"] == pytest.approx(impulse**2 / (2.0 * 480.0), rel=1e-9)
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 def test_a_closed_surface_is_not_pushed_as_a_whole():

@@ -60,7 +60,7 @@ def test_the_resultant_is_pressure_times_the_area_in_the_region(kind, more, choo
     area = area_of_mouth(skin)
     assert area == pytest.approx([0.0, 0.0, np.pi * 2.2**2], rel=0.05, abs=1e-12)
     assert force(sim) == pytest.approx(100.0 * area, abs=1e-10 * 100.0 * area[2])
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 def test_a_region_that_the_membrane_leaves_is_named():

@@ -70,10 +70,10 @@ def test_the_nodes_of_a_region_are_held_and_moved(pulled):
 
 def test_reactions_of_regions_are_the_change_of_momentum(pulled):
     """The impulses of the support and the motion, each by its name, are the momentum of the body."""
-    reactions, scale = pulled.reactions(), pulled.budget.momentum_scale
+    reactions, scale = pulled.budget.reactions(), pulled.budget.momentum_scale
     assert reactions["pull"][2] > 0.1 * scale
     assert pulled.momentum() == pytest.approx(reactions["pull"] + reactions["bottom"], abs=1e-13 * scale)
-    energies = pulled.energies()
+    energies = pulled.budget.energies()
     assert energies["support_work"] == 0.0, "it holds still"
     assert abs(energies["transfer_error"]) < 1e-14 * energies["motion_work"], "the works are the change of kinetic energy"
     # the error of central differences in their energy: of first order in the step, a twentieth of the ramp
@@ -114,7 +114,7 @@ def test_a_support_of_one_body_leaves_others_and_the_grid_alone():
     assert np.array_equal(block.arrays["position"][top], block.mesh.nodes[top])
     assert sheet.arrays["velocity"][:, 2] == pytest.approx(-10.0 * simulation.time, rel=1e-12)
     assert not any(actions.field.grid.nodes.constrained.any() for actions in simulation.actions)
-    assert simulation.conservation()["momentum"] < 1e-12
+    assert simulation.budget.conservation()["momentum"] < 1e-12
 
 
 def test_the_rim_of_a_membrane_is_held():

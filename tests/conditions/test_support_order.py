@@ -35,8 +35,8 @@ def cavity(supports, cells=8, deep=0, steps=40, **more):
     position = body.places()
     assert position[:, :2].min() >= 0.0
     assert position[:, :2].max() <= 1.0
-    assert sim.conservation()["momentum"] < 1e-12
-    return position, body.frame()["velocity"], sim.reactions()
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    return position, body.frame()["velocity"], sim.budget.reactions()
 
 
 def same_bits(results):

@@ -79,7 +79,7 @@ def test_a_drop_has_the_energy_of_its_surface_and_keeps_momentum():
     for _ in sim:
         pass
     assert surface_of(sim).columns()["drop_surface_energy"] == pytest.approx(2.0 * np.pi, rel=0.01)
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     body = sim.bodies[0]
     assert np.abs(body.totals.momentum).max() < 1e-14
 

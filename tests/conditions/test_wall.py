@@ -45,10 +45,10 @@ def mean_push(sim, since):
     """The mean force of the wall from an instant to the end [N]."""
     while sim.time < since:
         sim.step()
-    before, time = sim.reactions()[WALL], sim.time
+    before, time = sim.budget.reactions()[WALL], sim.time
     while not sim.clock.finished(None):
         sim.step()
-    return (sim.reactions()[WALL] - before) / (sim.time - time)
+    return (sim.budget.reactions()[WALL] - before) / (sim.time - time)
 
 
 def motion(sim, k=0):
@@ -67,7 +67,7 @@ def middle(sim):
 
 def sound(sim, energy=1e-3):
     """Whether the balances close."""
-    errors = sim.conservation()
+    errors = sim.budget.conservation()
     return errors["mass"] == 0.0 and errors["momentum"] < 1e-12 and abs(errors["energy"]) < energy
 
 
@@ -89,8 +89,8 @@ def test_a_rigid_disc_rolls_or_glides_down_as_fast_as_it_should(friction, slower
     assert motion(sim)[0] == pytest.approx(exact * 0.5, rel=0.005)
     assert hypot(*(middle(sim) - start)[:2]) == pytest.approx(0.5 * exact * 0.25, rel=0.01)
     assert sound(sim, 1e-12)
-    assert sim.energies()["contact_work"] < 0.0
-    push = sim.reactions()[WALL]
+    assert sim.budget.energies()["contact_work"] < 0.0
+    push = sim.budget.reactions()[WALL]
     weight = sim.bodies[0].mass * G
     assert push @ NORMAL == pytest.approx(0.5 * weight * cos(SLOPE), rel=0.01)
 
@@ -147,7 +147,7 @@ def test_a_conveyor_carries_a_block_and_the_work_of_the_wall_is_counted():
     body = box((0.5, 0.2, 0), (1.0, 0.45, 0), ELASTIC, (2, 2, 1))
     sim = finished(body, counts=(36, 12, 0), cell=0.05, wall=[floor], end=0.5)
     mass = sim.bodies[0].mass
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert sim.bodies[0].totals.momentum[0] / mass == pytest.approx(1.0, abs=0.01)
     assert energies["support_work"] == pytest.approx(mass, rel=0.01)
     assert energies["contact_work"] == pytest.approx(-0.5 * mass, rel=0.05)
@@ -162,7 +162,7 @@ def test_a_wall_lifts_what_lies_on_it(rigid):
     mass, start = sim.bodies[0].mass, 0.325
     assert middle(sim)[1] == pytest.approx(start + 0.3, abs=0.002)
     if rigid:
-        assert sim.energies()["support_work"] == pytest.approx(mass * (0.5**2 + G * 0.3), rel=0.01)
+        assert sim.budget.energies()["support_work"] == pytest.approx(mass * (0.5**2 + G * 0.3), rel=0.01)
     assert sound(sim, 2e-3)
 
 
@@ -209,7 +209,7 @@ def test_water_slides_on_a_wall_as_it_should(wall, kept):
         assert velocity < kept
     else:
         assert velocity == pytest.approx(kept, rel=0.02)
-    assert sim.energies()["contact_work"] <= 0.0
+    assert sim.budget.energies()["contact_work"] <= 0.0
     assert sound(sim, 1e-12)
 
 
@@ -225,7 +225,7 @@ def test_water_that_falls_on_slopes_wins_no_energy(per_cell, courant):
     sides = [{"where": face, "fix": "normal"} for face in ("x-upper", "y-upper")]
     sim = finished(water, counts=(30, 20, 0), cell=0.1, support=sides, wall=walls, end=1.2, courant=courant)
     scale = sim.budget.energy_scale
-    assert -0.5 * scale < sim.energies()["contact_work"] < 0.0
+    assert -0.5 * scale < sim.budget.energies()["contact_work"] < 0.0
     assert sound(sim, 1e-12)
     x = sim.bodies[0].arrays["position"]
     for wall in walls:
@@ -250,12 +250,12 @@ def fingerprint(sim):
     digest = hashlib.sha256()
     for name, array in sorted(sim.state_arrays().items()):
         digest.update(name.encode() + array.tobytes())
-    return digest.hexdigest() + json.dumps([sim.state_numbers(), sim.energies(), sim.conservation()])
+    return digest.hexdigest() + json.dumps([sim.state_numbers(), sim.budget.energies(), sim.budget.conservation()])
 
 
 def test_threads_do_not_change_a_bit():
     one, two = (advance(mixed(threads), 60) for threads in (1, 2))
-    assert one.reactions()["belt"][1] > 0.0
+    assert one.budget.reactions()["belt"][1] > 0.0
     assert fingerprint(one) == fingerprint(two)
 
 
@@ -275,7 +275,7 @@ def test_a_wall_stops_only_the_bodies_that_it_names():
     sim = finished(*bodies, counts=(20, 10, 0), cell=0.1, wall=[wall], end=0.25, gravity=(0, 0, 0))
     assert sim.bodies[0].arrays["position"][:, 1].min() < 0.2
     assert sim.bodies[1].arrays["position"][:, 1].min() > 0.3
-    assert sim.reactions()["floor"] == pytest.approx(sim.momentum() - sim.budget.initial_momentum, abs=1e-12)
+    assert sim.budget.reactions()["floor"] == pytest.approx(sim.momentum() - sim.budget.initial_momentum, abs=1e-12)
 
 
 STIFF = HARD | {"young_modulus": 1e6}
@@ -378,7 +378,7 @@ def test_a_driven_body_goes_through_a_wall():
     wall = {"name": "floor", "point": (0, 0.3, 0), "normal": (0, 1, 0)}
     sim = advance(simulation(body, other, counts=(10, 10, 0), cell=0.1, wall=[wall], motion=[hold], end=1.0), 5)
     assert len(sim.surface_pairs) == 2, "the two bodies, and the other on the wall"
-    assert not sim.reactions()["floor"].any()
+    assert not sim.budget.reactions()["floor"].any()
 
 
 @pytest.mark.slow

@@ -38,14 +38,14 @@ def test_a_block_that_is_let_go_on_a_plate_gains_no_energy(functions, on, scheme
         for _ in range(60):
             advance(sim, 10)
             seen.append(sim.kinetic_energy())
-            moved = max(moved, sim.energies()["gravity_work"])
+            moved = max(moved, sim.budget.energies()["gravity_work"])
         swings.append(max(seen))
     assert swings[3] < swings[0]
-    assert sim.energies()["contact_work"] < 0.0
-    assert -0.01 * moved < sim.energies()["transfer_heat"] < (1.0 if scheme == "usl" else 0.01) * moved  # USL smooths
+    assert sim.budget.energies()["contact_work"] < 0.0
+    assert -0.01 * moved < sim.budget.energies()["transfer_heat"] < (1.0 if scheme == "usl" else 0.01) * moved  # USL smooths
     assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * moved
     weight = sim.bodies[-1].mass * 9.81
-    assert sim.reactions()["touch"][1] == pytest.approx(weight * sim.time, rel=0.01)
+    assert sim.budget.reactions()["touch"][1] == pytest.approx(weight * sim.time, rel=0.01)
 
 
 def test_soft_blocks_that_lie_on_each_other_win_no_energy():
@@ -56,6 +56,6 @@ def test_soft_blocks_that_lie_on_each_other_win_no_energy():
     held = [{"where": where, "fix": "normal"} for where in ("y-lower", "x-lower", "x-upper")]
     how = {"counts": (8, 20, 0), "cell": 0.05, "functions": "quadratic-bspline", "courant": 0.4, "gravity": (0.0, -9.81, 0.0)}
     sim = advance(simulation(low, top, support=held, end=100.0, **how), 1000)
-    assert sim.energies()["contact_work"] < 0.0
+    assert sim.budget.energies()["contact_work"] < 0.0
     assert abs(sim.budget.energy_error()) < 0.005
     assert np.all(np.isfinite(sim.bodies[1].arrays["position"]))

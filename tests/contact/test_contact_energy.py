@@ -89,7 +89,7 @@ def test_neither_a_drag_nor_the_transfers_do_work_of_contact(scheme, transfer):
     unexplained. The block's rim passes that of the plate, 0.2 %; with USF an error of first order in the step is added."""
     sim = pressed(scheme, transfer)
     energy = run(sim)
-    assert sim.energies()["damping_heat"] > 0.1 * sim.energies()["motion_work"]
+    assert sim.budget.energies()["damping_heat"] > 0.1 * sim.budget.energies()["motion_work"]
     assert abs(energy.unexplained) < 5e-3 * abs(energy.work)
 
 
@@ -106,8 +106,8 @@ def test_nor_does_what_drives_nodes_under_contact(transfer):
     still = {"name": "still", "body": "base", "hold": ["x", "y", "z"]}
     sim = simulation(base, block, counts=(20, 16, 0), cell=0.05, motion=[still, press], end=0.5, transfer=transfer)
     energy = run(sim)
-    assert sim.energies()["damping_heat"] > 0.0
-    assert abs(energy.unexplained) < 5e-3 * sim.energies()["motion_work"]
+    assert sim.budget.energies()["damping_heat"] > 0.0
+    assert abs(energy.unexplained) < 5e-3 * sim.budget.energies()["motion_work"]
 
 
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
@@ -116,8 +116,8 @@ def test_nor_do_fluids_at_walls_beside_solids(scheme):
     with which nodes move them, 2.5 % of the energy was unexplained. The rest, 0.8 %, comes as points land within a step."""
     sim = poured(scheme)
     energy = run(sim)
-    assert energy.work < -0.01 * sim.energies()["gravity_work"]
-    assert abs(energy.unexplained) < 0.01 * sim.energies()["gravity_work"]
+    assert energy.work < -0.01 * sim.budget.energies()["gravity_work"]
+    assert abs(energy.unexplained) < 0.01 * sim.budget.energies()["gravity_work"]
 
 
 def poured(scheme):
@@ -143,7 +143,7 @@ def test_its_balance_goes_on_from_a_checkpoint_of_a_run_bit_for_bit(scheme, of):
     for sim in (whole, other):
         advance(sim, 10)
     assert whole.surface_pairs.energy.state_numbers() == other.surface_pairs.energy.state_numbers()
-    assert whole.energies() == other.energies()
+    assert whole.budget.energies() == other.budget.energies()
 
 
 def test_it_goes_on_from_a_checkpoint():

@@ -31,10 +31,10 @@ def test_contact_with_nodes_of_elements_that_are_held_or_driven(part, displaceme
     sim = sheet_and_block(motion=[motion], gravity=(0, 0, -gravity))
     start = [body.totals.momentum for body in sim.bodies]
     advance(sim, 60)
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     gain = [body.totals.momentum - before for body, before in zip(sim.bodies, start, strict=True)]
     weight = [body.mass * sim.time * sim.budget.gravity for body in sim.bodies]
-    push, scale = sim.reactions(), np.abs(start[1]).max()
+    push, scale = sim.budget.reactions(), np.abs(start[1]).max()
     assert push["touch"][2] < -0.1 * scale or part
     assert push["touch"][2] < 0.0
     assert gain[1] == pytest.approx(weight[1] - push["touch"], abs=1e-11 * scale)
@@ -45,10 +45,10 @@ def test_elements_that_a_support_holds_carry_what_falls_on_them():
     sim = sheet_and_block(support=[{"name": "rim", "where": RIM, "fix": ["x", "y", "z"]}], gravity=(0, 0, -0.5))
     start = [body.totals.momentum for body in sim.bodies]
     advance(sim, 60)
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     gain = sim.bodies[0].totals.momentum + sim.bodies[1].totals.momentum - sum(start)
     weight = sum(body.mass for body in sim.bodies) * sim.time * sim.budget.gravity
-    push = sim.reactions()
+    push = sim.budget.reactions()
     assert push["touch"][2] < 0.0
     assert gain == pytest.approx(weight + push["rim"], abs=1e-11 * np.abs(start[1]).max())
 
@@ -84,11 +84,11 @@ def test_a_ball_falls_on_a_clamped_membrane_and_is_thrown_back(kind):
         foot = points[:, 2] - 0.5 * np.cbrt(sim.bodies[1].points.volume)
         least = min(least, (foot - skin[nearest, 2]).min())
         deepest = min(deepest, sim.bodies[1].totals.momentum[2] / mass)
-    velocity, push = sim.bodies[1].totals.momentum[2], sim.reactions()["touch"][2]
+    velocity, push = sim.bodies[1].totals.momentum[2], sim.budget.reactions()["touch"][2]
     assert deepest < -0.4 < 0.2 < velocity / mass, "it fell, and goes up again"
     assert velocity == pytest.approx(-push - mass * G * sim.time, rel=1e-9)
     # the ball gives way as half a layer of its cells does, and bulges a little between nodes
     assert least > -0.1
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     # 1.3 %, in impacts on a coarse grid; with half the step it is 0.8 %
-    assert abs(sim.conservation()["energy"]) < 0.02
+    assert abs(sim.budget.conservation()["energy"]) < 0.02

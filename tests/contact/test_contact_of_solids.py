@@ -67,12 +67,12 @@ def test_momentum_is_kept_to_rounding_and_contact_takes_energy(other):
     start = [body.totals.momentum for body in sim.bodies]
     advance(sim, 60)
     gain = [body.totals.momentum - before for body, before in zip(sim.bodies, start, strict=True)]
-    push, scale = sim.reactions()["touch"], np.abs(start[1]).max()
+    push, scale = sim.budget.reactions()["touch"], np.abs(start[1]).max()
     assert push[2] < -0.2 * scale
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     assert gain[0] == pytest.approx(push, abs=1e-11 * scale)
     assert gain[1] == pytest.approx(-push, abs=1e-11 * scale)
-    assert sim.energies()["contact_work"] < 0.0
+    assert sim.budget.energies()["contact_work"] < 0.0
 
 
 PROGRAM = """
@@ -88,7 +88,7 @@ for threads in (1, 2, 4):
         digest = hashlib.sha256()
         for name, array in sorted(sim.state_arrays().items()):
             digest.update(name.encode() + array.tobytes())
-        prints.append(digest.hexdigest() + json.dumps([sim.energies(), sim.conservation()]))
+        prints.append(digest.hexdigest() + json.dumps([sim.budget.energies(), sim.budget.conservation()]))
 print(json.dumps(prints))
 """
 
@@ -137,7 +137,7 @@ def test_a_lasting_load_is_borne_without_creep(approximant):
     while sim.time < 5.0:
         sim.step()
         times.append(sim.time)
-        pushed.append(-sim.reactions()["touch"][2])
+        pushed.append(-sim.budget.reactions()["touch"][2])
     force = [float(np.interp(end, times, pushed) - np.interp(end - 1.0, times, pushed)) for end in (4.0, 5.0)]
     stretch = 1.0 - depth / height
     exact = 0.5 * modulus * (1.0 / stretch - stretch) * area
@@ -148,7 +148,7 @@ def test_a_lasting_load_is_borne_without_creep(approximant):
     assert face == pytest.approx(
         np.full(len(face), height - depth), abs=0.04 * depth
     )  # corners bend away from the points within faces
-    assert abs(sim.conservation()["energy"]) < 0.005
+    assert abs(sim.budget.conservation()["energy"]) < 0.005
 
 
 def test_nodes_of_a_sheet_overlap_by_their_own_depth():

@@ -156,10 +156,10 @@ def test_energy_is_that_of_the_points_pressures(scheme):
     fluid.arrays["velocity"][:, 0] = 0.3 * np.sin(np.pi * fluid.arrays["position"][:, 0])
     fluid.renew_totals()
     sim.begin_balance()
-    begun = sim.energies()
+    begun = sim.budget.energies()
     for _ in range(20):
         sim.step()
-    ended = sim.energies()
+    ended = sim.budget.energies()
     assert abs(ended["kinetic"] - begun["kinetic"]) > 0.01 * begun["kinetic"]
     change = ended["kinetic"] + ended["internal"] - begun["kinetic"] - begun["internal"]
     assert abs(change) < 1e-13 * begun["internal"]

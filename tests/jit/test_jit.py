@@ -139,7 +139,7 @@ for settings in (plane, space):
     for body in sim.bodies:
         frame = body.frame()
         frames += [frame[name].ravel().tolist() for name in ("position", "velocity", "stress", "density")]
-    frames.append(list(sim.energies().values()))
+    frames.append(list(sim.budget.energies().values()))
 print(json.dumps(frames))
 """
 

@@ -177,7 +177,7 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     other = advance(build(name, alone, load=[load]), 2 * half)
     exact = 1e-9 if (name, alone) == ("fluid-film", True) else 1e-12  # its balance is solved by iteration
     assert other.bodies[0].frame()["position"] == pytest.approx(frame["position"], abs=exact)
-    assert other.energies()["load_work"] == pytest.approx(sim.energies()["load_work"], rel=1e-9)
+    assert other.budget.energies()["load_work"] == pytest.approx(sim.budget.energies()["load_work"], rel=1e-9)
 
     # in two parts
     half_way = advance(shoved(name, alone), half)

@@ -71,8 +71,8 @@ def steps(name, n, ways):
             for step in range(n):
                 simulation.step()
                 if step % 5 == 0:
-                    known = simulation.energies(), simulation.conservation(), simulation.momentum().tolist()
-                    read = probes.read(simulation.bodies, simulation.reactions(), simulation.time)
+                    known = simulation.budget.energies(), simulation.budget.conservation(), simulation.momentum().tolist()
+                    read = probes.read(simulation.bodies, simulation.budget.reactions(), simulation.time)
                     rows.append([simulation.dt, known, read])
     arrays = simulation.state_arrays()
     state = b"".join(np.ascontiguousarray(arrays[key]).tobytes() for key in sorted(arrays))

@@ -31,5 +31,5 @@ def test_linear_tetrahedra_of_the_package_are_those_of_finite_elements():
     while not simulation.clock.finished(None):
         simulation.step()
     known = indented("cylinder", simulation.bodies[0].n_points, 0.5)
-    assert simulation.energies()["strain"] == pytest.approx(known.energy[0], rel=2e-6)
-    assert -simulation.reactions()["indenter"][2] / simulation.time == pytest.approx(known.force[0], rel=2e-6)
+    assert simulation.budget.energies()["strain"] == pytest.approx(known.energy[0], rel=2e-6)
+    assert -simulation.budget.reactions()["indenter"][2] / simulation.time == pytest.approx(known.force[0], rel=2e-6)

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 from commands_of_runs import OFTEN, begin_with_a_checkpoint_each_step, go_on, results
-from free_flight import FakeSimulation, free_flight
+from free_flight import FakeBudget, FakeSimulation, free_flight
 from other_processes import killed_at_last
 
 import pellucid
@@ -261,7 +261,7 @@ def test_the_report_speaks_of_a_ring_where_there_is_one(tmp_path, fake, monkeypa
 def test_curves_reach_the_stop_where_all_of_the_row_is_known(tmp_path, fake, monkeypatch, expected):
     monkeypatch.setattr(fake, "breaks_at", 9)
     for balanced, last in ((True, 0.27), (False, 0.21)):
-        monkeypatch.setattr(fake, "is_balanced", balanced)
+        monkeypatch.setattr(FakeBudget, "is_complete", balanced)
         out = tmp_path / f"run-{balanced}"
         with pytest.raises(RunStopped):
             run_case(free_flight(**OFTEN), out, report=False)

@@ -34,14 +34,14 @@ def test_it_is_reported_where_nothing_acts_from_outside(keys, is_reported):
     else:
         sim = spinning(**keys)
     advance(sim, 3)
-    assert ("angular_momentum" in sim.conservation()) == is_reported
+    assert ("angular_momentum" in sim.budget.conservation()) == is_reported
 
 
 def test_a_support_that_pushes_ends_the_report():
     gas = box((0, 0, 0), (10, 2, 0), GAS, (2, 2, 1), name="gas")
     sim = spinning(gas, support=SLIP[:4])
     advance(sim, 3)
-    assert "angular_momentum" not in sim.conservation()
+    assert "angular_momentum" not in sim.budget.conservation()
 
 
 @pytest.mark.parametrize(("transfer", "words"), [("pic", '"pic" damps rotation'), ("flip", None), ("apic", None)])
@@ -57,7 +57,7 @@ def test_a_drift_is_warned_of_once(transfer, words):
     if words is not None:
         assert words in texts[0]
         assert 'Set time.transfer = "apic" and grid.functions = "quadratic-bspline"' in texts[0]
-    error = sim.conservation()["angular_momentum"]
+    error = sim.budget.conservation()["angular_momentum"]
     assert error < {"pic": 1.0, "flip": 0.02, "apic": 1e-12}[transfer]
 
 

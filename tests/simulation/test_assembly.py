@@ -36,8 +36,8 @@ def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
     while sim.time < 3.0:
         sim.step()
         taken.append(sim.budget.sums["contact_work"])
-    assert sim.conservation()["momentum"] < 1e-12
-    impulse = sim.reactions()["touch"]
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    impulse = sim.budget.reactions()["touch"]
     assert sim.bodies[0].totals.momentum - before == pytest.approx(impulse, abs=1e-12 * np.abs(impulse).max())
     assert impulse[2] < -0.5 * np.abs(before[2])
     # what the overlap stored comes back, less what dampers and friction took
@@ -60,7 +60,7 @@ def test_faces_that_meet_flush_give_back_what_they_stored(cell, most):
         sim.step()
     assert sim.bodies[1].totals.momentum[2] > 0.4 * 0.4 * sim.bodies[1].mass, "they part"
     assert abs(sim.surface_pairs.energy.held) < 1e-3 * start
-    assert sim.energies()["contact_work"] < -0.05 * start
+    assert sim.budget.energies()["contact_work"] < -0.05 * start
     assert abs(sim.surface_pairs.energy.unexplained) < most * start
 
 
@@ -71,9 +71,9 @@ def test_the_same_bits_on_two_threads_and_after_a_restart():
     late.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
     for sim in (one, two, late):
         advance(sim, 10)
-    assert one.reactions()["touch"][2] < 0.0
+    assert one.budget.reactions()["touch"][2] < 0.0
     for other in (two, late):
-        assert other.reactions()["touch"].tobytes() == one.reactions()["touch"].tobytes()
+        assert other.budget.reactions()["touch"].tobytes() == one.budget.reactions()["touch"].tobytes()
         for name, array in one.state_arrays().items():
             assert other.state_arrays()[name].tobytes() == array.tobytes(), name
 
@@ -131,16 +131,16 @@ def test_a_block_on_an_incline_slides_and_rests_as_coulomb_says(friction):
     expected = down - friction * into
     if expected > 0.0:
         assert acceleration == pytest.approx(expected, rel=0.02)
-        pull, push, _ = sim.reactions()["rub"]
+        pull, push, _ = sim.budget.reactions()["rub"]
         # of the whole run: until slip begins the block holds with less
         assert -pull / push == pytest.approx(friction, rel=0.02, abs=1e-3)
     else:
         assert abs(acceleration) < 0.02 * down
         assert np.abs(speeds[-1]) < 0.01 * down * sim.time
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     weight = sim.bodies[0].mass * pulled * sim.budget.gravity
-    carried = sim.reactions()["rub"] - weight
-    assert sim.reactions()["fix"] == pytest.approx(carried, rel=1e-9), "the motion carries the slab and the block"
+    carried = sim.budget.reactions()["rub"] - weight
+    assert sim.budget.reactions()["fix"] == pytest.approx(carried, rel=1e-9), "the motion carries the slab and the block"
 
 
 def test_three_fields_that_meet_in_one_place():
@@ -155,14 +155,14 @@ def test_three_fields_that_meet_in_one_place():
         floor, left, right, counts=(8, 4, 6), contact=contact, step=0.01, end=10.0, energy={"warn": 1e3, "stop": 1e4}
     )
     advance(sim, 100)
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
     low, one, two = (body.points.position for body in sim.bodies)
     # contact gives way as a layer of cells of both: by v/c cells at the pressure ρ c v/2 of bodies that meet at a speed v
     speed = np.sqrt(1.346 * SOLID["young_modulus"] / SOLID["density"])
     assert two[:, 0].min() - one[:, 0].max() - 0.5 > -0.8 / speed
     # the floor twice as deep where the blocks tip on their edges as they meet
     assert min(one[:, 2].min(), two[:, 2].min()) - low[:, 2].max() - 0.5 > -2.0 * 0.2 / speed
-    push = sim.reactions()
+    push = sim.budget.reactions()
     assert push["left-right"][0] < -100.0
     assert max(push["floor-left"][2], push["floor-right"][2]) < -100.0
     gains = push["left-right"] - push["floor-left"], -push["left-right"] - push["floor-right"]
@@ -190,7 +190,7 @@ def gap_at_first_push(first, half, tilt, shift, side, functions):
     flying["velocity"] = (-side * n).tolist()
     touch = {"name": "touch", "between": ["sheet", "block"]}
     sim = simulation(still, flying, counts=(10, 10, 10), functions=functions, contact=[touch], step=0.02, end=10.0)
-    while not sim.reactions().get("touch", np.zeros(3)).any():
+    while not sim.budget.reactions().get("touch", np.zeros(3)).any():
         sim.step()
         assert sim.time < 3.0, "it passed through"
     body, surface = sim.bodies[1].points, sim.bodies[0].arrays["position"]

@@ -28,7 +28,7 @@ def fingerprint(sim):
         digest.update(name.encode() + array.tobytes())
     for array in sim.grid.nodes:
         digest.update(array.tobytes())
-    numbers = json.dumps([sim.state_numbers(), sim.energies(), sim.conservation()])
+    numbers = json.dumps([sim.state_numbers(), sim.budget.energies(), sim.budget.conservation()])
     return digest.hexdigest() + hashlib.sha256(numbers.encode()).hexdigest()
 
 results = []

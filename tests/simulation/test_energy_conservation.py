@@ -28,7 +28,7 @@ def two_gases(pressure=5.0, velocity=(0.0, 0.0, 0.0), **settings):
 def test_gas_keeps_its_energy_to_rounding(functions, transfer, scheme):
     sim = two_gases(counts=(4, 4, 1), support=SLIP[:4], functions=functions, scheme=scheme, **transfer)
     advance(sim, STEPS)
-    balance, initial, scale = sim.energies(), sim.budget.initial, sim.budget.energy_scale
+    balance, initial, scale = sim.budget.energies(), sim.budget.initial, sim.budget.energy_scale
     assert abs(sim.budget.kinetic + sim.budget.stored - initial["kinetic"] - initial["stored"]) < ROUNDING * scale
     assert abs(balance["transfer_heat"]) < ROUNDING * scale, "none leaves the gas"
     assert abs(sim.budget.energy_error()) < ROUNDING
@@ -105,7 +105,7 @@ def test_every_work_and_loss_of_a_clamped_and_driven_solid_is_booked(transfer, s
         **transfer,
     )
     advance(sim, 40)
-    balance = sim.energies()
+    balance = sim.budget.energies()
     assert balance["impact_heat"] != 0.0
     assert balance["motion_work"] != 0.0
     assert abs(balance["transfer_error"]) < ROUNDING * sim.budget.energy_scale
@@ -147,7 +147,7 @@ def test_beside_a_membrane_the_transfers_make_no_energy():
     before = 0.0
     for _ in range(STEPS):
         sim.step()
-        heat = sim.energies()["transfer_heat"]
+        heat = sim.budget.energies()["transfer_heat"]
         assert heat >= before - ROUNDING * sim.budget.energy_scale
         before = heat
 
@@ -163,7 +163,7 @@ def test_contact_makes_little_energy(gap):
     while sim.time < 4.0:
         sim.step()
         worst = max(worst, abs(sim.budget.energy_error()))
-    balance, scale = sim.energies(), sim.budget.energy_scale
+    balance, scale = sim.budget.energies(), sim.budget.energy_scale
     assert balance["contact_work"] < -0.1 * scale
     assert abs(balance["transfer_heat"]) < 0.01 * scale
     assert worst < 0.01  # of blocks of three by two cells; on half the cells 0.003
@@ -185,9 +185,9 @@ def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, e
         worst = max(worst, abs(sim.budget.energy_error()))
     of_block = sim.bodies[1].totals.momentum - before
     assert of_block[0] > 0.3 * sim.bodies[1].mass
-    assert sim.reactions()["touch"] == pytest.approx(of_block, abs=ROUNDING * of_block[0])
-    assert sim.reactions()["hold"][0] == pytest.approx((sim.momentum() - before)[0], abs=ROUNDING * of_block[0])
-    assert sim.conservation()["momentum"] < ROUNDING
+    assert sim.budget.reactions()["touch"] == pytest.approx(of_block, abs=ROUNDING * of_block[0])
+    assert sim.budget.reactions()["hold"][0] == pytest.approx((sim.momentum() - before)[0], abs=ROUNDING * of_block[0])
+    assert sim.budget.conservation()["momentum"] < ROUNDING
     assert worst < error
 
 
@@ -198,5 +198,5 @@ def test_a_part_that_a_motion_holds_loses_what_is_booked():
     motion = {"name": "hold", "body": "block", "hold": ["x", "y"], "part": end}
     how = {"functions": "quadratic-bspline", "support": SLIP[4:], "courant": 0.1, "end": 1e3}
     sim = advance(simulation(bar, counts=(8, 4, 1), motion=[motion], **how), STEPS)
-    assert sim.energies()["impact_heat"] > 0.3 * sim.budget.energy_scale
+    assert sim.budget.energies()["impact_heat"] > 0.3 * sim.budget.energy_scale
     assert abs(sim.budget.energy_error()) < 1e-3  # with the velocities of the points alone, 0.05

@@ -99,7 +99,7 @@ def test_bodies_moved_by_cells_do_the_same(bodies, monkeypatch):
             (body.stored_array("position"), body.stored_array("velocity"), body.stored_array("id")) for body in sim.bodies
         ]
         found.append([(x[np.argsort(i)] - at, v[np.argsort(i)]) for x, v, i in states])
-        assert sim.conservation()["momentum"] < 1e-13
+        assert sim.budget.conservation()["momentum"] < 1e-13
     assert (len(sim.contact_pairs) > 0) == (bodies == "contact on nodes")
     if "contact" in bodies:
         assert np.abs(found[0][0][1][:, 0] - 1.0).max() > 0.2
@@ -114,7 +114,7 @@ def test_momentum_stays_and_threads_change_no_bit():
     one, two = (advance(periodic(vortices(), n=24, threads=threads), 40) for threads in (1, 2))
     assert len(one.bodies[0].storage.slabs.layers) == 4
     assert np.abs(one.momentum() - [0.5, 0.7, 0.0]).max() < 1e-14
-    assert abs(one.conservation()["energy"]) < 1e-13
+    assert abs(one.budget.conservation()["energy"]) < 1e-13
     for name, array in one.bodies[0].arrays.items():
         assert np.array_equal(array, two.bodies[0].arrays[name]), name
 
@@ -171,15 +171,15 @@ def test_a_force_holds_the_mean_velocity():
     sim = slit([DRIVE], end=0.9)
     while sim.time < 0.8:
         sim.step()
-    before, time = sim.reactions()["drive"][0], sim.time
+    before, time = sim.budget.reactions()["drive"][0], sim.time
     y, u = profile(sim)
     assert sim.momentum()[0] / sim.bodies[0].mass == pytest.approx(2 / 3, rel=1e-6)
     assert u == pytest.approx(1.0 - 4.0 * y**2, abs=0.01)
-    force = (sim.reactions()["drive"][0] - before) / (sim.time - time)
+    force = (sim.budget.reactions()["drive"][0] - before) / (sim.time - time)
     assert force == pytest.approx(8.0 * sim.bodies[0].mass, rel=0.01)
-    assert abs(sim.conservation()["energy"]) < 1e-12
-    assert sim.conservation()["momentum"] < 1e-12
-    assert sim.energies()["driving_work"] > 0.0
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert sim.budget.energies()["driving_work"] > 0.0
 
 
 def test_a_checkpoint_holds_what_the_force_has_learnt():
@@ -191,4 +191,4 @@ def test_a_checkpoint_holds_what_the_force_has_learnt():
     advance(resumed, 20)
     for name, array in whole.state_arrays().items():
         assert np.array_equal(array, resumed.state_arrays()[name]), name
-    assert whole.energies() == resumed.energies()
+    assert whole.budget.energies() == resumed.budget.energies()

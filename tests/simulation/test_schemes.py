@@ -99,7 +99,7 @@ def spun(transfer, scheme="musl", **more):
         sim.step()
     assert sim.n_steps > 40
     kept = (sim.budget.kinetic + sim.budget.stored) / sim.budget.initial["kinetic"]
-    return angular() / start, kept, 1.0 + sim.conservation()["energy"]
+    return angular() / start, kept, 1.0 + sim.budget.conservation()["energy"]
 
 
 @every_scheme

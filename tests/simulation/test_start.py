@@ -51,7 +51,7 @@ def test_the_force_on_a_pressed_sphere_is_exact(plate, offset, clear):
         way, force = force_on_plate(sim, SPEED)
     found = np.interp(WAYS + max(clear, 0.0), way, force)
     assert found == pytest.approx(FORCES, rel=0.05)
-    assert abs(sim.conservation()["energy"]) < 1e-3
+    assert abs(sim.budget.conservation()["energy"]) < 1e-3
 
 
 def test_the_report_names_both_and_the_depth():
@@ -127,7 +127,7 @@ def test_what_overlaps_at_the_start_is_not_thrown_off(body, other):
     assert set(overlap.between) == {"body tissue", "wall lid" if other == "wall" else "body plate"}
     advance(sim, 20)
     assert np.abs(sim.bodies[0].arrays["velocity"]).max() < 1e-9
-    assert sim.energies()["contact_work"] == pytest.approx(0.0, abs=1e-12)
+    assert sim.budget.energies()["contact_work"] == pytest.approx(0.0, abs=1e-12)
 
 
 def coming(velocity, sheet=False):

@@ -51,7 +51,7 @@ def finished(data):
         before = simulation.time
         simulation.step()
         if simulation.time > before:
-            rows.append(reader.read(simulation.bodies, simulation.reactions(), simulation.time))
+            rows.append(reader.read(simulation.bodies, simulation.budget.reactions(), simulation.time))
     return simulation, np.array(rows)
 
 
@@ -93,7 +93,7 @@ def test_a_block_under_a_flat_tool_is_compressed_as_if_its_nodes_were_led(led, k
     mean, most = overlaps(simulation)
     assert mean < 5e-4 * DOWN
     assert most < 2e-2 * DOWN
-    assert abs(simulation.conservation()["energy"]) < 1e-2
+    assert abs(simulation.budget.conservation()["energy"]) < 1e-2
 
 
 @pytest.mark.parametrize(

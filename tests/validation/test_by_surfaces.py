@@ -31,7 +31,7 @@ def test_a_cylinder_on_a_layer_in_a_steady_state(script: ModuleType) -> None:
     """Finer elements are in the slow tests and in by_surfaces.csv."""
     ratio, simulation = script.press("cylinder", "steady", 0.125, loading=400)
     assert ratio == pytest.approx(1.0, abs=allowed(script, "cylinder", 0.125))
-    assert abs(simulation.conservation()["energy"]) < 0.01
+    assert abs(simulation.budget.conservation()["energy"]) < 0.01
     assert "energy" not in simulation.state_numbers()["warned"], (
         "corrections of overlaps change forces at once, and are not judged"
     )
@@ -42,8 +42,8 @@ def test_a_cylinder_on_a_layer_of_material_points(script: ModuleType) -> None:
     the surface moved: 1e-4 of the work, in the order of the displacement in a step over the cell."""
     ratio, simulation = script.press("cylinder", "points", 0.1)
     assert ratio == pytest.approx(1.0, abs=OF_POINTS)
-    work = simulation.energies()["motion_work"]
-    assert abs(simulation.energies()["transfer_heat"]) < 5e-4 * work
+    work = simulation.budget.energies()["motion_work"]
+    assert abs(simulation.budget.energies()["transfer_heat"]) < 5e-4 * work
     assert abs(simulation.surface_pairs.energy.unexplained) < 1e-3 * work
 
 

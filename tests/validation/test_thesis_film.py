@@ -35,7 +35,7 @@ def test_a_compressed_vesicle_grows_to_first_order_in_the_step():
         radii = film.field("distance")
         errors.append(float(abs(radii.mean() - (2.0 - np.exp(-2.0 / 3.0)))))
         assert np.ptp(radii) < 1e-9, "it stays a circle"
-        assert abs(simulation.conservation()["mass"]) < 1e-13
+        assert abs(simulation.budget.conservation()["mass"]) < 1e-13
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
     assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.1)
     assert errors[2] < 2e-3

@@ -102,7 +102,7 @@ def bounce(make, size, kind, along, courant, lasting, floor=wall):
         return t[k - 1] + (t[k] - t[k - 1]) * (level - v[k - 1]) / (v[k] - v[k - 1])
 
     touch, turn, leave = crossing(-0.95 * SPEED), crossing(0.0), crossing(0.95 * v[-1])
-    energy = simulation.conservation()["energy"]
+    energy = simulation.budget.conservation()["energy"]
     numbers = v[-1] / SPEED, 1e3 * (turn - touch), 1e3 * (leave - touch), energy
     wall = round(time.perf_counter() - began, 1)
     row = [make.__name__, floor.__name__, kind, along, courant, *(f"{number:.4g}" for number in numbers), len(t) - 1, wall]

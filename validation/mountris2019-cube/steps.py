@@ -61,7 +61,11 @@ def run(way: str, cells: int, approximant: str) -> dict[str, object]:
     return (
         row
         | {"steps": simulation.n_steps, "build_seconds": built - begun, "seconds": done - built}
-        | {"strain_energy": simulation.energies()["strain"], "reaction": simulation.reactions()["top"][2], **body.facts()}
+        | {
+            "strain_energy": simulation.budget.energies()["strain"],
+            "reaction": simulation.budget.reactions()["top"][2],
+            **body.facts(),
+        }
     )
 
 

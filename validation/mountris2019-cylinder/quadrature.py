@@ -34,7 +34,7 @@ def run(settings: dict[str, object]) -> dict[str, object]:
     except RunStopped as error:
         return {"nodes": simulation.bodies[0].n_points, "steps": simulation.n_steps, "stopped": str(error)[:80]}
     done = {"nodes": simulation.bodies[0].n_points, "steps": simulation.n_steps}
-    energy, force = simulation.energies()["strain"], simulation.reactions()["indenter"][2]
+    energy, force = simulation.budget.energies()["strain"], simulation.budget.reactions()["indenter"][2]
     return done | {"strain_energy": f"{energy:.6g}", "force": f"{force:.5g}"}
 
 

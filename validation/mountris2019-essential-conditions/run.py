@@ -77,9 +77,9 @@ def pulls() -> Iterator[list[object]]:
             simulation = Simulation(Case.model_validate(cube(n, kind, how)))
             while not simulation.clock.finished(None):
                 simulation.step()
-            body, energy = simulation.bodies[0], simulation.energies()["strain"]
+            body, energy = simulation.bodies[0], simulation.budget.energies()["strain"]
             facts = [f"{body.facts()[f'ebc_residual_{name}']:.2g}" for name in ("nodes", "between")]
-            reaction = simulation.reactions()["top"][2]  # an impulse, over the 1 s in which the loads act
+            reaction = simulation.budget.reactions()["top"][2]  # an impulse, over the 1 s in which the loads act
             numbers = [f"{simulation.dt:.4g}", simulation.n_steps, f"{energy:.5f}", f"{reaction:.3f}"]
             yield [kind, how, body.n_points, *numbers, *facts]
 

@@ -111,7 +111,7 @@ def press(tool, kind, finest, depth=DEPTH, **steady):
         before = simulation.time
         simulation.step()
         if simulation.time > before:  # the reader has the mean force since it read before
-            (force,) = reader.read(simulation.bodies, simulation.reactions(), simulation.time)
+            (force,) = reader.read(simulation.bodies, simulation.budget.reactions(), simulation.time)
     whole = 4.0 if tool == "sphere" else 2.0 / (finest if kind == "points" else 2.0 * finest)
     return abs(force) * whole / exact(tool, depth), simulation
 

@@ -90,7 +90,7 @@ def pressed(h, folder):
     while simulation.time < PRESS + HOLD - 1e-9:
         simulation.step()
         times.append(simulation.time)
-        impulse.append(-4.0 * float(simulation.reactions()["touch"][2]))
+        impulse.append(-4.0 * float(simulation.budget.reactions()["touch"][2]))
     found = (impulse[-1] - float(np.interp(times[-1] - MEAN, times, impulse))) / MEAN
     body = simulation.bodies[0]
     at = body.places()[body.mesh.nodes[:, 2] > THICKNESS - 1e-9]

@@ -19,6 +19,10 @@ from pellucid.energy.works import (
     Passed,
     StepWork,
 )
+from pellucid.findings import Named
+
+GIVEN = "bodies", "gravity", "channels", "support_names", "angular", "is_complete"
+"""Names of the attributes of the balance that a checkpoint does not store, or stores elsewhere."""
 
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
 """Names of the arrays of the balance, which a checkpoint stores as lists."""
@@ -65,8 +69,9 @@ class Totals:
 
 
 class Balanced(Protocol):
-    """Interface of a body for the balance of energy and momentum: totals, mass [kg], kind of stored energy ("internal" or
-    "strain"), and `stored_field`, which returns `mass` [kg], shape (n,), and `position` [m], shape (n, 3), of the points."""
+    """Interface of a body for the balances: totals, mass [kg], kind of stored energy ("internal" or "strain"),
+    `angular_momentum` about a point [m], shape (3,), and `stored_field`, which returns `mass` [kg], shape (n,), and `position`
+    [m], shape (n, 3), of the points."""
 
     totals: Totals
 
@@ -75,12 +80,14 @@ class Balanced(Protocol):
 
     @property
     def energy_kind(self) -> str: ...
+    def angular_momentum(self, about: np.ndarray) -> "AngularMomentum": ...
     def stored_field(self, name: str) -> np.ndarray: ...
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, compared with the external work and losses. The `channels` of the run (causes of
-    work, see `Channel`) are given with their columns in a row of works.
+    """Energies and momentum of the `bodies` after each step, compared with the external work and losses. The `channels` of the
+    run (causes of work, see `Channel`) are given with their columns in a row of works. `support_names`: name of each support,
+    or None; impulses of supports with the same name are summed. `turns`: axes (0 to 2) about which all bodies can rotate.
 
     Velocities and stresses of a step are half a step apart. The forces f of the new stress would change the kinetic energy in
     this half step by f·v Δt/2. This energy is exchanged with the stored energy and back. `staggering` is the sum of its
@@ -100,13 +107,19 @@ class EnergyBudget:
         gravity: tuple[float, float, float],
         channels: Mapping[Channel, int] = ALWAYS,
         at_stake: float = 0.0,
+        support_names: Sequence[str | None] = (),
+        turns: Sequence[int] = (),
     ) -> None:
+        self.bodies = bodies
         self.gravity = np.array(gravity)
-        self.channels = channels
-        self.kinetic, self.stored, self.half_power, _, self.momentum_scale = self._sums(bodies)
-        self.stored_by_kind = self._stored_by_kind(bodies)
-        self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
-        self.initial_momentum = self._momentum(bodies)
+        self.channels, self.support_names = channels, support_names
+        self.angular = AngularBalance(bodies, turns) if turns else None
+        self.is_complete = True
+        """True if the balance includes all works of the last step; False after a step in which a body stopped the run."""
+        self.kinetic, self.stored, self.half_power, _, self.momentum_scale = self._sums()
+        self.stored_by_kind = self._stored_by_kind()
+        self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass()}
+        self.initial_momentum = self._momentum()
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
         self.sums = {channel.name: 0.0 for channel in self.channels}
         self.staggering = self.transfer = self.time_integration = self.artificial_heat = 0.0
@@ -118,21 +131,14 @@ class EnergyBudget:
         self.entered_points, self.entered_mass, self.entered_stored = 0, 0.0, 0.0
         self.left_momentum, self.entered_momentum = np.zeros(3), np.zeros(3)
 
-    def record(
-        self,
-        bodies: Sequence[Balanced],
-        done: StepWork,
-        contact_impulses: Mapping[str, np.ndarray],
-        dt: float,
-        weight: float = 1.0,
-    ) -> None:
-        """Add a step to the balance.
+    def record(self, done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float, weight: float = 1.0) -> None:
+        """Add a step to the balance, with the bodies in the state at its end.
 
-        bodies: all bodies, in the state at the end of the step. done: work and impulses of the step. contact_impulses:
-        impulses of named contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the
-        impulses in the reactions if the time of the loads differs from the time of the steps.
+        done: work and impulses of the step. contact_impulses: impulses of named contacts by name, shape (3,) each [N s]. dt:
+        length of the step [s]. weight: factor on the impulses in the reactions if the time of the loads differs from the time
+        of the steps.
         """
-        kinetic, stored, half_power, heating, size = self._sums(bodies)
+        kinetic, stored, half_power, heating, size = self._sums()
         works = done.works.tolist()
         internal, external = works[INTERNAL], 0.0
         passed = {OUTFLOW_ENERGY: self.left_stored, INFLOW_ENERGY: self.entered_stored}
@@ -150,21 +156,22 @@ class EnergyBudget:
         self.time_integration += stored - self.stored + staggering + internal
         self.artificial_heat += dt * heating
         self.kinetic, self.stored, self.half_power = kinetic, stored, half_power
-        self.stored_by_kind = self._stored_by_kind(bodies)
+        self.stored_by_kind = self._stored_by_kind()
         self.staggering += staggering
         self._record_impulses(done, contact_impulses, dt, weight)
         self.moved = max(self.moved, kinetic + exchanged)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
+        self.is_complete = True
 
-    def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
-        """Add to the balance the mass, momentum and energy of points that left a body after a step was recorded. bodies:
-        all bodies, already without these points. left: sums over these points. dt: length of the step [s].
+    def let_go(self, left: Passed, dt: float) -> None:
+        """Add to the balance the mass, momentum and energy of points that left a body, which no longer has them, after a step
+        was recorded. left: sums over these points. dt: length of the step [s].
 
         The staggering energy of the points is also removed, so that no error changes.
         """
         staggered = dt * left.half_power
-        self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
-        self.stored_by_kind = self._stored_by_kind(bodies)
+        self.kinetic, self.stored, self.half_power, _, _ = self._sums()
+        self.stored_by_kind = self._stored_by_kind()
         self.staggering -= staggered
         self.sums[OUTFLOW_ENERGY.name] += left.kinetic + left.stored + staggered
         self.impulse -= left.momentum
@@ -174,11 +181,11 @@ class EnergyBudget:
         self.left_mass += left.mass
         self.left_stored += left.stored
 
-    def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
-        """Add to the balance the mass, momentum and energy of points that entered a body after a step was recorded. bodies:
-        all bodies, already with these points. entered: sums over these points."""
-        self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
-        self.stored_by_kind = self._stored_by_kind(bodies)
+    def let_in(self, entered: Passed) -> None:
+        """Add to the balance the mass, momentum and energy of points that entered a body, which already has them, after a step
+        was recorded. entered: sums over these points."""
+        self.kinetic, self.stored, self.half_power, _, _ = self._sums()
+        self.stored_by_kind = self._stored_by_kind()
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
         self.impulse += entered.momentum
         self.exchanged += np.abs(entered.momentum)
@@ -204,16 +211,30 @@ class EnergyBudget:
                 before = sums.get(name, [0.0, 0.0, 0.0])
                 sums[name] = [so_far + more for so_far, more in zip(before, (weight * impulse).tolist(), strict=True)]
 
-    def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Return the total impulses since the start [N s], shape (3,), of motions and of named supports and contacts, by name.
+    @property
+    def outflow(self) -> dict[str, float]:
+        """Number and mass [kg] of the points that left through outflows; empty if the case has none."""
+        return {"points": self.left_points, "mass": self.left_mass} if OUTFLOW_ENERGY in self.channels else {}
 
-        support_names: name of each support, or None. Impulses of supports with the same name are summed.
-        """
+    @property
+    def inflow(self) -> dict[str, float]:
+        """Number and mass [kg] of the points that entered through inflows; empty if the case has none."""
+        return {"points": self.entered_points, "mass": self.entered_mass} if INFLOW_ENERGY in self.channels else {}
+
+    def reactions(self) -> dict[str, np.ndarray]:
+        """Return the total impulses since the start on the bodies [N s], shape (3,), of motions and of named supports and
+        contacts, by name."""
         result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
-        for name, impulse in zip(support_names, self.support_impulses, strict=False):
+        for name, impulse in zip(self.support_names, self.support_impulses, strict=False):
             if name is not None:
                 result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
-        return result
+        return Named("this simulation has no reaction of", result)
+
+    def angular_reactions(self) -> dict[str, np.ndarray]:
+        """Return, by the name of each prescribed motion of a rigid body, the angular impulse that it has exerted on the body
+        so far, about the centre of mass of the body [N m s], shape (3,)."""
+        turning = {name: np.array(impulse) for name, impulse in self.turning_impulses.items()}
+        return Named("this simulation has no torque of", turning)
 
     def energies(self) -> dict[str, float]:
         """Return the entries of the balance at the end of the last recorded step by name [J].
@@ -223,7 +244,7 @@ class EnergyBudget:
         loss); heat of the artificial viscosity, which is part of the internal energy; the staggering energy; the two errors of
         the method.
         """
-        return {
+        entries = {
             "kinetic": self.kinetic,
             **self.stored_by_kind,
             **self.sums,
@@ -232,6 +253,7 @@ class EnergyBudget:
             "transfer_error": self.transfer,
             "time_integration_error": self.time_integration,
         }
+        return Named("the energy balance has no entry", entries)
 
     @property
     def energy_scale(self) -> float:
@@ -267,56 +289,64 @@ class EnergyBudget:
         entries = {"kinetic": self.kinetic, "stored": self.stored, **self.sums, "staggering": self.staggering}
         return [name for name, amount in entries.items() if not isfinite(amount)]
 
-    def conservation(self, bodies: Sequence[Balanced]) -> dict[str, float]:
-        """Return the relative errors of mass, momentum and energy by name.
+    def conservation(self) -> dict[str, float]:
+        """Return the relative errors of mass, momentum and energy by name. Momentum is included only if the impulses of the
+        last step are known, and angular momentum only if no external action has affected the bodies.
 
         The error of momentum is relative to the larger of Σ m|v| and the sum of the magnitudes of all external impulses.
         These impulses may cancel, but their rounding errors grow with their magnitudes.
         """
-        lost = np.abs(self._momentum(bodies) - self.initial_momentum - self.impulse).max()
+        lost = np.abs(self._momentum() - self.initial_momentum - self.impulse).max()
         brought = self.initial["mass"] + self.entered_mass
-        return {
-            "mass": abs(self._mass(bodies) + self.left_mass - brought) / brought,
+        errors = {
+            "mass": abs(self._mass() + self.left_mass - brought) / brought,
             "momentum": float(lost / self.momentum_scale) if self.momentum_scale > 0.0 else 0.0,
             "energy": self.energy_error(),
         }
+        if not self.is_complete:
+            del errors["momentum"]
+        elif self.angular is not None and self.is_isolated:
+            errors["angular_momentum"] = self.angular.error()
+        return Named("this simulation has no conservation error of", errors)
 
     def state_numbers(self) -> dict[str, object]:
         """Return the state of the balance for a checkpoint, as JSON data."""
         arrays = {name: vars(self)[name].tolist() for name in ARRAYS}
-        return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
+        own = {name: value for name, value in vars(self).items() if name not in GIVEN}
+        angular = self.angular.state_numbers() if self.angular is not None else {}
+        return deepcopy(own | arrays | {"angular_momentum": angular})
 
-    def restore(self, numbers: Mapping[str, object]) -> None:
+    def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of the balance from the data of `state_numbers`."""
         arrays = {name: np.array(numbers[name]) for name in ARRAYS}
-        vars(self).update({**deepcopy(dict(numbers)), **arrays})
+        own = {name: value for name, value in numbers.items() if name != "angular_momentum"}
+        vars(self).update({**deepcopy(own), **arrays})
+        if self.angular is not None:
+            self.angular.restore(numbers["angular_momentum"])
+        self.is_complete = True
 
-    @staticmethod
-    def _sums(bodies: Sequence[Balanced]) -> tuple[float, float, float, float, float]:
+    def _sums(self) -> tuple[float, float, float, float, float]:
         """Return sums over all bodies: kinetic energy and stored energy [J], half the power of the internal forces [W],
         power of the artificial viscosity [W], and Σ m|v| over the points [kg m/s]."""
-        totals = [body.totals for body in bodies]
+        totals = [body.totals for body in self.bodies]
         rows = ((of.kinetic, of.stored, of.half_power, of.heating, of.momentum_size) for of in totals)
         kinetic, stored, half_power, heating, size = (sum(numbers) for numbers in zip(*rows, strict=True))
         return kinetic, stored, half_power, heating, size
 
-    @staticmethod
-    def _stored_by_kind(bodies: Sequence[Balanced]) -> dict[str, float]:
+    def _stored_by_kind(self) -> dict[str, float]:
         stored = {"internal": 0.0, "strain": 0.0}
-        for body in bodies:
+        for body in self.bodies:
             stored[body.energy_kind] += body.totals.stored
             for name, part in body.totals.parts.items():
                 stored[body.energy_kind] -= part
                 stored[name] = stored.get(name, 0.0) + part
         return stored
 
-    @staticmethod
-    def _momentum(bodies: Sequence[Balanced]) -> np.ndarray:
-        return np.asarray(sum(body.totals.momentum for body in bodies))
+    def _momentum(self) -> np.ndarray:
+        return np.asarray(sum(body.totals.momentum for body in self.bodies))
 
-    @staticmethod
-    def _mass(bodies: Sequence[Balanced]) -> float:
-        return float(sum(body.mass for body in bodies))
+    def _mass(self) -> float:
+        return float(sum(body.mass for body in self.bodies))
 
 
 class AngularMomentum(NamedTuple):
@@ -327,14 +357,6 @@ class AngularMomentum(NamedTuple):
     size: float  # Σ m |r| |v| [N m s]
 
 
-class Turning(Protocol):
-    """Interface of a body for the balance of angular momentum: `angular_momentum` about a point [m], shape (3,), and
-    `stored_field`, which returns an array of its points by name (`mass` [kg], shape (n,), `position` [m], shape (n, 3))."""
-
-    def angular_momentum(self, about: np.ndarray) -> AngularMomentum: ...
-    def stored_field(self, name: str) -> np.ndarray: ...
-
-
 class AngularBalance:
     """Balance of the angular momentum of all bodies about their common centre of mass at the start.
 
@@ -342,29 +364,29 @@ class AngularBalance:
     the points with the position r relative to this centre.
     """
 
-    def __init__(self, bodies: Sequence[Turning], axes: Sequence[int]) -> None:
+    def __init__(self, bodies: Sequence[Balanced], axes: Sequence[int]) -> None:
         mass, moment = 0.0, np.zeros(3)
         for body in bodies:
             m = body.stored_field("mass")
             mass, moment = mass + float(np.sum(m)), moment + np.sum(m[:, None] * body.stored_field("position"), axis=0)
-        self._axes, self._about = list(axes), moment / mass if mass > 0.0 else moment
-        self._initial, self._scale = self._sum(bodies)
+        self._bodies, self._axes, self._about = bodies, list(axes), moment / mass if mass > 0.0 else moment
+        self._initial, self._scale = self._sum()
 
-    def error(self, bodies: Sequence[Turning]) -> float:
+    def error(self) -> float:
         """Return the largest change of a component of the angular momentum since the start, relative to the largest Σ m |r|
         |v| so far, with the position r relative to the common centre of mass at the start; 0 if no point has moved."""
-        now, size = self._sum(bodies)
+        now, size = self._sum()
         scale = max(self._scale, size)
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
 
-    def observe(self, bodies: Sequence[Turning]) -> float:
+    def observe(self) -> float:
         """Update the largest Σ m |r| |v|, the reference of the error, with the present state, and return the error, see
         `error`."""
-        self._scale = max(self._scale, self._sum(bodies)[1])
-        return self.error(bodies)
+        self._scale = max(self._scale, self._sum()[1])
+        return self.error()
 
-    def _sum(self, bodies: Sequence[Turning]) -> tuple[np.ndarray, float]:
-        of_bodies = [body.angular_momentum(self._about) for body in bodies]
+    def _sum(self) -> tuple[np.ndarray, float]:
+        of_bodies = [body.angular_momentum(self._about) for body in self._bodies]
         return np.sum([one.vector for one in of_bodies], axis=0), sum(one.size for one in of_bodies)
 
     def state_numbers(self) -> dict[str, object]:

@@ -131,7 +131,7 @@ def settle(
         settling = simulation.clock
     else:
         _stop_what_moves(simulation, simulation.case.settle.share)
-        simulation.clock = settling = simulation.settling_clock(simulation.case.settle)
+        simulation.clock = settling = SettlingClock(simulation.case.settle, simulation.clock, simulation.case.body)
     if progress:
         progress.begin("settling")
     try:
@@ -164,7 +164,7 @@ def _stop_what_moves(simulation: "Simulation", share: float) -> None:
     if kinetic > share * simulation.budget.at_stake:
         text = f"{NAMED} sets all velocities to zero, but the bodies start with a kinetic energy of {kinetic:.3g} J"
         warnings.warn(f"{text}. Remove [settle] to keep these velocities.", stacklevel=2)
-        simulation.stop_bodies()
+        _stop(simulation)
         simulation.begin_balance()
 
 
@@ -180,7 +180,7 @@ def _come_to_rest(
             raise stopped
         simulation.advance_bodies()
         if settling.passes_peak(simulation.kinetic_energy(), budget.moved, budget.at_stake):
-            simulation.stop_bodies()
+            _stop(simulation)
         if keeper:
             keeper.while_settling(simulation)
         if caught:
@@ -188,7 +188,12 @@ def _come_to_rest(
                 keeper.checkpoint(simulation)
             raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
         simulation.show(progress)
-    simulation.stop_bodies()
+    _stop(simulation)
+
+
+def _stop(simulation: "Simulation") -> None:
+    for body in simulation.bodies:
+        body.come_to_rest()
 
 
 def _crossing(model: BodyModel) -> float:

@@ -11,18 +11,20 @@ import numpy as np
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.spec import required
 from pellucid.conditions.support import on_each_face
-from pellucid.energy import total_work
+from pellucid.contact.contact_energy import ContactEnergy
+from pellucid.energy import EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import RunStopped, UsageError
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
+from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
 from pellucid.jit import set_threads
 from pellucid.parts.capabilities import Relaxable, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.progress import Progress
-from pellucid.ranks.domain import domain
+from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
@@ -32,14 +34,14 @@ from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
-from pellucid.simulation.settling import settle
-from pellucid.simulation.simulation_state import SimulationState
+from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
 from pellucid.simulation.start import Standings, find_start_overlaps, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
-from pellucid.simulation.watch import Watch
+from pellucid.simulation.watch import Watch, free_axes
+from pellucid.state import of_owner, with_owner
 from pellucid.step.limit import StepLimit, time_to_fall
 from pellucid.step.part import AtEachStep, StepParts
 from pellucid.system.interrupts import signals_caught
@@ -49,11 +51,19 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 PROGRESS_INTERVAL = 0.2  # s of wall time
+CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body can have this name
+PARTS = "-parts"  # owner of the arrays of the parts of a step in a checkpoint
+NODES = "-nodes."  # owner of the nodal arrays of a velocity field in a checkpoint, followed by its name
 
 
-class Simulation(SimulationState):
-    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case. The attribute `bodies` lists
-    the bodies in the order of the case."""
+class Simulation:
+    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case.
+
+    Attributes: bodies: bodies in the order of the case; velocity_fields: velocity fields of the grid; budget: balances of
+    mass, momentum and energy, and reactions; parts: everything that acts in a step besides bodies and grid, such as
+    conditions, contact and pressures of full cells, with `contact_pairs`, contact on the nodes of the grid, and
+    `surface_pairs`, contact by surfaces; start_overlaps: bodies that start closer to each other than the contact distance.
+    """
 
     def __init__(
         self,
@@ -111,7 +121,6 @@ class Simulation(SimulationState):
         self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts, on_nodes)
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
-        self._support_names = [support.name for support in on_each_face(case.support)]
         self.begin_balance()
         self._begun, self._settled = False, dict[str, Any]()
         own_steps = all(body.has_own_step for body in case.body) and not self._on_grid
@@ -155,22 +164,29 @@ class Simulation(SimulationState):
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         return Clock(case.time, longest, most, self.parts)
 
+    def begin_balance(self) -> None:
+        """Start the balances of mass, momentum and energy with the present state as reference."""
+        speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
+        at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.parts.at_stake()
+        names = [support.name for support in on_each_face(self.case.support)]
+        given = self._layout.channels, at_stake, names, free_axes(self.case)
+        self.budget = EnergyBudget(self.bodies, self.case.gravity, *given)
+        self.surface_pairs.energy = ContactEnergy()
+
     def record(self, dt: float) -> None:
         """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
         heats = (body.work() for body in self.stages.grid_bodies)
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.stages.nodal_bodies)]
         done = total_work([*self.stages.works, *self.parts.works(), *own], self._layout.n_columns)
         self.parts.run("balance", done)
-        self.budget.record(self.bodies, done, self.parts.impulses(), dt, self.clock.weight)
-        self._balanced_step = self.n_steps
+        self.budget.record(done, self.parts.impulses(), dt, self.clock.weight)
 
     def step(self) -> None:
         """Advance one time step. Raises RunStopped, naming the point, if the state becomes invalid."""
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
-        if self._turning is not None and self.budget.is_isolated:
-            self._watch.angular_momentum(self._turning, self.bodies, self.clock)
+        self._watch.angular_momentum(self.budget, self.clock)
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
         self._watch.approaches(self.bodies, self.clock)
@@ -204,15 +220,16 @@ class Simulation(SimulationState):
         self._begin(dt)
         self._scheme(self.stages, dt)
         self.clock.advance(dt)
+        self.budget.is_complete = False
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.parts.run("check", self.clock.n_steps, self.clock.progress())
         self.parts.run("end", dt)
         self.record(dt)
         for left in self.parts.leave():
-            self.budget.let_go(self.bodies, left, dt)
+            self.budget.let_go(left, dt)
         for entered in self.parts.enter(self.clock.n_steps, self.clock.progress()):
-            self.budget.let_in(self.bodies, entered)
+            self.budget.let_in(entered)
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:
@@ -220,11 +237,6 @@ class Simulation(SimulationState):
         for body in self.bodies:
             if isinstance(body, TakesGravity):
                 body.share_gravity(share)
-
-    def stop_bodies(self) -> None:
-        """Set all velocities of the bodies to zero."""
-        for body in self.bodies:
-            body.come_to_rest()
 
     def settle(self, caught: Sequence[int] = (), progress: Progress | None = None, keeper: Observer | None = None) -> None:
         """Bring the bodies to rest before the first step if the case has [settle]; arguments as in
@@ -315,3 +327,102 @@ class Simulation(SimulationState):
         points = sum(body.n_told for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
+
+    # values for results
+
+    @property
+    def grid(self) -> Grid:
+        """Grid of the first velocity field; most cases have a single velocity field. Raises ValueError if the case has no
+        grid."""
+        if not self.velocity_fields:
+            raise ValueError("this case has no grid")
+        return self.velocity_fields[0].grid
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.clock.time
+
+    @property
+    def threads(self) -> int:
+        """Number of threads in use."""
+        return self._threads.chosen
+
+    @property
+    def n_steps(self) -> int:
+        """Number of steps done."""
+        return self.clock.n_steps
+
+    @property
+    def dt(self) -> float:
+        """Length of the last step [s]."""
+        return self.clock.dt
+
+    def momentum(self) -> np.ndarray:
+        """Return the total momentum [kg m/s], shape (3,)."""
+        return np.asarray(sum(body.totals.momentum for body in self.bodies))
+
+    def facts(self) -> dict[str, Any]:
+        """Return entries for the summary of the run, by name: clock (such as steps of a steady analysis), settling, inflow
+        and outflow, parts of the step, and overlaps at the start, as far as the case has them."""
+        momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
+        passed = {
+            name: {**counts, "momentum": momenta[name].tolist()}
+            for name, counts in (("inflow", self.budget.inflow), ("outflow", self.budget.outflow))
+            if counts
+        }
+        overlaps = [overlap.facts() for overlap in self.start_overlaps]
+        facts = self.clock.facts() | self._settled | passed | self.parts.facts()
+        return facts | ({"start_overlaps": overlaps} if overlaps else {})
+
+    def kinetic_energy(self) -> float:
+        """Return the kinetic energy of all bodies [J]."""
+        return sum(body.totals.kinetic for body in self.bodies)
+
+    # checkpoints
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return every array that affects the next step, by name, for a checkpoint."""
+        owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
+        owners[PARTS] = self.parts.state_arrays()
+        owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
+        return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
+
+    def spread_arrays(self) -> list[str]:
+        """Return the names of the state arrays whose points are distributed among processes."""
+        spread = (body for body in self.bodies if isinstance(body, GridBody) and body.storage.shared.is_spread)
+        return [name for body in spread for name in with_owner(body.name, body.arrays)]
+
+    def state_numbers(self) -> dict[str, Any]:
+        """Return every number that affects the next step, in a form that JSON can store."""
+        return {
+            "clock": self.clock.state_numbers(),
+            "balance": self.budget.state_numbers(),
+            "bodies": {body.name: body.totals.to_data() for body in self.bodies},
+            "parts": self.parts.state_numbers(),
+            "warned": sorted(self._watch.warned),
+            "settled": self._settled,
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
+        """Restore a checkpoint bit for bit. Raises UsageError for a checkpoint of an earlier version, which stored other data;
+        arrays, numbers: as returned by `state_arrays` and `state_numbers`."""
+        with domain.joining(NOWHERE):
+            lacking = sorted(self.state_arrays().keys() - arrays.keys())
+        if lacking or numbers.keys() != self.state_numbers().keys():
+            without = f" (it has no `{lacking[0]}`)" if lacking else ""
+            text = f"the checkpoint was written by another version of pellucid{without}"
+            raise UsageError(f"{text}.\n    Resume it with that version, or start a new run.")
+        for body in self.bodies:
+            body.restore(of_owner(body.name, arrays))
+            body.totals.restore(numbers["bodies"][body.name])
+        self.parts.restore(numbers["parts"], of_owner(PARTS, arrays))
+        for field in self.velocity_fields:
+            field.restore(of_owner(NODES + field.name, arrays))
+        settles = SETTLING in numbers["clock"]
+        if settles and self.case.settle is not None:
+            self.clock = SettlingClock(self.case.settle, self.clock, self.case.body)
+        self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
+        self.budget.restore(numbers["balance"])
+        self._watch.warned = set(numbers["warned"])
+        self._begun, self._settled = not settles, dict(numbers["settled"])

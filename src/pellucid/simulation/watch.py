@@ -19,7 +19,7 @@ from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
-from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
+from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -100,13 +100,12 @@ class Watch:
             raise RunStopped(f"{text}, {limit}\n    {clock.against_energy_error or self._advice}.", **place)
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
-    def angular_momentum(self, turning: AngularBalance, bodies: Sequence[Body], clock: Clock) -> None:
-        """Warn if the angular momentum of bodies without external actions drifts; checked at intervals and at the end.
-
-        turning: balance of the angular momentum.
-        """
+    def angular_momentum(self, budget: EnergyBudget, clock: Clock) -> None:
+        """Warn if the angular momentum of bodies without external actions drifts; checked at intervals and at the end."""
         last = clock.finished(None)
-        if (clock.n_steps % INTERVAL and not last) or (error := turning.observe(bodies)) < self._limits.warn:
+        if budget.angular is None or not budget.is_isolated or (clock.n_steps % INTERVAL and not last):
+            return
+        if (error := budget.angular.observe()) < self._limits.warn:
             return
         if clock.n_steps >= FIRST_JUDGED or last:
             where, change = f"step {clock.n_steps}, time {clock.progress():.6g} s", f"{100 * error:.2g} %"

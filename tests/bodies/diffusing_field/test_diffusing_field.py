@@ -91,7 +91,7 @@ def test_what_is_closed_keeps_its_amount():
             sim.step()
         assert body.field("amount").sum() == pytest.approx(before, rel=1e-14)
         assert np.ptp(body.arrays["concentration"]) < 0.9 * uneven
-        assert sim.conservation() == {"mass": 0.0, "momentum": 0.0, "energy": 0.0}
+        assert sim.budget.conservation() == {"mass": 0.0, "momentum": 0.0, "energy": 0.0}
 
 
 def test_closed_ends_reflect():

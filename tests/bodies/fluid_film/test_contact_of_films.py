@@ -107,7 +107,7 @@ def test_a_vesicle_between_two_plates_presses_with_its_pressure_over_the_area_of
     pushed = []
     while not sim.clock.finished(None):
         sim.step()
-        pushed.append((sim.time, sim.reactions()["touch"][1]))
+        pushed.append((sim.time, sim.budget.reactions()["touch"][1]))
     (start, before), (end, after) = pushed[2 * len(pushed) // 3], pushed[-1]
     body, radius = sim.bodies[0], 0.5 * (2.5 - 0.3)
     x, y = body.places()[:, :2].T

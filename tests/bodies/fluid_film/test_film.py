@@ -67,13 +67,13 @@ def test_a_grip_holds_a_film_that_came_to_rest():
     loads_of = along + PRESSURE.format(value=0.3, on="present-area") + HOLD
     simulation, film = ran(case(SPHEROID, 300.0, 100.0, "", "drag = { normal = 0.1, tangential = 0.1 }", loads_of, 1.0))
     assert not film.arrays["velocity"].any()
-    before = simulation.reactions()["hold"][2]
+    before = simulation.budget.reactions()["hold"][2]
     simulation.clock.case = simulation.clock.case.model_copy(update={"end": 303.0})
     for _ in range(3):
         simulation.step()
     o, wind = film.geometry.operators(film.arrays["x"]), simulation.case.load[0]
     load = film.balance.traction_force(o, film.arrays["part_mass"], lambda points, after: wind.traction(points, after), 0.0)
-    gained = simulation.reactions()["hold"][2] - before
+    gained = simulation.budget.reactions()["hold"][2] - before
     assert gained == pytest.approx(-3.0 * load[:, 1].sum(), rel=1e-7)  # forces are left that move nothing by rounding
 
 
@@ -83,7 +83,7 @@ def test_a_film_at_rest_stays_there(shape):
     simulation, film = ran(case(f"{shape} = {{ radius = 1, nodes = 21 }}", 20.0, every=0.05))
     assert film.field("distance") == pytest.approx(1.0, abs=1e-12)
     assert not film.arrays["velocity"].any()
-    assert simulation.conservation()["energy"] == 0.0
+    assert simulation.budget.conservation()["energy"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -158,8 +158,8 @@ def test_a_film_that_is_driven_moves_as_a_rigid_body(shape, share, axis):
     velocity = film.arrays["velocity"]
     assert velocity[:, axis] == pytest.approx(0.1 / (share * 0.5), rel=1e-6)
     assert np.abs(np.delete(velocity, axis, axis=1)).max() < 1e-9
-    assert abs(simulation.conservation()["mass"]) < 1e-13
-    assert abs(simulation.conservation()["energy"]) < 1e-3
+    assert abs(simulation.budget.conservation()["mass"]) < 1e-13
+    assert abs(simulation.budget.conservation()["energy"]) < 1e-3
 
 
 @pytest.mark.parametrize(("mode", "rate"), [(2, 0.6241), (3, 2.5923)])
@@ -193,9 +193,9 @@ def test_a_vesicle_keeps_area_and_volume_and_comes_to_its_published_energy():
     assert o.area.sum() == pytest.approx(start.geometry.operators(start.arrays["x"]).area.sum(), rel=1e-5)
     assert 6.0 * np.sqrt(np.pi) * o.volume() / o.area.sum() ** 1.5 == pytest.approx(0.9, rel=1e-4)
     assert film.field("bending_energy").sum() / (8.0 * np.pi) == pytest.approx(1.18964, rel=1e-4)
-    assert simulation.energies()["support_work"] > 0.0, "it takes work to change the volume"
-    assert abs(simulation.conservation()["energy"]) < 2e-3  # of steps whose accuracy is 1e-3
-    assert abs(simulation.conservation()["mass"]) < 1e-13
+    assert simulation.budget.energies()["support_work"] > 0.0, "it takes work to change the volume"
+    assert abs(simulation.budget.conservation()["energy"]) < 2e-3  # of steps whose accuracy is 1e-3
+    assert abs(simulation.budget.conservation()["mass"]) < 1e-13
 
 
 def test_energy_never_grows_without_a_load():

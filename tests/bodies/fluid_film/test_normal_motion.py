@@ -52,7 +52,7 @@ def test_a_film_that_is_led_everywhere_grows_as_told(shape, more, off):
     assert film.field("areal_density").mean() == pytest.approx(radii.mean() ** -dimension, rel=1e-3)
     spin = np.cross(film.arrays["position"], film.arrays["velocity"]).mean(axis=0)
     assert np.abs(spin).max() < off, "it does not turn"
-    assert abs(simulation.conservation()["mass"]) < 1e-13
+    assert abs(simulation.budget.conservation()["mass"]) < 1e-13
 
 
 def test_its_work_is_what_is_stored_and_dissipated_to_second_order_in_the_step():
@@ -60,8 +60,8 @@ def test_its_work_is_what_is_stored_and_dissipated_to_second_order_in_the_step()
     errors, works = [], []
     for step in (0.5, 0.25, 0.125):
         simulation, _ = ran(case(CIRCLE, 1.0, 1.0, "", "density = 1.2", led(), step))
-        errors.append(abs(simulation.conservation()["energy"]))
-        works.append(simulation.energies()["motion_work"])
+        errors.append(abs(simulation.budget.conservation()["energy"]))
+        works.append(simulation.budget.energies()["motion_work"])
     assert errors[0] > 2.5 * errors[1] > 6.0 * errors[2]
     heat = 2.0 * np.pi * ETA * 0.2 * np.log(1.2)
     compressed = 2.0 * np.pi * 1.2 * (np.log(1.2) + 1.0 / 1.2 - 1.0)  # of the mass, ∫ p/ρ² dρ from 1 to 1.2; at the end 0

@@ -49,8 +49,8 @@ def test_a_film_that_travels_with_the_fluid_keeps_its_shape(nodes):
     advance(sim, 100)
     assert body.places() - begun == pytest.approx(np.broadcast_to(np.array(velocity) * sim.time, begun.shape), abs=1e-10)
     assert body.frame()["tension"] == pytest.approx(tension, abs=1e-9 * 400.0 * 0.05)
-    assert sim.conservation()["momentum"] < 1e-12
-    assert abs(sim.conservation()["energy"]) < 1e-9
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-9
 
 
 @pytest.mark.parametrize("nodes", ["even", "material"])
@@ -62,8 +62,8 @@ def test_an_ellipse_becomes_rounder_and_every_balance_holds(nodes):
         sim.step()
     assert ellipse_of(body.places()[:, :2]).deformation < 0.97 * begun
     assert body.arrays["mass"].sum() == pytest.approx(mass, rel=1e-13)
-    assert sim.conservation()["momentum"] < 1e-12
-    assert abs(sim.conservation()["energy"]) < 0.02  # of the transfer, first order in the step
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 0.02  # of the transfer, first order in the step
     assert sim.budget.sums["viscous_heat"] > 0.0
 
 
@@ -93,7 +93,7 @@ def test_a_vesicle_that_falls_on_a_floor_stops_there():
     lowest = sim.bodies[0].places()[:, 1].min()
     assert 1.0 - 0.1 * 0.25 < lowest < 1.15, "it fell from 1.2 by 0.5"
     assert sim.bodies[1].totals.momentum[1] > 0.7 * -sim.bodies[1].mass
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 def test_the_same_bits_on_two_threads_and_after_a_restart():

@@ -53,7 +53,7 @@ def test_it_stays_at_rest(functions, transfer):
     per_cell = (3, 3, 3) if "bspline" in functions else (2, 2, 2)
     sim = Simulation(tank(functions=functions, transfer=transfer, per_cell=per_cell), threads=1)
     assert fastest(sim) < (2e-3 if functions == "cubic-bspline" else 2e-5)
-    assert abs(sim.conservation()["energy"]) < 1e-8
+    assert abs(sim.budget.conservation()["energy"]) < 1e-8
 
 
 def test_without_it_the_water_falls():

@@ -51,9 +51,9 @@ def test_the_balance_closes_and_stiffer_springs_keep_better():
         sim = Simulation(loads(CELL).with_settings(stiff), threads=1)
         worst = 0.0
         for state in sim:
-            assert abs(state.conservation()["energy"]) < 5e-3
+            assert abs(state.budget.conservation()["energy"]) < 5e-3
             worst = max(worst, abs(state.bodies[0].facts()["volume_drift"]))
-        assert sim.energies()["constraint"] > 0.0
+        assert sim.budget.energies()["constraint"] > 0.0
         drifts.append(worst)
     assert drifts[1] < 0.4 * drifts[0]  # the frequency grows by 4, and with it the amplitude falls
 

@@ -105,12 +105,12 @@ def test_tearing_keeps_mass_momentum_and_the_balance():
     sim = torn()
     body = sim.bodies[0]
     assert 100 < body.arrays["failed"].sum() < 1400
-    found = sim.conservation()
+    found = sim.budget.conservation()
     assert found["mass"] == 0.0
     assert found["momentum"] < 1e-12
     # of the method: the step, a thirtieth of the stable one, and what points hear of a tear within a cell
     assert abs(found["energy"]) < 0.002
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert energies["dissipated"] > 0.0
     assert energies["strain"] > 0.0
     hurt = body.arrays["damage"] > 0.0
@@ -166,7 +166,7 @@ def test_a_restored_tear_goes_on_with_the_same_bits():
     advance(again, 50)
     for name, array in straight.state_arrays().items():
         assert np.array_equal(array, again.state_arrays()[name]), name
-    assert again.energies() == straight.energies()
+    assert again.budget.energies() == straight.budget.energies()
 
 
 @pytest.mark.parametrize("table", [damaged(), sheet()], ids=["damaged", "never"])

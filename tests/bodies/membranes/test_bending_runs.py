@@ -125,8 +125,8 @@ hold = ["x", "y", "z"]
         text = points if kind == "points" else text + stone
     sim = Simulation(loads(text.replace("end = 1", "end = 0.5")), threads=1)
     for state in sim:
-        assert abs(state.conservation()["energy"]) < (1e-4 if kind == "own nodes" else 0.01)
-    energies, body = sim.energies(), sim.bodies[0]
+        assert abs(state.budget.conservation()["energy"]) < (1e-4 if kind == "own nodes" else 0.01)
+    energies, body = sim.budget.energies(), sim.bodies[0]
     assert energies["bending"] == pytest.approx(body.field("bending_energy").sum(), rel=1e-9)
     assert energies["bending"] > 0.1 * energies["kinetic"] > 0.0
     assert np.abs(body.field("curvature")).max() > 0.1

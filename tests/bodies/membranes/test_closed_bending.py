@@ -168,10 +168,10 @@ material = { kind = "neo-hookean", density = 100, young_modulus = 100, poisson_r
 @pytest.mark.parametrize("more", ["", ON_GRID], ids=["own nodes", "grid"])
 def test_the_energy_balance_closes(more):
     sim = Simulation(loads(CELL + more).with_settings({"time.end": 1.0}), threads=1)
-    begun = sim.energies()["bending"]
+    begun = sim.budget.energies()["bending"]
     for state in sim:
-        assert abs(state.conservation()["energy"]) < 5e-3
-    energies = sim.energies()
+        assert abs(state.budget.conservation()["energy"]) < 5e-3
+    energies = sim.budget.energies()
     assert energies["bending"] < 0.97 * begun
     assert energies["bending"] == pytest.approx(sim.bodies[0].field("bending_energy").sum())
     assert np.abs(sim.momentum()).max() < 1e-12 * max(1.0, energies["kinetic"])

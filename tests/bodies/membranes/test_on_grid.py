@@ -148,8 +148,8 @@ def test_energy_and_momentum_close_while_a_strip_swings(clamp):
     text = shelf(clamp).replace("damping = 3\n", "").replace("end = 12", "end = 2")
     sim = Simulation(loads(text), threads=1)
     for state in sim:
-        assert abs(state.conservation()["energy"]) < 0.01
-        assert abs(state.conservation()["momentum"]) < 1e-12
+        assert abs(state.budget.conservation()["energy"]) < 0.01
+        assert abs(state.budget.conservation()["momentum"]) < 1e-12
 
 
 def test_a_strip_has_the_same_bits_on_any_number_of_threads():

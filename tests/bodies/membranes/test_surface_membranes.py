@@ -131,10 +131,10 @@ def test_the_energy_of_a_viscous_sheet_is_balanced(kind):
     arrays["velocity"][:, 0] = 0.2 * np.cos(np.pi * arrays["position"][:, 0]) * np.cos(np.pi * arrays["position"][:, 1])
     sim.bodies[0].renew_totals()
     sim.begin_balance()
-    start = sim.energies()["kinetic"]
+    start = sim.budget.energies()["kinetic"]
     for _ in range(600):
         sim.step()
-    found = sim.energies()
+    found = sim.budget.energies()
     assert found["dissipated"] == pytest.approx(start, rel=0.03)  # to first order in the step
     assert abs(found["time_integration_error"]) < 5e-3 * start
 

@@ -50,7 +50,7 @@ def test_a_held_sheet_stays_at_rest_under_its_tension(kind, law):
     assert sim.bodies[0].mass == pytest.approx(DENSITY * THICKNESS)
     law = sim.bodies[0].law if kind == "points" else sim.bodies[0].surface.law
     stored = prestretch(lambda thickness: law, TENSION, THICKNESS).energy
-    assert sim.energies()["strain"] == pytest.approx(stored * THICKNESS, rel=1e-9)
+    assert sim.budget.energies()["strain"] == pytest.approx(stored * THICKNESS, rel=1e-9)
     advance(sim, 50)
     assert np.abs(sim.bodies[0].arrays["velocity"]).max() < 1e-9
     assert sim.bodies[0].field("stress")[:, :2] == pytest.approx(TENSION / THICKNESS, rel=1e-9)

@@ -31,14 +31,14 @@ def finished(sim):
 def direct():
     """The energy and the reaction with maximum entropy, to compare with."""
     sim = finished(simulation("cell-based-maximum-entropy", "direct"))
-    return sim.energies()["strain"]
+    return sim.budget.energies()["strain"]
 
 
 @by_forces
 def test_a_pull_keeps_momentum_and_energy_and_the_field_follows(kind, how, direct):
     sim = finished(simulation(kind, how))
-    body, energies = sim.bodies[0], sim.energies()
-    assert sim.conservation()["momentum"] < 1e-12
+    body, energies = sim.bodies[0], sim.budget.energies()
+    assert sim.budget.conservation()["momentum"] < 1e-12
     assert abs(sim.budget.energy_error()) < 1e-4
     assert energies["motion_work"] == pytest.approx(energies["strain"] + energies["kinetic"], rel=1e-3)
     assert abs(energies["support_work"]) < 1e-12 * energies["motion_work"], "a support at rest does no work"
@@ -52,9 +52,9 @@ def test_a_pull_keeps_momentum_and_energy_and_the_field_follows(kind, how, direc
 @by_forces
 def test_damping_is_counted_beside_them(kind, how):
     sim = finished(simulation(kind, how, damping=20.0))
-    assert sim.energies()["damping_heat"] > 0.01 * sim.energies()["strain"]
+    assert sim.budget.energies()["damping_heat"] > 0.01 * sim.budget.energies()["strain"]
     assert abs(sim.budget.energy_error()) < 1e-4
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 @by_forces
@@ -62,10 +62,10 @@ def test_a_steady_state_balances_its_reactions(kind, how):
     table = pulled_block(approximant={"kind": kind}, essential=how) | {"steady": {"tolerance": 1e-6}}
     sim = finished(Simulation(Case.model_validate(table), threads=1))
     assert sim.clock.facts()["steady"]["unbalanced_force"] < 1e-5
-    reactions = sim.reactions()
+    reactions = sim.budget.reactions()
     assert reactions["top"][2] > 0.1
     assert reactions["top"] == pytest.approx(-reactions["bottom"], abs=1e-5 * reactions["top"][2])
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 def test_a_restart_goes_on_bit_for_bit():
@@ -80,7 +80,7 @@ def test_a_restart_goes_on_bit_for_bit():
     for _ in range(5):
         again.step()
     assert again.bodies[0].arrays["position"].tobytes() == whole.bodies[0].arrays["position"].tobytes()
-    assert again.energies() == whole.energies()
+    assert again.budget.energies() == whole.budget.energies()
     assert again.bodies[0].facts() == whole.bodies[0].facts()
 
 

@@ -24,11 +24,11 @@ def test_a_rubber_ball_passes_its_limit_point_by_its_volume():
     end = 8.0
     ball = skin(material=RUBBER, thickness=THICKNESS)
     sim = Simulation(given({"times": [0, end], "ratios": [1, 4.1]}, [ball], end=end), threads=1)
-    start, area = sim.condition_states["skin_volume"], sim.bodies[0].surface_areas().sum()
+    start, area = sim.parts.columns()["skin_volume"], sim.bodies[0].surface_areas().sum()
     radius = 3.0 * start / area  # that of the ball which the facets touch
     curve = []
     for _ in sim:
-        now = sim.condition_states
+        now = sim.parts.columns()
         curve.append(((now["skin_volume"] / start) ** (1.0 / 3.0), now["skin_pressure"] * radius / (G * THICKNESS)))
     stretch, pressure = np.array(curve).T
     wanted = 2.0 * (1.0 / stretch - stretch**-7.0)
@@ -38,9 +38,9 @@ def test_a_rubber_ball_passes_its_limit_point_by_its_volume():
     assert stretch[np.argmax(pressure)] == pytest.approx(7.0 ** (1.0 / 6.0), abs=0.03)
     assert pressure[-1] < 1.19
     assert np.abs(np.diff(pressure)).max() < 0.05, "it passes without a jump"
-    assert abs(sim.conservation()["energy"]) < 1e-4
+    assert abs(sim.budget.conservation()["energy"]) < 1e-4
     places = sim.bodies[0].places()
-    assert sim.condition_states["skin_volume"] == pytest.approx(
+    assert sim.parts.columns()["skin_volume"] == pytest.approx(
         enclosed_volume(places, sim.bodies[0].cells().surface()), rel=1e-12
     )
 
@@ -53,7 +53,7 @@ def test_a_flat_disc_is_blown_up_from_nothing_along_its_normal():
     sim = Simulation(blown, threads=1)
     for _ in sim:
         pass
-    now = sim.condition_states
+    now = sim.parts.columns()
     assert now["skin_volume"] == pytest.approx(0.4, rel=0.05)
     assert now["skin_pressure"] > 0.0
     # a paraboloid holds π h/2
@@ -69,11 +69,11 @@ def test_a_stiff_spring_bounds_the_step_and_is_stable():
     limit, _ = stiff.step_limit()
     assert limit.cause == "spring"
     assert "oscillates on its given volume" in limit.reason
-    wanted, start = TWICE["ratios"], stiff.condition_states["skin_volume"]
+    wanted, start = TWICE["ratios"], stiff.parts.columns()["skin_volume"]
     for _ in stiff:
         volume = start * np.interp(stiff.time, TWICE["times"], wanted)
-        assert stiff.condition_states["skin_volume"] == pytest.approx(volume, rel=2e-3)
-    assert abs(stiff.conservation()["energy"]) < 0.02
+        assert stiff.parts.columns()["skin_volume"] == pytest.approx(volume, rel=2e-3)
+    assert abs(stiff.budget.conservation()["energy"]) < 0.02
 
 
 def test_runs_with_given_volumes_go_on_bit_for_bit(tmp_path):

@@ -54,7 +54,7 @@ def test_a_balloon_that_bursts_lets_its_gas_out():
     assert failed.mean() > 0.5
     assert state["hole_area"] == pytest.approx(sim.bodies[0].surface_areas()[failed].sum())
     assert state["gauge_pressure"] == pytest.approx(0.0, abs=1e-6 * OUTSIDE)
-    assert abs(sim.conservation()["energy"]) < 1e-3
+    assert abs(sim.budget.conservation()["energy"]) < 1e-3
 
 
 def test_gas_flows_through_a_hole_as_through_a_nozzle_of_its_area():

@@ -35,8 +35,8 @@ def test_nodes_of_a_solid_share_the_force(rise, share):
 def test_the_momentum_of_a_solid_is_the_impulse_of_the_force():
     sim = advance(solid(), 20)
     assert sim.momentum() == pytest.approx(sim.time * np.array(FORCE), rel=1e-12)
-    assert sim.conservation()["momentum"] < 1e-12
-    energies = sim.energies()
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    energies = sim.budget.energies()
     assert energies["load_work"] > 0.0
     assert abs(energies["transfer_error"]) < 1e-14 * energies["load_work"]
 

@@ -174,7 +174,7 @@ def test_a_load_of_a_user_acts_where_it_is_told():
             simulation(box((1, 1, 1), (3, 3, 3)), load=[{"kind": "even", "body": "block", "where": far}])
     assert refused.value.problems[0].key == "load.0.where"
     assert np.array_equal(one.bodies[0].frame()["velocity"], other.bodies[0].frame()["velocity"])
-    assert one.energies()["load_work"] == other.energies()["load_work"] > 0.0
+    assert one.budget.energies()["load_work"] == other.budget.energies()["load_work"] > 0.0
 
 
 def test_loads_are_tried_when_all_bodies_are_complete():
@@ -223,6 +223,6 @@ def test_a_body_force_on_all_is_gravity(body):
     for name in ("position", "velocity"):
         assert np.allclose(falling.bodies[0].arrays[name], pushed.bodies[0].arrays[name], rtol=0.0, atol=1e-14)
     assert pushed.momentum() == pytest.approx(0.01 * falling.bodies[0].mass * np.array(pull), rel=1e-12, abs=1e-12)
-    assert pushed.energies()["load_work"] == pytest.approx(falling.energies()["gravity_work"], rel=1e-12)
-    assert abs(pushed.conservation()["momentum"]) < 1e-12
-    assert abs(pushed.conservation()["energy"]) < 1e-12
+    assert pushed.budget.energies()["load_work"] == pytest.approx(falling.budget.energies()["gravity_work"], rel=1e-12)
+    assert abs(pushed.budget.conservation()["momentum"]) < 1e-12
+    assert abs(pushed.budget.conservation()["energy"]) < 1e-12

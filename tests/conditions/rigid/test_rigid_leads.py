@@ -44,7 +44,7 @@ def centre(body):
 
 
 def closes(sim, share=1e-9):
-    errors = sim.conservation()
+    errors = sim.budget.conservation()
     assert errors["momentum"] < 1e-12
     assert abs(errors["energy"]) < share
 
@@ -61,7 +61,7 @@ def test_a_given_path_leaves_the_rotation_free(scheme, functions):
     moved = centre(body) - first
     assert moved[:2] == pytest.approx((1.5 * 0.6**3 * 3.16, 0.0), abs=1e-13)  # s³ (10 - 15 s + 6 s²)
     assert body.arrays["angle"][0] == pytest.approx((0.0, 0.0, 1.8), abs=1e-9)
-    assert sim.reactions()["path"] == pytest.approx(sim.momentum(), abs=1e-9)
+    assert sim.budget.reactions()["path"] == pytest.approx(sim.momentum(), abs=1e-9)
     closes(sim, 2e-8)
 
 
@@ -82,7 +82,7 @@ def test_a_given_rotation_leaves_the_path_free():
     first, offset = centre(body), body.frame()["position"] - centre(body)
     advance(sim, 50)
     rate = (1.875 * 2.5 * np.pi) * (1.0 - (0.005 / 0.5) ** 2) ** 2  # half a step before the middle
-    assert sim.angular_reactions()["turn"][2] == pytest.approx(inertia(body)[2, 2] * rate, rel=1e-4)
+    assert sim.budget.angular_reactions()["turn"][2] == pytest.approx(inertia(body)[2, 2] * rate, rel=1e-4)
     advance(sim, 50)
     assert centre(body) - first == pytest.approx((0.4, -0.3, 0.0), abs=1e-12)
     assert body.arrays["angle"][0, 2] == pytest.approx(2.5 * np.pi, abs=1e-13)
@@ -98,7 +98,7 @@ def test_a_wheel_on_an_axle_is_turned_by_the_work_of_its_motion():
     first = centre(sim.bodies[0])
     advance(sim, 20)
     energy = 0.5 * inertia(sim.bodies[0])[2, 2] * (2.0 * np.pi) ** 2
-    found = sim.energies()
+    found = sim.budget.energies()
     assert centre(sim.bodies[0]) == pytest.approx(first, abs=1e-13)
     assert found["kinetic"] == pytest.approx(energy, rel=1e-12)
     assert found["motion_work"] == pytest.approx(2.0 * energy, rel=1e-12)
@@ -114,10 +114,10 @@ def test_two_motions_lead_one_body_and_have_reactions_of_their_own():
     sim = led(square(angular_velocity=(0, 0, 2.0)), motion=motions)
     spin = 2.0 * inertia(sim.bodies[0])[2, 2]
     advance(sim, 10)
-    assert sim.reactions()["path"] == pytest.approx((2000.0, 0.0, 0.0), abs=1e-9)
-    assert sim.angular_reactions()["turn"] == pytest.approx((0.0, 0.0, -spin), rel=1e-12)
-    assert not sim.reactions()["turn"].any()
-    assert not sim.angular_reactions()["path"].any()
+    assert sim.budget.reactions()["path"] == pytest.approx((2000.0, 0.0, 0.0), abs=1e-9)
+    assert sim.budget.angular_reactions()["turn"] == pytest.approx((0.0, 0.0, -spin), rel=1e-12)
+    assert not sim.budget.reactions()["turn"].any()
+    assert not sim.budget.angular_reactions()["path"].any()
     closes(sim, 1e-12)
 
 
@@ -168,11 +168,11 @@ def test_in_space_two_given_rotations_with_the_third_held_take_the_torque_of_the
     body, omega = sim.bodies[0], np.array([0.0, 0.0, 2.0])
     assert abs(inertia(body)[1, 2]) > 100.0
     advance(sim, 100)
-    before, torque = sim.angular_reactions()["turn"], np.cross(omega, inertia(body) @ omega)
+    before, torque = sim.budget.angular_reactions()["turn"], np.cross(omega, inertia(body) @ omega)
     advance(sim, 1)
-    given = (sim.angular_reactions()["turn"] - before) / 0.002
+    given = (sim.budget.angular_reactions()["turn"] - before) / 0.002
     assert given == pytest.approx(torque, abs=0.005 * np.abs(torque).max())
-    energies = sim.energies()
+    energies = sim.budget.energies()
     assert abs(energies["motion_work"]) < 1e-6 * energies["kinetic"]
     closes(sim)
 
@@ -189,8 +189,8 @@ def test_a_body_that_is_led_wholly_behaves_as_a_driven_one():
             swing["hold_rotation"] = ["z"]
         sim = led(block, water, motion=swing, support=SLIP[:4])
         advance(sim, 60)
-        assert sim.conservation()["momentum"] < 1e-12
-        found[rigid] = np.array([sim.bodies[1].totals.momentum[1], sim.reactions()["swing"][1]])
+        assert sim.budget.conservation()["momentum"] < 1e-12
+        found[rigid] = np.array([sim.bodies[1].totals.momentum[1], sim.budget.reactions()["swing"][1]])
         assert sim.bodies[0].frame()["position"][0, 1] - 3.25 == pytest.approx(0.4 * np.sin(0.6 * np.pi), abs=1e-13)
         assert sim.bodies[0].constraint.top_speed == pytest.approx(0.4 * np.pi)
     assert found[True] == pytest.approx(found[False], rel=0.16)
@@ -208,7 +208,7 @@ def test_a_led_body_presses_another_one_away(held):
     while sim.time < 1.2:
         sim.step()
     assert sim.bodies[1].totals.momentum[0] > 2000.0
-    assert sim.reactions()["push"][0] == pytest.approx(sim.momentum()[0], abs=1e-9)
+    assert sim.budget.reactions()["push"][0] == pytest.approx(sim.momentum()[0], abs=1e-9)
     closes(sim)
 
 
@@ -224,12 +224,14 @@ def test_a_wheel_that_is_turned_drives_the_plate_below_it():
     sim = led(wheel | {"material": RATE_SOLID}, plate, motion=[turn, rail], **more)
     while sim.time < 0.5:
         sim.step()
-    forward, pressed, _ = sim.reactions()["tread"]
+    forward, pressed, _ = sim.budget.reactions()["tread"]
     assert forward == pytest.approx(0.5 * pressed, rel=0.02)
     assert sim.bodies[1].totals.momentum[0] == pytest.approx(-forward, rel=1e-12)  # but for rounding over all steps
-    assert sim.reactions()["axle"][0] == pytest.approx(-forward, rel=1e-12)
+    assert sim.budget.reactions()["axle"][0] == pytest.approx(-forward, rel=1e-12)
     spin = -2.0 * inertia(sim.bodies[0])[2, 2]
-    assert sim.angular_reactions()["axle"][2] - spin == pytest.approx(-1.5 * forward, rel=0.05)  # it touches over a width
+    assert sim.budget.angular_reactions()["axle"][2] - spin == pytest.approx(
+        -1.5 * forward, rel=0.05
+    )  # it touches over a width
     closes(sim)
 
 
@@ -255,7 +257,7 @@ def test_what_leads_it_through_a_wall_wins():
     position = sim.bodies[0].arrays["position"]
     assert centre(sim.bodies[0])[1] == pytest.approx(0.9, abs=1e-13)
     assert position[:, 0].max() < 7.75 + 1e-9
-    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
 
 
 def test_probes_of_angle_angular_velocity_and_torque():
@@ -270,10 +272,10 @@ def test_probes_of_angle_angular_velocity_and_torque():
     reader = ProbeReader(found.probe)
     reader.start(sim.bodies)
     assert reader.units() == {"angle": "rad", "rate": "rad/s", "torque": "N m"}
-    assert reader.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions()) == [0.0, 0.0, 0.0]
+    assert reader.read(sim.bodies, sim.budget.reactions(), sim.time, sim.budget.angular_reactions()) == [0.0, 0.0, 0.0]
     advance(sim, 100)
     reader = ProbeReader(found.probe, json.loads(json.dumps(reader.to_data())))  # as a checkpoint keeps it
-    angle, rate, torque = reader.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
+    angle, rate, torque = reader.read(sim.bodies, sim.budget.reactions(), sim.time, sim.budget.angular_reactions())
     assert (angle, rate) == (pytest.approx(8.0, rel=1e-12), pytest.approx(8.0, rel=1e-12))
     assert torque == pytest.approx(8.0 * inertia(sim.bodies[0])[2, 2] / 1.0, rel=1e-12)
 
@@ -294,7 +296,7 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
     advance(two, 20)
     for name, array in again.bodies[0].arrays.items():
         assert np.array_equal(array, two.bodies[0].arrays[name])
-    assert again.angular_reactions()["turn"].tolist() == two.angular_reactions()["turn"].tolist()
+    assert again.budget.angular_reactions()["turn"].tolist() == two.budget.angular_reactions()["turn"].tolist()
 
 
 TURN = {"name": "turn", "rotation": {"z": {"kind": "ramp", "angle": 90, "duration": 1.0}}}

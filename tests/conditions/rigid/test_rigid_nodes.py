@@ -37,7 +37,7 @@ def test_a_paddle_and_its_fluid_keep_momentum_and_angular_momentum(scheme):
     sim = stirred(paddle(), scheme=scheme)
     start = turning(sim)
     advance(sim, 150)
-    kept = sim.conservation()
+    kept = sim.budget.conservation()
     assert kept["angular_momentum"] < 1e-12
     assert kept["momentum"] < 1e-12
     assert abs(kept["energy"]) < 1e-12
@@ -51,8 +51,8 @@ def test_a_brick_in_space_and_its_fluid_keep_angular_momentum():
     start = turning(sim)
     advance(sim, 60)
     assert turning(sim) == pytest.approx(start, rel=1e-10)
-    assert sim.conservation()["angular_momentum"] < 1e-12
-    assert abs(sim.conservation()["energy"]) < 1e-12
+    assert sim.budget.conservation()["angular_momentum"] < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
 
 
 @pytest.mark.parametrize("functions", ["trilinear", "gimp", "cubic-bspline"])
@@ -61,8 +61,8 @@ def test_momentum_and_energy_are_kept_with_every_transfer(transfer, functions):
     sim = stirred(paddle(), transfer=transfer, functions=functions)
     begin = sim.kinetic_energy()
     advance(sim, 60)
-    assert sim.conservation()["momentum"] < 1e-12
-    assert abs(sim.conservation()["energy"]) < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
     assert sim.kinetic_energy() < begin
 
 
@@ -74,8 +74,8 @@ def test_two_bodies_that_reach_the_same_nodes_keep_momentum():
         sim = stirred(left, right, transfer=transfer)
         start = turning(sim)
         advance(sim, 60)
-        assert sim.conservation()["momentum"] < 1e-12
-        assert abs(sim.conservation()["energy"]) < 1e-12
+        assert sim.budget.conservation()["momentum"] < 1e-12
+        assert abs(sim.budget.conservation()["energy"]) < 1e-12
         if transfer == "apic":
             assert turning(sim) == pytest.approx(start, rel=1e-10, abs=1e-8)
 
@@ -86,7 +86,7 @@ def test_the_torque_on_a_rotor_is_what_its_fluid_gains(transfer):
     turn = {"name": "turn", "body": "block", "hold": ["x", "y"], "rotation": {"z": {"kind": "steady", "angular_velocity": 1.0}}}
     sim = stirred(paddle() | {"velocity": (0, 0, 0), "angular_velocity": (0, 0, 0)}, motion=[turn], transfer=transfer)
     advance(sim, 100)
-    given, path = sim.angular_reactions()["turn"][2], sim.reactions()["turn"]
+    given, path = sim.budget.angular_reactions()["turn"][2], sim.budget.reactions()["turn"]
     centre = np.array([5.2, 5.5, 0.0])
     about = turning(sim) - np.cross(centre, sim.momentum())
     if transfer == "apic":
@@ -94,7 +94,7 @@ def test_the_torque_on_a_rotor_is_what_its_fluid_gains(transfer):
     else:
         assert 0.2 * given < about[2] < given
     assert sim.momentum() == pytest.approx(path, abs=1e-9)
-    assert abs(sim.conservation()["energy"]) < 1e-12
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
 
 
 @pytest.mark.slow
@@ -135,10 +135,10 @@ def test_the_torque_of_couettes_flow(centre, cells, share_of_step, tolerance):
     sim = Simulation(case(fluid, rotor, motion=[turn], support=support, end=1.0, energy=FEW, **how), threads=1)
     while sim.time < 0.3:
         sim.step()
-    before, since = sim.angular_reactions()["turn"][2], sim.time
+    before, since = sim.budget.angular_reactions()["turn"][2], sim.time
     while sim.time < 0.4:
         sim.step()
-    torque = (sim.angular_reactions()["turn"][2] - before) / (sim.time - since)
+    torque = (sim.budget.angular_reactions()["turn"][2] - before) / (sim.time - since)
     assert torque == pytest.approx(4.0 * np.pi * 0.25**2 / (1.0 - 0.25**2), rel=tolerance)
 
 
@@ -154,4 +154,4 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on_in_a_fluid():
     for body, other in zip(again.bodies, two.bodies, strict=True):
         for name, array in body.arrays.items():
             assert np.array_equal(array, other.arrays[name])
-    assert again.conservation() == two.conservation()
+    assert again.budget.conservation() == two.budget.conservation()

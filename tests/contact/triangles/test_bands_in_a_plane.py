@@ -45,7 +45,7 @@ def test_a_band_slides_on_another_by_the_law_of_coulomb(elements, thickness):
     expected = 9.81 * (np.sin(SLOPE) - 0.3 * np.cos(SLOPE))
     assert (speeds[-1] - speeds[half]) / (times[-1] - times[half]) == pytest.approx(expected, rel=0.005)
     assert body.arrays["position"][:, 1].min() - 0.5 > 0.97 * THICKNESS
-    assert sim.reactions()["touch"][1] == pytest.approx(body.mass * 9.81 * np.cos(SLOPE) * sim.time, rel=0.001)
+    assert sim.budget.reactions()["touch"][1] == pytest.approx(body.mass * 9.81 * np.cos(SLOPE) * sim.time, rel=0.001)
     assert np.abs(body.arrays["velocity"][:, 2]).max() == 0.0
     assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * sim.surface_pairs.energy.taken
 

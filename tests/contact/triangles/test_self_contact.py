@@ -301,10 +301,10 @@ def pressed_block(path, size, gap, down, n, courant=0.5):
     sim = Simulation(block_case(path, size, gap, down, courant), threads=1)
     while sim.time < 0.07:
         sim.step()
-    before, time = {name: impulse.copy() for name, impulse in sim.reactions().items()}, sim.time
+    before, time = {name: impulse.copy() for name, impulse in sim.budget.reactions().items()}, sim.time
     for _ in sim:
         pass
-    force = {name: (sim.reactions()[name] - before[name])[2] / (sim.time - time) for name in ("base", "top")}
+    force = {name: (sim.budget.reactions()[name] - before[name])[2] / (sim.time - time) for name in ("base", "top")}
     assert force["base"] == pytest.approx(-force["top"], rel=0.01)
     return 0.5 * (force["base"] - force["top"]), sim.surface_pairs.energy.unexplained
 

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from free_flight import FakeSimulation, fake_module, free_flight
+from free_flight import FakeBudget, FakeSimulation, fake_module, free_flight
 
 from pellucid.errors import RunStopped
 from pellucid.results.pictures import figures
@@ -17,8 +17,9 @@ from pellucid.running.launch import run_case
 def stopped(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
     monkeypatch.setattr(FakeSimulation, "breaks_at", 19)
-    monkeypatch.setattr(FakeSimulation, "is_balanced", False)
-    monkeypatch.setattr(FakeSimulation, "conservation", lambda sim: {"mass": 0.0, "momentum": 0.0, "energy": 0.03 * sim.time})
+    monkeypatch.setattr(FakeBudget, "is_complete", False)
+    errors = {"mass": 0.0, "momentum": 0.0}
+    monkeypatch.setattr(FakeBudget, "conservation", lambda budget: errors | {"energy": 0.03 * budget._simulation.time})
     with pytest.raises(RunStopped):
         run_case(free_flight(), tmp_path / "run", report=False)
     return Run(tmp_path / "run")

@@ -92,7 +92,7 @@ class Recorder:
         if self._rows.due(sim.time):
             self._write_row(sim)
         elif self.case.steady is not None and sim.time > self._equilibrium:  # so that a reaction is that of one equilibrium
-            self._probes.count_from(sim.reactions(), sim.time, sim.angular_reactions())
+            self._probes.count_from(sim.budget.reactions(), sim.time, sim.budget.angular_reactions())
         self._equilibrium = sim.time
         if self._frames.due(sim.time):
             self._write_frame(sim)
@@ -190,24 +190,24 @@ class Recorder:
 
     def _columns(self, sim: Any) -> dict[str, str]:
         ends = "_energy", "_work", "_heat", "_error"
-        energies = {entry if entry.endswith(ends) else f"{entry}_energy": "J" for entry in sim.energies()}
+        energies = {entry if entry.endswith(ends) else f"{entry}_energy": "J" for entry in sim.budget.energies()}
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
         passed = {
             f"{way}_{name}": unit
-            for way, counts in (("inflow", sim.inflow), ("outflow", sim.outflow))
+            for way, counts in (("inflow", sim.budget.inflow), ("outflow", sim.budget.outflow))
             for name, unit in (("points", ""), ("mass", "kg"))
             if name in counts
         }
         return clock_columns | energies | {"energy_error": ""} | momentum | passed | self._states | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
-        row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
-        values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
+        row = [sim.time, int(sim.n_steps), sim.dt, *sim.budget.energies().values(), sim.budget.conservation()["energy"]]
+        values = self._probes.read(sim.bodies, sim.budget.reactions(), sim.time, sim.budget.angular_reactions())
         if self._writes:
             with explained(self.folder.path):
-                states = sim.condition_states
-                own = [*sim.momentum(), *sim.inflow.values(), *sim.outflow.values(), *(states[name] for name in self._states)]
+                states, passed = sim.parts.columns(), [*sim.budget.inflow.values(), *sim.budget.outflow.values()]
+                own = [*sim.momentum(), *passed, *(states[name] for name in self._states)]
                 line = history.append(self.folder.history, [*row, *own, *values])
             self._written[self.folder.history.name].update(line)
         self._rows.mark(sim.time, sim.n_steps)
@@ -215,9 +215,9 @@ class Recorder:
     def _write_last_row(self, sim: Any) -> None:
         """Write a row of the history for the time of an error stop if all its values are finite, so that curves extend to
         this time. The row is removed when the run is resumed."""
-        if not sim.is_balanced or self._rows.last_step == sim.n_steps or not self._rows.done:
+        if not sim.budget.is_complete or self._rows.last_step == sim.n_steps or not self._rows.done:
             return
-        if np.isfinite([*sim.energies().values(), *sim.momentum()]).all():
+        if np.isfinite([*sim.budget.energies().values(), *sim.momentum()]).all():
             self._write_row(sim)
 
     def _write_frame(self, sim: Any) -> None:
@@ -273,8 +273,8 @@ class Recorder:
             "wall_seconds": wall,
             "point_steps_per_second": points * steps / wall if wall > 0.0 else 0.0,
             "end_time": sim.time,
-            "conservation": {name: float(error) for name, error in sim.conservation().items()},
-            "energies": {name: float(energy) for name, energy in sim.energies().items()},
+            "conservation": {name: float(error) for name, error in sim.budget.conservation().items()},
+            "energies": {name: float(energy) for name, energy in sim.budget.energies().items()},
             **told,
             **facts_of(sim.bodies),
         }
