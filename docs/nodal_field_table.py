@@ -13,6 +13,7 @@ from pellucid.grid.momentum import AdvancedNodes
 from pellucid.grid.nodal_conditions import ExternalAction, YieldingWalls
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, declared
 from pellucid.grid.points import FullCells
+from pellucid.grid.second_increments import SecondNodes
 from pellucid.grid.velocity_field import FieldNodes
 from pellucid.grid.viscous_rows import ViscousRows
 
@@ -21,6 +22,7 @@ BEGIN, END = "<!-- Written by docs/nodal_field_table.py. -->\n", "<!-- To here. 
 SETS: dict[type[Any], str] = {
     Nodes: "of every velocity field",
     FieldNodes: "of some",
+    SecondNodes: "",
     ExternalAction: "of what acts on the nodes",
     AdvancedNodes: "",
     YieldingWalls: "of walls that rub or open",

@@ -271,9 +271,9 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
             self._to_grid.scatter_momentum()
 
     def take_second_impulses(self, dt: float) -> float:
-        before, increment = self.totals.kinetic, self.velocity_field.second_increment
-        reached = self.storage.slabs.reached(self.velocity_field.second_layers(), self._stencil)
-        kernels.add_increments(self.n_slabs, self.mapped, increment, reached)
+        before, second = self.totals.kinetic, self.velocity_field.second
+        reached = self.storage.slabs.reached(second.layers(), self._stencil)
+        kernels.add_increments(self.n_slabs, self.mapped, second.increment, reached)
         self.storage.complete("velocity")
         self._collect_momentum_sums(self.storage.sums())
         won = self.totals.kinetic - before

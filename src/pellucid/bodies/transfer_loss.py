@@ -93,8 +93,8 @@ class TransferHeat(StepPart):
         taken, kept = sum(loss.total for loss in (*others, *keeping)), sum(loss.kept for loss in keeping)
         of_stress, ahead = sum(loss.lumping for loss in others), 0.0
         if self._strained_last and others:
-            ahead = field.second_work(dt)
-            of_stress = field.strain_lag_work(dt) + ahead
+            ahead = field.second.work(field.momentum, dt)
+            of_stress = field.momentum.strain_lag_work(dt) + ahead
         done = no_work(TRANSFER + 1, 0)
         if others:
             done.works[DAMPING] = field.drag_work(dt) if self._strained_last else -field.drag_work(dt)

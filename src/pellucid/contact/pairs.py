@@ -140,7 +140,7 @@ class ContactPair:
         for number, (field, side, sign) in enumerate(zip(self.fields, self._sides, SIGNS, strict=True)):
             if field in fields:
                 sums = np.zeros((self._chunks, 1))
-                impulses.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.small_mass, sums)
+                impulses.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.momentum.small_mass, sums)
                 total += sign * float(ordered_sum(domain.of_chunks(sums, self._by_row.of_row))[0])
         return total
 
@@ -158,7 +158,7 @@ class ContactPair:
         if not (self.touches and self._takes_second and domain.any(bool(self.second.any()))):
             return False
         for field, mobility, sign in zip(self.fields, self._at.mobility, SIGNS, strict=True):
-            field.add_second_increments(self._at.node, sign * mobility * self.second)
+            field.second.add(self._at.node, sign * mobility * self.second)
         return True
 
     def sum_second_works(self, row: int) -> np.ndarray:

@@ -9,8 +9,9 @@ from pellucid.energy import StepWork
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid, Nodes
 from pellucid.grid.nodal_conditions import ExternalAction, Supports, free_axes
-from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, allocate, rows, with_memory
+from pellucid.grid.nodal_fields import STEP, SUM, allocate, rows, with_memory
 from pellucid.grid.nodal_momentum import NodalMomentum
+from pellucid.grid.second_increments import SecondIncrements
 from pellucid.jit import kernel
 from pellucid.ranks.domain import domain
 
@@ -20,9 +21,6 @@ class FieldNodes(NamedTuple):
 
     separate_forces: Annotated[
         np.ndarray, rows(SUM, STEP, "N", "internal forces of bodies that keep heat, until momentum is advanced")
-    ]
-    second_increment: Annotated[
-        np.ndarray, NodalField(3, FOUND, RUN, "m/s", "velocity increments by contact after momentum was mapped a second time")
     ]
 
 
@@ -36,6 +34,8 @@ class VelocityField:
 
     moves_points = True
     """True if the nodes move the points of the field."""
+    momentum: NodalMomentum
+    """Object that updates the momentum of the nodes and computes their works; available when all actions are known."""
 
     def __init__(self, name: str, grid: Grid) -> None:
         self.name, self.grid = name, grid
@@ -43,13 +43,8 @@ class VelocityField:
         self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False
         """True if contact applied impulses to nodes of this field in this step."""
-        self._second_nodes: list[np.ndarray] = []
-
-    @property
-    def second_increment(self) -> np.ndarray:
-        """Velocity increments by contact after the momentum of the points was mapped to the nodes a second time in the step
-        (MUSL) [m/s], shape (nodes, 3); empty without contact."""
-        return self._own.second_increment
+        self.second = SecondIncrements(grid)
+        """Velocity increments by contact after the momentum of the points was mapped a second time in the step (MUSL)."""
 
     @property
     def reached(self) -> np.ndarray | None:
@@ -75,19 +70,14 @@ class VelocityField:
         self._act(external)
         self._walls = supports.walls
         forces = self._own.separate_forces
-        self._momentum = NodalMomentum(self.grid.nodes, self.grid.rows, supports, gravity, small_mass, flip, external, forces)
+        self.momentum = NodalMomentum(self.grid.nodes, self.grid.rows, supports, gravity, small_mass, flip, external, forces)
 
     def _act(self, external: ExternalAction) -> None:
         self.external, self._clear_external = external, Clearing(STEP, self.grid.rows, external)
 
-    @property
-    def momentum(self) -> NodalMomentum:
-        """Object that updates the momentum of the nodes and computes their works; available when all actions are known."""
-        return self._momentum
-
     def share_gravity(self, share: float) -> None:
         """Set gravity on the nodes to a fraction, 0 to 1, of its full value."""
-        self._momentum.share_gravity(share)
+        self.momentum.share_gravity(share)
 
     def clear(self) -> None:
         """Reset mass, momentum and forces of the nodes before P2G."""
@@ -108,7 +98,7 @@ class VelocityField:
         """Return the work [J] of internal forces along the decrease in nodal velocity that a drag caused at the start of a
         step, over half the step dt [s]; see `NodalMomentum.half_work`."""
         taken = self.external.drag_momentum
-        return self._momentum.half_work(slice(None), self._momentum.find_lost_velocity(taken), dt) if len(taken) else 0.0
+        return self.momentum.half_work(slice(None), self.momentum.find_lost_velocity(taken), dt) if len(taken) else 0.0
 
     def drag_work_of_load(self, row: int, dt: float) -> float:
         """Return the work [J] of the external forces in a row of `load_row` along the decrease in nodal velocity that a drag
@@ -117,7 +107,7 @@ class VelocityField:
         if not len(taken):
             return 0.0
         at = np.flatnonzero(self.load_row(row).any(axis=1))
-        powers = self.load_row(row)[at] * self._momentum.find_lost_velocity(taken, at)
+        powers = self.load_row(row)[at] * self.momentum.find_lost_velocity(taken, at)
         return 0.5 * dt * float(np.sum(domain.of_nodes(powers, at)))
 
     @property
@@ -142,7 +132,7 @@ class VelocityField:
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
         """Set the nodes that may receive contact impulses in this step; nodes: arrays of their indices."""
-        self._momentum.await_impulses(nodes)
+        self.momentum.await_impulses(nodes)
 
     def advance(self, dt: float, counted: bool = False) -> None:
         """Advance the momentum of the nodes by a step dt [s], before contact and impulses of conditions; counted: True if
@@ -150,7 +140,7 @@ class VelocityField:
         self._given: list[tuple[np.ndarray, int, float, np.ndarray | None]] = []
         self._moved: list[np.ndarray] = []
         self.pressed = False
-        self._momentum.advance(dt, counted)
+        self.momentum.advance(dt, counted)
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
         """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Return the impulses
@@ -160,7 +150,7 @@ class VelocityField:
         the impulses is added, and its sign. See `pellucid.grid.nodal_conditions`. Raises ValueError if the works of the step
         are already counted.
         """
-        if self._momentum.is_counted:
+        if self.momentum.is_counted:
             raise ValueError("impulses were added after the work of the step was computed; add them in `act_on_nodes`")
         given = add_impulses(self.grid.nodes, self.external, impulse, node)
         self._given.append((given, column, sign, node))
@@ -175,65 +165,20 @@ class VelocityField:
         """Return the works of the forces in the step dt [s], and the impulses on the nodes, after the last impulse, without
         contact; None if the body computes these works itself. Resets the nodal momentum to zero, so that momentum can be
         mapped to the nodes again."""
-        done = self._momentum.works(dt)
+        done = self.momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _, _ in self._given)]))
         works[: len(done.works)] = done.works
         for impulse, column, sign, node in self._given:
-            velocity = self._momentum.impulse_velocity(slice(None) if node is None else node)
+            velocity = self.momentum.impulse_velocity(slice(None) if node is None else node)
             works[column] += sign * float(np.sum(domain.of_nodes(impulse * velocity, node)))
             done.impulse[:] += domain.of_nodes(impulse, node).sum(axis=0)
         return done._replace(works=works)
 
-    def strain_lag_work(self, dt: float) -> float:
-        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work
-        of the stress along the velocity that strains the points, for bodies whose points store no internal energy; see
-        `NodalMomentum.strain_lag_work`."""
-        return self._momentum.strain_lag_work(dt)
-
-    @property
-    def small_mass(self) -> float:
-        """Mass [kg] up to which the internal forces of a node are left out of the velocity that strains the points."""
-        return self._momentum.small_mass
-
     def begin_second(self) -> None:
-        """Reset `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL) and the impulses
-        of prescribed motions to zero, before contact acts a second time in the step."""
+        """Reset the second velocity increments and the impulses of prescribed motions to zero, before contact acts a second
+        time in the step."""
         self.external.impulse.fill(0.0)
-        if not len(self.second_increment):
-            self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")
-        for node in self._second_nodes:
-            self.second_increment[node] = 0.0
-        self._second_nodes = []
-
-    def add_second_increments(self, node: np.ndarray, increment: np.ndarray) -> None:
-        """Add velocity increments [m/s], shape (n, 3), to `second_increment` at the nodes with the indices `node`, shape (n,);
-        contact applies them after momentum was mapped to the nodes a second time."""
-        self.second_increment[node] += increment
-        self._second_nodes.append(node.copy())  # detection writes into its own
-
-    def second_layers(self) -> tuple[int, int]:
-        """Return the first and last layer of nodes, along the axis of the slabs (blocks of grid cells), in which
-        `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL) of any process is not
-        zero.
-
-        All processes return the same layers: the choice of the slabs that are summed again must not depend on where the
-        rows of slabs are divided among processes.
-        """
-        lattice = self.grid.lattice
-        layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
-        nowhere = self.grid.n_nodes
-        first, last = (int(layers.min()), int(layers.max())) if len(layers) else (nowhere, -1)
-        if self.grid.periodic[lattice.slab_axis] and len(layers):  # points at either end reach them
-            first, last = 0, nowhere
-        return -int(domain.largest(-first)), int(domain.largest(last))
-
-    def second_work(self, dt: float) -> float:
-        """Return the work [J], in half a step dt [s], of the internal forces of bodies whose points store no internal
-        energy along `second_increment` (velocity increments by contact after the second mapping of momentum, MUSL)."""
-        if not self._second_nodes:
-            return 0.0
-        nodes = np.unique(np.concatenate(self._second_nodes))
-        return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
+        self.second.clear()
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
         """Compute the velocities that strain points from the nodal momentum mapped last; arguments as in
@@ -242,7 +187,7 @@ class VelocityField:
             nodes = self.grid.nodes
             for node in self._moved:
                 nodes.momentum[node] = nodes.mass[node, None] * nodes.velocity[node]
-        self._momentum.project(dt, counted)
+        self.momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:
         """Return the external forces of one channel (an entry of the energy balance for a load, with the number `row`) on

@@ -97,7 +97,7 @@ class GridCoupling:
         after momentum was mapped to the grid a second time (MUSL).
         """
         second = np.empty_like(self.increment)
-        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
+        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second.increment, second)
         return self._shared.fill(second, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
