@@ -6,7 +6,7 @@ are explicit. Bending forces act at the length of the film's elements, but the g
 its cells. The cells therefore limit the step, not the elements.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +16,9 @@ from pellucid.approximants import grid_functions
 from pellucid.bodies.fluid_film.body import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.forces import FilmForces, Signals, dissipation, in_space
 from pellucid.bodies.fluid_film.loop_surface import LoopSurface, limit_matrix
+from pellucid.bodies.mesh_on_grid import MeshOnGrid
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
-from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
-from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.enclosure import inside
@@ -28,7 +27,7 @@ from pellucid.grid.passes.moving import move_points
 from pellucid.grid.transfer import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts.capabilities import BoundByContact, HasContactSurface, Membrane, TakesTractions, Traction
+from pellucid.parts.capabilities import Membrane, TakesTractions, Traction
 from pellucid.state import of_owner
 from pellucid.step.limit import StepLimit, springs_of_contact, tightest
 
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
+class FilmOnGrid(MeshOnGrid, Membrane, TakesTractions):
     """A film whose nodes move with a velocity field that other bodies share.
 
     For a Loop surface the points are the control vertices, near the surface but not on the surface. Points are numbered as
@@ -48,8 +47,6 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     """
 
     energy_kind = "strain"
-    contact_surface: PointsOfNodes | None = None
-    _contact_rate = 0.0
 
     def __init__(
         self, case: "FluidFilmCase", grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
@@ -136,16 +133,12 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         column: index of the contact work in the works of a step.
         """
 
-        def take(force: np.ndarray) -> None:
-            load = self.velocity_field.load_row(column - FIRST_LOAD)
-            scatter_vectors(self.n_slabs, self.mapped, force[self.arrays["id"]], load)
-
         def velocities() -> np.ndarray:
             velocity = np.empty((len(self._numbers), 3))
             velocity[self._numbers] = in_space(self._film["v"], self.geometry.axes)
             return velocity
 
-        how = self.pressed_areas, self.surface_areas(), take, lambda nodes: None
+        how = self.pressed_areas, self.surface_areas(), self._contact_load(column), lambda nodes: None
         surface = PointsOfNodes(self.grid, self.cells(), self.places, velocities, *how, shares=self._limit_shares())
         surface.triangles = None  # it has no thickness, by which layers of triangles keep their sides
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
@@ -162,15 +155,6 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         entries = of_geometry.data, (numbers[of_geometry.row], numbers[of_geometry.col])
         return sparse.csr_array(entries, shape=(n, n))
 
-    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Limit the time step by the contact springs if the contact surface of the film is one of `touching`, the surfaces
-        with possible contact; otherwise remove this surface.
-        """
-        if self.contact_surface is not None and any(other is self.contact_surface for other in touching):
-            self._contact_rate = self.contact_surface.rate
-        else:
-            self.contact_surface = None
-
     def encloses(self, places: np.ndarray) -> bool:
         cells, own = self.cells(), self.places()
         if len(cells.triangles):
@@ -182,22 +166,6 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return bool(inside(places * (1.0, 1.0, 0.0) + 0.5 * z, np.concatenate([flat, flat + z]), band).all())
 
     # motion
-
-    def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: the film is strained by the motion of its nodes, not by velocity gradients of the grid."""
-
-    def end_stress(self, dt: float, move: bool) -> None:
-        """Move the film over dt [s] if `move` is True, and update its fields, energies and step limit; with dt = 0, only
-        update energies and step limit.
-        """
-        if move or dt == 0.0:
-            self.update_positions(dt)
-
-    @property
-    def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid that strain the bodies [m/s], shape (nodes, 3). A film moves with these
-        velocities, so that no energy is lost between its motion and the work of its forces."""
-        return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
         """Move the nodes over a step dt [s], redistribute them evenly along the film, and update energies and step limit."""

@@ -1,34 +1,33 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
-from pellucid.bodies.membranes.bending import Resistance
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import is_loop
 from pellucid.bodies.membranes.plate_bending import PlateBending
+from pellucid.bodies.mesh_on_grid import MeshOnGrid
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
-from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.enclosure import inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.transfer import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts.capabilities import BoundByContact, HasContactSurface, TakesPressure
-from pellucid.step.limit import StepLimit, bending_in_cells, springs_of_contact, tightest
+from pellucid.parts.capabilities import TakesPressure
+from pellucid.step.limit import StepLimit, springs_of_contact, tightest
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
-class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurface, BoundByContact, WarnsOfContact):
+class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, WarnsOfContact):
     """A membrane of elements in a shared velocity field; its nodes are material points, as for membrane points.
 
     Mass, momentum and nodal forces are scattered to the grid nodes, and velocities are gathered. The strains of the elements
@@ -36,7 +35,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
     """
 
     sorting_cost = 3.0  # few of its loops are vectorized
-    contact_surface: PointsOfNodes | None = None
 
     def __init__(
         self,
@@ -46,6 +44,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         velocity_transfer: VelocityTransfer,
     ) -> None:
         self.surface = surface = ElementSurface(case, grid_case)
+        self.bending, self.start_positions = surface.bending, surface.vertices
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
@@ -63,16 +62,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         self.node_velocity = arrays["velocity"].copy()
         """Straining velocity of the nodes in the last step, in mesh order [m/s], shape (n, 3). Nodal forces on the grid do
         work on this velocity."""
-        self._contact_rate = 0.0
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
-
-    @property
-    def resistance(self) -> Resistance | None:
-        return self.surface.bending
-
-    @property
-    def start_positions(self) -> np.ndarray:
-        return self.surface.vertices
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.storage.shared.first)
@@ -95,26 +85,16 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         if self.constraint is not None:
             return None
 
-        def take(force: np.ndarray) -> None:
-            load = self.velocity_field.load_row(column - FIRST_LOAD)
-            scatter_vectors(self.n_slabs, self.mapped, force[self.arrays["id"]], load)
-
         def vector_areas() -> np.ndarray:
             return self.vector_areas()[self.order()]
 
         areas = self.surface_areas()
-        how = vector_areas, areas, take, self.contact_warning
+        how = vector_areas, areas, self._contact_load(column), self.contact_warning
         surface = PointsOfNodes(self.grid, self.surface.cells, self.places, lambda: self.node_velocity, *how)
         surface.half_width = self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface
         return surface
-
-    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        if self.contact_surface is not None and any(other is self.contact_surface for other in touching):
-            self._contact_rate = self.contact_surface.rate
-        else:
-            self.contact_surface = None
 
     def encloses(self, places: np.ndarray) -> bool:
         if not self._closed:
@@ -139,22 +119,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
 
-    def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: elements are strained by the motion of their nodes, in `end_stress`."""
-
-    def end_stress(self, dt: float, move: bool) -> None:
-        """Move the nodes over dt [s] if `move` is True, and update strains, stresses, energies and step limit; with dt = 0,
-        only compute stresses, energies and the step limit.
-        """
-        if move or dt == 0.0:
-            self.update_positions(dt)
-
-    @property
-    def _moving_velocity(self) -> np.ndarray:
-        """Return the nodal velocities of the grid with which bodies are strained [m/s], shape (nodes, 3). The membrane
-        moves with these velocities, so that no energy is lost between its motion and the work of its forces."""
-        return self.grid.nodes.strain_velocity
-
     def update_positions(self, dt: float) -> None:
         before = self.points.position.copy()
         self._move_by_nodes(dt)
@@ -178,10 +142,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
             springs_of_contact(self._contact_rate),
         )
         return tightest(limits)
-
-    def _bending_limit(self) -> StepLimit:
-        rigidity = 0.0 if self.surface.bending is None else self.surface.bending.rigidity
-        return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def stored_field(self, name: str) -> np.ndarray:
         if name in OF_NODES:

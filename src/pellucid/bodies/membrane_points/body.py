@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_points.kernels import gathering_gradients
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames, press, torn
-from pellucid.bodies.membranes.bending import Resistance, make_bending
+from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.plate_bending import PlateBending
@@ -28,7 +28,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import plane_diffusivity
 from pellucid.parts.capabilities import Membrane, TakesPressure
-from pellucid.step.limit import StepLimit, bending_in_cells, signals_seen
+from pellucid.step.limit import StepLimit, signals_seen
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_points.model import MembranePointsCase
@@ -84,10 +84,11 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
             arrays["torn"] = np.zeros((n, 3))
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
-        self.bending = None
-        self._start = vertices.copy()
+        self.start_positions = vertices.copy()
         if case.bending is not None:
-            self.bending = make_bending(case.bending, case.material, self._triangles, self._start, arrays["mass"].copy())
+            self.bending = make_bending(
+                case.bending, case.material, self._triangles, self.start_positions, arrays["mass"].copy()
+            )
         self._bent_before: np.ndarray | None = None  # positions before the points moved
         functions = membrane_functions(grid_case, isinstance(self.bending, PlateBending))
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
@@ -130,14 +131,6 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         """
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
-    @property
-    def resistance(self) -> Resistance | None:
-        return self.bending
-
-    @property
-    def start_positions(self) -> np.ndarray:
-        return self._start
-
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         super().restore(arrays)
         if self.bending is not None:
@@ -147,10 +140,6 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         cell, bending = self.grid.lattice.cell, self._bending_limit()
         signals = signals_seen(cell, self.totals.rate, self._diffusivity, self.fastest(), "membrane")
         return bending if bending.step * self.totals.rate <= 1.0 else signals
-
-    def _bending_limit(self) -> StepLimit:
-        rigidity = 0.0 if self.bending is None else self.bending.rigidity
-        return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def cells(self) -> Cells:
         return Cells(triangles=self._triangles)

@@ -29,6 +29,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.transfer import scatter_listed, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
+from pellucid.step.limit import StepLimit, bending_in_cells
 
 DEGREES = {"gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # B-spline degree of the functions of a plate on such a grid
 REACH = 2.0  # distance from the edge of a clamp within which prescribed nodes are extrapolated, in cells
@@ -183,22 +184,16 @@ def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) ->
 class BendsOnGrid(PointsOnGrid):
     """A membrane whose points move with the nodes of the grid, with or without resistance to bending."""
 
+    bending: Resistance | None = None
+    """Object that computes bending energy and bending forces of the membrane; None without bending resistance."""
+    start_positions: np.ndarray
+    """Initial positions of the points [m], shape (n, 3), by number."""
+    areal_density: float
     _held_rows: np.ndarray | None = None
     _extension: Extension | None = None
     _held: np.ndarray  # numbers of the points that clamps fix
     _anchors: np.ndarray  # prescribed node nearest to each of these points
     _near: np.ndarray  # numbers of the points near the edges of clamps
-
-    @property
-    def resistance(self) -> Resistance | None:
-        """Object that computes bending energy and bending forces of the membrane; None for a membrane without bending
-        resistance."""
-        raise NotImplementedError
-
-    @property
-    def start_positions(self) -> np.ndarray:
-        """Initial positions of the points [m], shape (n, 3), by number."""
-        raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
         """Set which points are fixed because they lie in the region of a support at rest. rows: 1 + the number of the support,
@@ -212,7 +207,7 @@ class BendsOnGrid(PointsOnGrid):
     def let_go(self, supports: Collection[int]) -> None:
         """Release the points and the bending clamps of supports with these numbers, after the supports released the grid
         nodes."""
-        bending, start = self.resistance, self.start_positions
+        bending, start = self.bending, self.start_positions
         if bending is None:
             return
         rows, on_plane = find_rows_on_grid(self.grid, start, self.arrays["id"], self.constraint)
@@ -251,6 +246,10 @@ class BendsOnGrid(PointsOnGrid):
             self._anchors = _find_nearest(grid, extension.nodes, start[self._held])
             foot, _ = _find_feet(edges, start, within=True)
             self._near = np.flatnonzero(np.linalg.norm(start - foot, axis=1) <= NEAR * grid.lattice.cell)
+
+    def _bending_limit(self) -> StepLimit:
+        rigidity = 0.0 if self.bending is None else self.bending.rigidity
+        return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def _reached_by(self, chosen: np.ndarray) -> np.ndarray:
         """Return a mask of the grid nodes at which shape functions of the chosen points are non-zero, shape (nodes,). chosen:
