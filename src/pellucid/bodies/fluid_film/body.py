@@ -210,7 +210,7 @@ class FluidFilm(
         part_mass = case.initial_density * self.balance.part_areas(o)
         n = len(x)
         self.arrays = {
-            "id": case.numbers(),
+            "id": case.shape.numbers(),
             "position": np.zeros((n, 3)),
             "velocity": np.zeros((n, 3)),
             "mass": np.zeros(n),
@@ -225,8 +225,9 @@ class FluidFilm(
         self._gravity = self._full_gravity.copy()  # the part that acts now [m/s²], see `share_gravity`
         self._columns = FIRST_LOAD + placement.n_loads
         self._steps = case.steps(self.balance, case.goals(o), self.arrays)
-        self._fields = NodalFields(self.balance, self.arrays, case.is_around)
-        self._held = HeldNodes(n, self.geometry.axes, case.is_around)
+        is_around = case.shape.span == "around"
+        self._fields = NodalFields(self.balance, self.arrays, is_around)
+        self._held = HeldNodes(n, self.geometry.axes, is_around)
         self._tractions: list[ActingTraction] = []
         self._forces: list[tuple[int, np.ndarray]] = []
         self._work = no_work(self._columns, 0)

@@ -14,7 +14,7 @@ from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.points import coincident, side_by_side, spatial_order
+from pellucid.geometry.meshes.points import coincident, side_by_side
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces.film_shapes import FilmShape
@@ -171,15 +171,7 @@ class FluidFilmCase(BodyModel):
         from pellucid.bodies.fluid_film.curve import Curve
 
         places = self.shape.chosen().places()
-        return Curve(len(places), self.radial, self.is_around), places
-
-    def numbers(self) -> np.ndarray:
-        """Return for each node of the geometry its number in the initial shape, shape (n,). The two orders differ because
-        surfaces store their nodes in spatial order.
-        """
-        if self.shape.surface is not None:
-            return spatial_order(self.shape.surface.triangulate().vertices)
-        return np.arange(len(self.positions()))
+        return Curve(len(places), self.radial, self.shape.span == "around"), places
 
     def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
         """Return the solver for the nodal velocities of a film with this geometry. x: initial positions of the nodes [m],
@@ -205,18 +197,6 @@ class FluidFilmCase(BodyModel):
     def has_drag(self) -> bool:
         """True if the surrounding fluid exerts drag on the film."""
         return max(self.drag.normal, self.drag.tangential) > 0.0
-
-    def sides(self) -> np.ndarray:
-        """Return the nodes of each segment or triangle of the initial shape, shape (m, 2) or (m, 3)."""
-        if self.shape.surface is not None:
-            return self.shape.surface.triangulate().triangles
-        first = np.arange(len(self.positions()))
-        return np.stack([first, np.roll(first, -1)], axis=1)
-
-    @property
-    def is_around(self) -> bool:
-        """True if the film is a surface of revolution."""
-        return self.shape.span == "around"
 
     def goals(self, o: "Operators") -> "Goals":
         """Return the prescribed volume [m³] and area [m²] from the settings of the case and the initial geometry o of the
@@ -267,7 +247,7 @@ class FluidFilmCase(BodyModel):
         from pellucid.bodies.fluid_film.forces import Signals
 
         signals = Signals(self.physics(), self.material, np.array([self.initial_density]))
-        return signals.limit(cell, self.fastest_at_start(self.positions()))
+        return signals.limit(cell, self.fastest_at_start(self.shape.positions()))
 
     @property
     def deforms_in_contact(self) -> bool:
@@ -288,38 +268,29 @@ class FluidFilmCase(BodyModel):
     def needs_grid(self, parts: Parts) -> bool:
         return any(body.kind != self.kind for body in parts.of(BodyModel))
 
-    def positions(self) -> np.ndarray:
-        """Return the initial positions of the nodes [m], shape (n, 3)."""
-        if self.shape.surface is not None:
-            return self.shape.surface.triangulate().vertices
-        places = self.shape.chosen().places()
-        result = np.zeros((len(places), 3))
-        result[:, [0, 1] if self.shape.span == "plane" else [0, 2]] = places
-        return result
-
     @property
     def has_triangles(self) -> bool:
         return self.shape.surface is not None
 
     def selectable(self) -> Selectable:
-        return Selectable(self.positions())
+        return Selectable(self.shape.positions())
 
     def occupied(self) -> None:
         """Return None: the region enclosed by a film cannot be excluded from other bodies."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        return bounding_box(self.positions())
+        return bounding_box(self.shape.positions())
 
     def standing(self, grid: GridCase) -> Standing:
         if self.shape.surface is not None:
             return Standing(*self.shape.surface.triangulate())
-        return Standing(self.positions(), np.zeros((0, 3), int))
+        return Standing(self.shape.positions(), np.zeros((0, 3), int))
 
     def n_points(self, grid: GridCase | None) -> float:
-        return len(self.positions())
+        return len(self.shape.positions())
 
     def table_bytes(self) -> float:
-        return len(self.positions()) * (SURFACE_BYTES if self.shape.surface is not None else CURVE_BYTES)
+        return len(self.shape.positions()) * (SURFACE_BYTES if self.shape.surface is not None else CURVE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         return initial_velocity(self.velocity, self.name, self.initial, position)
@@ -375,7 +346,7 @@ def _thickness_problems(film: FluidFilmCase, path: Path) -> Iterator[Finding]:
     if film.volume is None or film.volume.reduced is None:
         return
     reduced, plane, in_space = film.volume.reduced, film.shape.span == "plane", film.shape.span == "space"
-    corners = film.positions()[film.sides()]
+    corners = film.shape.positions()[film.shape.sides()]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     if plane:
         area = float(edges[:, 0].sum())
@@ -412,8 +383,8 @@ def _place_problems(film: FluidFilmCase, path: Path) -> Iterator[Finding]:
         yield from found
         if found:
             return
-    places = film.positions()
-    if pair := coincident(places, film.sides()):
+    places = film.shape.positions()
+    if pair := coincident(places, film.shape.sides()):
         at = ", ".join(f"{value:g}" for value in places[pair[0]])
         text = f"the film has two nodes at one position, ({at}) m: a film cannot touch itself"
         yield Finding(path, text, "move the two nodes apart, or merge them into one")
@@ -450,7 +421,7 @@ def problems_in_fluid(film: FluidFilmCase, path: Path, parts: Parts) -> Iterator
     if grid is None:
         return
     plane = film.shape.span == "plane"
-    if film.is_around:
+    if film.shape.span == "around":
         text = "a surface of revolution cannot share the velocity field of other bodies, which are three-dimensional"
         yield Finding(shape, text, "use a `surface`, or an `ellipse` or a `curve` in a plane grid")
         return
@@ -468,7 +439,7 @@ def problems_in_fluid(film: FluidFilmCase, path: Path, parts: Parts) -> Iterator
         if given:
             text = f"this key applies to films with their own velocity field; in a shared field {why}"
             yield Finding((*path, key), text, "remove this key")
-    spacing = longest_edge(film.positions()[film.sides()])
+    spacing = longest_edge(film.shape.positions()[film.shape.sides()])
     if spacing > grid.cell:
         more = np.ceil(11.0 * spacing / grid.cell) / 10.0
         text = (

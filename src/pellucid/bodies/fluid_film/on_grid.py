@@ -69,7 +69,7 @@ class FilmOnGrid(MeshOnGrid, Membrane, TakesTractions):
         }
         self._fields = NodalFields(self.forces, self._film, is_around=False)
         self._fields.show(self._o)
-        position, numbers = in_space(x, self.geometry.axes), case.numbers()
+        position, numbers = in_space(x, self.geometry.axes), case.shape.numbers()
         self._numbers = numbers.copy()
         arrays = {
             "id": numbers,

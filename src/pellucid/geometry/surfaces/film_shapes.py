@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.geometry.choice import Choice
-from pellucid.geometry.meshes.points import coincident
+from pellucid.geometry.meshes.points import coincident, spatial_order
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import Model, Vector, check, parameter
 
@@ -173,3 +173,27 @@ class FilmShape(Choice):
     def closed(self) -> bool:
         """True if the shape encloses a volume or area."""
         return self.surface.closed if self.surface else True
+
+    def positions(self) -> np.ndarray:
+        """Return the positions of the nodes [m], shape (n, 3)."""
+        if self.surface is not None:
+            return self.surface.triangulate().vertices
+        places = self.chosen().places()
+        result = np.zeros((len(places), 3))
+        result[:, [0, 1] if self.span == "plane" else [0, 2]] = places
+        return result
+
+    def numbers(self) -> np.ndarray:
+        """Return for each node of the geometry of a film its number in this shape, shape (n,). The two orders differ because
+        surfaces store their nodes in spatial order.
+        """
+        if self.surface is not None:
+            return spatial_order(self.surface.triangulate().vertices)
+        return np.arange(len(self.positions()))
+
+    def sides(self) -> np.ndarray:
+        """Return the nodes of each segment or triangle of the shape, shape (m, 2) or (m, 3)."""
+        if self.surface is not None:
+            return self.surface.triangulate().triangles
+        first = np.arange(len(self.positions()))
+        return np.stack([first, np.roll(first, -1)], axis=1)
