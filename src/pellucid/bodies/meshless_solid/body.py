@@ -15,7 +15,6 @@ from pellucid.bodies.meshless_solid.solid import inversion
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration, VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import LONGEST_EDGE, PointsOfFaces
-from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
@@ -72,8 +71,10 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             array[...] = self._start.get(f"history/{name}", array)
         self._volume[:] = tables.node_volume
         arrays["mass"][:] = case.density * tables.node_volume
-        if self.coupling is not None:
-            self.skin = self._make_skin(self.coupling)
+        if (coupling := self.coupling) is not None:
+            longest = LONGEST_EDGE * coupling.velocity_field.grid.lattice.cell
+            points = self._functions.skin_points(arrays["mass"], longest, motion.on_walls())
+            self.skin = Skin(self.name, coupling, arrays, self._volume, self._functions.at_nodes, points)
         if correction := self._functions.correction(arrays["position"], motion.inertia, motion.motion_rows):
             motion.impose_on_field(correction)
         self.renew_totals()
@@ -234,11 +235,6 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return len(self.mesh.cells) * self._case.points_per_cell
 
     # contact
-
-    def _make_skin(self, coupling: GridCoupling) -> Skin:
-        longest = LONGEST_EDGE * coupling.velocity_field.grid.lattice.cell
-        points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
-        return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | None:
         if self.skin is None or self.grid is None:

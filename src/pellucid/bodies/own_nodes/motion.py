@@ -128,13 +128,6 @@ class NodalMotion:
         self._constrain()
 
     @property
-    def rows(self) -> np.ndarray:
-        """Prescribed velocities in this step [m/s], shape (rows, 3): one row for each support and each motion, and one for the
-        axes without motion.
-        """
-        return self._rows
-
-    @property
     def motion_rows(self) -> tuple[int, int]:
         """Index in `rows` of the first prescribed motion, and the index after the last."""
         return len(self.supports), len(self.supports) + len(self.motions)
@@ -149,7 +142,7 @@ class NodalMotion:
         """Return the number of the constraint of each node and axis, shape (n, 3), as in the array `prescribed`, but with one
         common number for all supports that have the same velocity along an axis.
         """
-        first = np.zeros((len(self._rows) + 1, 3), np.int64)
+        first = np.zeros((len(self.rows) + 1, 3), np.int64)
         motions = range(*self.motion_rows)
         for axis in range(3):
             seen: dict[float, int] = {}
@@ -173,7 +166,9 @@ class NodalMotion:
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
-        self._prescribed, self._rows = np.zeros((n_rows, 3)), np.zeros((n_rows, 3))
+        self._prescribed, self.rows = np.zeros((n_rows, 3)), np.zeros((n_rows, 3))
+        """Prescribed velocities in this step [m/s], shape (rows, 3): one row for each support and each motion, and one for the
+        axes without motion."""
         self._prescribed[:n_supports] = [support.velocity for support in self.supports] or np.zeros((0, 3))
         self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + 1)))
         faces = np.tile((-np.inf, np.inf), (3, 1))
@@ -192,7 +187,7 @@ class NodalMotion:
             increment=self._increment,
             lead=self._lead,
             prescribed=np.where(self.free, 0, prescribed),
-            rows=self._rows,
+            rows=self.rows,
             motions=self.motion_rows,
             faces=faces,
             walls=walls,
@@ -250,7 +245,7 @@ class NodalMotion:
 
     def advance_velocities(self, dt: float) -> None:
         """Update the nodal velocities over a step dt [s] with all forces, constraints and the increments from contact."""
-        np.multiply(self._prescribed, self.load_rate, out=self._rows)
+        np.multiply(self._prescribed, self.load_rate, out=self.rows)
         of_rows = self._find_lead(self._condition, dt) if self._condition is not None else np.zeros(0)
         kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
         self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
@@ -264,7 +259,7 @@ class NodalMotion:
         old = velocity.copy()
         self._lead.fill(0.0)
         kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
-        impulses, of_rows = condition.impulses(velocity, self.inertia, self._rows, dt)
+        impulses, of_rows = condition.impulses(velocity, self.inertia, self.rows, dt)
         self._lead[:] = impulses / (self.drag.gain * self.inertia[:, None])
         velocity[:] = old
         return of_rows / self.drag.gain
@@ -312,7 +307,7 @@ class NodalMotion:
         the supports."""
         sums = ordered_sum(self._work)
         impulses = sums[self._columns + 1 :].reshape(-1, 3)
-        n_supports, rows = len(self.supports), len(self._rows)
+        n_supports, rows = len(self.supports), len(self.rows)
         motions = slice(n_supports, rows - 1)
         reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 :]])  # thin axes, others
         whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
