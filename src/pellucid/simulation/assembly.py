@@ -31,7 +31,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.placement import Placement
 from pellucid.simulation.ranks import cut_rows
-from pellucid.step.part import StepPart
+from pellucid.step.part import StepPart, StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -116,7 +116,7 @@ def _check_channels(condition: Condition) -> None:
             raise CaseError(Problem(text + why, remedy=remedy))
 
 
-def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> list[StepPart]:
+def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> StepParts:
     """Activate all conditions of a case, complete its bodies, and return the parts of a step that the conditions add.
 
     built: the bodies, by name, with their velocity fields; actions: for each velocity field the object through which
@@ -129,17 +129,16 @@ def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActio
         body, field = built[model.name]
         members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
     assembly = Assembly(members, actions, layout)
-    parts = list[StepPart]()
+    parts = StepParts()
     for kind, conditions in case.conditions().items():
         found: object = kind.activate(conditions, assembly._replace(active=kind))
         if not isinstance(found, Sequence) or not all(isinstance(part, StepPart) for part in found):
             text = f"`activate` of {of_class(kind)} returns {found!r}"
             raise CaseError(Problem(text, remedy="Return a list of objects of classes derived from `StepPart`."))
-        parts += found
+        parts.add(found)
     for member in members.values():
         member.body.complete()
-    for part in parts:
-        part.try_out()
+    parts.try_out()
     return parts
 
 

@@ -41,7 +41,7 @@ from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
 from pellucid.simulation.watch import Watch
 from pellucid.step.limit import StepLimit, time_to_fall
-from pellucid.step.part import AtEachStep, StepParts
+from pellucid.step.part import AtEachStep
 from pellucid.system.interrupts import signals_caught
 from pellucid.system.processes import free_cores
 
@@ -88,7 +88,7 @@ class Simulation(SimulationState):
         standing = Standings(self.bodies, start.keys())
         refuse(case, standing, start.keys())
         self.actions = [NodalActions(field, layout.n_loads) for field in self.velocity_fields]
-        self.parts = StepParts(activate_conditions(case, built, self.actions, layout))
+        self.parts = activate_conditions(case, built, self.actions, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
         if case.steady is not None:  # before contact, whose springs are as stiff as steps allow
@@ -207,7 +207,7 @@ class Simulation(SimulationState):
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.parts.run("check", self.clock.n_steps, self.clock.progress())
-        self.parts.run("end", dt)
+        self.parts.end(dt)
         self.record(dt)
         for left in self.parts.leave():
             self.budget.let_go(self.bodies, left, dt)

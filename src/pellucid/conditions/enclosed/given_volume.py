@@ -9,8 +9,7 @@ from pellucid.conditions.enclosed.volume import EnclosedVolume
 from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.model import InputFile, Model, check, parameter
 from pellucid.parts.annotations import Assembly
-from pellucid.step.limit import NO_LIMIT, StepLimit
-from pellucid.step.part import StepPart
+from pellucid.step.part import AddedStiffness, StepPart
 
 SHARE = 0.25
 """Oscillation frequency of the enclosed volume on the spring that enforces the prescribed volume, as a fraction of the
@@ -95,15 +94,13 @@ class ActiveVolume(StepPart):
         self._start = self._now.volume
         self._spring, self._damper, self._pressure = 0.0, 0.0, 0.0
         self._time, self._passing = 0.0, 0.0
-        self._governs = False
 
     def try_out(self) -> None:
-        """Choose the spring constant if no stiffness is given, and the damping coefficient; limit the first step."""
+        """Choose the spring constant if no stiffness is given, and the damping coefficient."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
         self._pressure = self._at(0.0, moving=False)
-        self._bound()
 
     def _at(self, time: float, moving: bool) -> float:
         volume, rate = self._given.at(time, self._start)
@@ -117,18 +114,10 @@ class ActiveVolume(StepPart):
     def end(self, dt: float) -> None:
         self._now = self._space.now()
         self._pressure = self._at(self._time + self._passing, moving=self._passing > 0.0)
-        self._bound()
 
-    def _bound(self) -> None:
-        mobility = self._space.mobility(self._now)
-        self._governs = self._space.swing(bound_of_spring(self._spring, self._damper, mobility))
-
-    def step_limit(self) -> StepLimit:
-        if not self._governs:
-            return NO_LIMIT
-        step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"membrane `{self._body}` oscillates on its given volume, which limits the step to {step:.3g} s"
-        return StepLimit(step, "spring", reason)
+    def added_stiffness(self) -> AddedStiffness:
+        rate = bound_of_spring(self._spring, self._damper, self._space.mobility(self._now))
+        return self._space.added_stiffness(rate, "its given volume")
 
     def warning(self) -> str | None:
         """Return a warning about holes in the membrane through which no flow is computed, or None."""
