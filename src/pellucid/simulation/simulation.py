@@ -17,7 +17,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
+from pellucid.grid.velocity_transfer import TRANSFERS, VelocityTransfer
 from pellucid.jit import set_threads
 from pellucid.parts.capabilities import Relaxable, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
@@ -27,7 +27,7 @@ from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces, node_contacts
+from pellucid.simulation.contacts import contact_parts
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
@@ -35,7 +35,7 @@ from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import settle
 from pellucid.simulation.simulation_state import SimulationState
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import Standings, find_start_overlaps, load_state
+from pellucid.simulation.start import Standings, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
@@ -68,7 +68,7 @@ class Simulation(SimulationState):
         domain.leave()  # that of another simulation
         self.case = case = with_room_behind_walls(required(case))
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
+        layout = self._layout = work_layout(case)
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
             raise UsageError("A case with [start] requires the state of the earlier run.\n    Run it with pellucid.run.")
@@ -91,24 +91,19 @@ class Simulation(SimulationState):
         self.parts = activate_conditions(case, built, self.actions, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
-        if case.steady is not None:  # before contact, whose springs are as stiff as steps allow
+        if case.steady is not None:  # before parts whose springs are as stiff as steps allow
             for body in self.bodies:
                 if isinstance(body, Relaxable):
                     body.begin_relaxing(case.steady.mass_scaling)
-        remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
-        self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout, remaps)
         for field, bodies in self._on_grid.items():
             self.parts.add(cell_pressures(field, bodies))
             self.parts.add(implicit_viscosity(field, bodies, layout))
-        self.parts.add([self.contact_pairs, self.surface_pairs])
+        self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:
-            self.parts.add([TransferHeat(self._on_grid, [self.contact_pairs, self.surface_pairs], case.time.scheme != "usf")])
+            self.parts.add([TransferHeat(self._on_grid, self.parts, case.time.scheme != "usf")])
         if (amplitude := case.gravity_amplitude) is not None:
             self.parts.add([AtEachStep(lambda time: self._share_gravity(amplitude.at(time)))])
-        self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start)
-        self.node_contacts = node_contacts(case, built, self.contact_pairs)
-        on_nodes = len(self.contact_pairs) > 0
-        self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts, on_nodes)
+        self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts)
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
         self._support_names = [support.name for support in on_each_face(case.support)]
@@ -121,9 +116,6 @@ class Simulation(SimulationState):
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
-        for overlap in self.start_overlaps:
-            if len(overlap.between) > 1:  # within one body, as beside a rim or a fold, nothing acts later for it elsewhere
-                warnings.warn(overlap.text, stacklevel=2)
         if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
@@ -141,15 +133,13 @@ class Simulation(SimulationState):
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.actions:
-            if self._layout.surface_contact is not None:
-                actions.take_loads()
             field = actions.field
             field.set_actions(actions.supports, actions.external(), case.gravity, small[field], transfer.flip)
 
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.surface_pairs, self.parts)
+            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
@@ -174,13 +164,7 @@ class Simulation(SimulationState):
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
         self._watch.approaches(self.bodies, self.clock)
-        self._watch.parts(self.parts, self.clock)
-        if self.contact_pairs:
-            self._watch.contact(self.contact_pairs, self.clock)
-        else:  # beside impulses of contact on nodes, which have no balance of their own
-            self._watch.surfaces(self.surface_pairs, self.clock)
-            if self.case.steady is None:  # of whose damping the energy of contact knows nothing
-                self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
+        self._watch.parts(self.parts, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:
         """Advance to the end of the case, and yield this `Simulation` after each step, for user-defined loops.

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
+from pellucid.contact.touch import OverlappingStart
 from pellucid.energy import INFLOW_ENERGY, OUTFLOW_ENERGY, AngularBalance, EnergyBudget, WorkLayout, energy_at_stake
 from pellucid.errors import UsageError
 from pellucid.findings import Named
@@ -18,7 +18,6 @@ from pellucid.parts.body import Body
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.settling import SETTLING, SettlingClock
-from pellucid.simulation.start import OverlappingStart
 from pellucid.simulation.threads import ThreadChoice
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
@@ -42,12 +41,6 @@ class SimulationState:
     velocity_fields: Sequence[VelocityField]
     parts: StepParts
     """Everything that acts in a step besides bodies and grid: conditions, contact, pressures of full cells and others."""
-    contact_pairs: ContactPairs
-    """The part of the step that computes contact on the nodes of the grid."""
-    surface_pairs: SurfacePairs
-    """The part of the step that computes contact by surfaces."""
-    start_overlaps: list[OverlappingStart]
-    """Bodies that start closer to each other than the contact distance."""
     clock: Clock
     budget: EnergyBudget
     _layout: WorkLayout
@@ -63,7 +56,7 @@ class SimulationState:
         speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.parts.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
-        self.surface_pairs.energy = ContactEnergy()
+        self.parts.run("begin_balance")
         turns = free_axes(self.case)
         self._turning = AngularBalance(self.bodies, turns) if turns else None
         self._balanced_step = self.n_steps
@@ -148,22 +141,40 @@ class SimulationState:
         return {"points": self.budget.entered_points, "mass": self.budget.entered_mass}
 
     @property
+    def contact_pairs(self) -> ContactPairs:
+        """The part of the step that computes contact on the nodes of the grid."""
+        return self.parts.of(ContactPairs)[0]
+
+    @property
+    def surface_pairs(self) -> SurfacePairs:
+        """The part of the step that computes contact by surfaces."""
+        return self.parts.of(SurfacePairs)[0]
+
+    @property
+    def node_contacts(self) -> Sequence[str]:
+        """Messages about solids and membranes that are in contact on the nodes of the grid, and the reasons."""
+        return self.contact_pairs.reasons
+
+    @property
+    def start_overlaps(self) -> Sequence[OverlappingStart]:
+        """Bodies that start closer to each other than the contact distance."""
+        return self.surface_pairs.start_overlaps
+
+    @property
     def condition_states(self) -> Mapping[str, float]:
         """Values that conditions write to the history, such as the pressure of an enclosed gas, by column name."""
         return self.parts.columns()
 
     def facts(self) -> dict[str, Any]:
         """Return entries for the summary of the run, by name: clock (such as steps of a steady analysis), settling, inflow
-        and outflow, parts of the step, and overlaps at the start, as far as the case has them."""
+        and outflow, and parts of the step, as far as the case has them."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}
             for name, counts in (("inflow", self.inflow), ("outflow", self.outflow))
             if counts
         }
-        overlaps = [overlap.facts() for overlap in self.start_overlaps]
-        facts = self.clock.facts() | self._settled | passed | self.parts.facts()
-        return facts | ({"start_overlaps": overlaps} if overlaps else {})
+        return self.clock.facts() | self._settled | passed | self.parts.facts()
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy of all bodies [J]."""

@@ -10,6 +10,8 @@ from pellucid.energy import Passed, StepWork, Totals
 from pellucid.state import Field, declare_field, of_owner, with_owner
 from pellucid.step.limit import NO_LIMIT, Cause, StepLimit, tightest
 
+WARNING_INTERVAL = 100  # steps between checks of the state of bodies and parts that may cause warnings
+
 
 class AddedStiffness(NamedTuple):
     """Stiffness that a force of a part adds to the stiffness of bodies: the bodies oscillate faster than by themselves."""
@@ -48,6 +50,10 @@ class StepPart:
         """Return the energy that the part stores at the start and could release [J]. This energy is added to the reference
         with which the error of the energy balance is compared."""
         return 0.0
+
+    def begin_balance(self) -> None:
+        """Set the energies that the part sums over the steps to zero. Called when the energy balance of the run starts: before
+        the first step, and again after settling."""
 
     # stages of a step, in the order of `STAGES`, which also lists the differences between the schemes
 
@@ -152,9 +158,14 @@ class StepPart:
         """
         return None
 
-    def warning(self) -> str | None:
-        """Return a warning of the part about the last step, as text for the user; None if there is none."""
-        return None
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return the warnings of the part about the last step, as texts for the user by topic; a run issues one warning of each
+        topic. Called every WARNING_INTERVAL steps and after the last step.
+
+        energy_scale: energy that the bodies have exchanged so far [J], with which errors of the energies of the part are
+        compared; infinite in the first steps of a run, in which too little energy has been exchanged.
+        """
+        return {}
 
     def columns(self) -> Mapping[str, float]:
         """Return the current values of the columns that the part adds to the history (the table of values over time), by the
@@ -300,9 +311,12 @@ class StepParts:
         """Return the energy that the parts store at the start and could release [J]."""
         return float(sum(part.at_stake() for part in self.at("at_stake")))
 
-    def warnings(self) -> list[str | None]:
-        """Return for each part its warning about the last step, or None."""
-        return [part.warning() for part in self._all]
+    def warnings(self, energy_scale: float) -> dict[str, str]:
+        """Return the warnings of all parts about the last step by topic and part; energy_scale: see `StepPart.warnings`."""
+        found = dict[str, str]()
+        for number, part in enumerate(self._all):
+            found |= {f"part {number}: {topic}": text for topic, text in part.warnings(energy_scale).items()}
+        return found
 
     def impulses(self) -> dict[str, np.ndarray]:
         """Return the named impulses of the parts over the step [N s], shape (3,), summed by name."""

@@ -186,15 +186,16 @@ class ActiveEnclosed(StepPart):
             done.works[INTERNAL] -= channel.sign * amount  # work of the pressure in the energy of the contents
         return done
 
-    def warning(self) -> str | None:
-        """Return a warning about holes that failed points of the membrane leave, or None."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return a warning about holes that failed points of the membrane leave."""
         now, model = self._now, self._model
         if not now.failed[0]:
-            return None
-        return (
+            return {}
+        text = (
             f"membrane {model.body} has failed at {now.failed[0]} of its {len(now.areas[0])} points: they leave holes of "
             f"{now.hole:.3g} m2, through which `{model.name}` flows out against the pressure outside, {model.outside:g} Pa"
         )
+        return {"holes": text}
 
     def columns(self) -> Mapping[str, float]:
         volume, contents = self._now.volume, self.contents

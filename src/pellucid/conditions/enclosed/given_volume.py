@@ -119,15 +119,16 @@ class ActiveVolume(StepPart):
         rate = bound_of_spring(self._spring, self._damper, self._space.mobility(self._now))
         return self._space.added_stiffness(rate, "its given volume")
 
-    def warning(self) -> str | None:
-        """Return a warning about holes in the membrane through which no flow is computed, or None."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return a warning about holes in the membrane through which no flow is computed."""
         if not (failed := self._now.failed[0]):
-            return None
-        return (
+            return {}
+        text = (
             f"membrane {self._body} has failed at {failed} of its {len(self._now.areas[0])} points, and its given volume is "
             "maintained as if it had no holes; use an [[enclosed]] gas or liquid, which flows out through them, or end the run "
             "before"
         )
+        return {"holes": text}
 
     def columns(self) -> Mapping[str, float]:
         return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}
