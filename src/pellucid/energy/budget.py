@@ -20,7 +20,7 @@ from pellucid.energy.works import (
     StepWork,
 )
 
-ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
+ARRAYS = "initial_momentum", "impulse", "exchanged", "left_momentum", "entered_momentum"
 """Names of the arrays of the balance, which a checkpoint stores as lists."""
 
 ISOLATED = 1e-9  # relative to the largest Σ m|v|: smaller sums of impulses are rounding
@@ -110,7 +110,6 @@ class EnergyBudget:
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
         self.sums = {channel.name: 0.0 for channel in self.channels}
         self.staggering = self.transfer = self.time_integration = self.artificial_heat = 0.0
-        self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
         self.turning_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
@@ -122,14 +121,14 @@ class EnergyBudget:
         self,
         bodies: Sequence[Balanced],
         done: StepWork,
-        contact_impulses: Mapping[str, np.ndarray],
+        named_impulses: Mapping[str, np.ndarray],
         dt: float,
         weight: float = 1.0,
     ) -> None:
         """Add a step to the balance.
 
-        bodies: all bodies, in the state at the end of the step. done: work and impulses of the step. contact_impulses:
-        impulses of named contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the
+        bodies: all bodies, in the state at the end of the step. done: work and impulses of the step. named_impulses: impulses
+        of named supports and contacts by name, shape (3,) each [N s]. dt: length of the step [s]. weight: factor on the
         impulses in the reactions if the time of the loads differs from the time of the steps.
         """
         kinetic, stored, half_power, heating, size = self._sums(bodies)
@@ -152,7 +151,7 @@ class EnergyBudget:
         self.kinetic, self.stored, self.half_power = kinetic, stored, half_power
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.staggering += staggering
-        self._record_impulses(done, contact_impulses, dt, weight)
+        self._record_impulses(done, named_impulses, dt, weight)
         self.moved = max(self.moved, kinetic + exchanged)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
@@ -187,33 +186,23 @@ class EnergyBudget:
         self.entered_mass += entered.mass
         self.entered_stored += entered.stored
 
-    def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
+    def _record_impulses(self, done: StepWork, named: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
         others = (dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values())
         impulses = np.concatenate((done.reactions, others))
         self.impulse += impulses.sum(axis=0)
         self.exchanged += np.abs(impulses).sum(axis=0)
-        if not len(self.support_impulses):
-            self.support_impulses = np.zeros_like(done.reactions)
-        self.support_impulses += weight * done.reactions
         for sums, given in (
             (self.named_impulses, done.motions),
-            (self.named_impulses, contacts),
+            (self.named_impulses, named),
             (self.turning_impulses, done.turning),
         ):
             for name, impulse in given.items():
                 before = sums.get(name, [0.0, 0.0, 0.0])
                 sums[name] = [so_far + more for so_far, more in zip(before, (weight * impulse).tolist(), strict=True)]
 
-    def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Return the total impulses since the start [N s], shape (3,), of motions and of named supports and contacts, by name.
-
-        support_names: name of each support, or None. Impulses of supports with the same name are summed.
-        """
-        result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
-        for name, impulse in zip(support_names, self.support_impulses, strict=False):
-            if name is not None:
-                result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
-        return result
+    def reactions(self) -> dict[str, np.ndarray]:
+        """Return the total impulses since the start [N s], shape (3,), of motions, named supports and contacts, by name."""
+        return {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
 
     def energies(self) -> dict[str, float]:
         """Return the entries of the balance at the end of the last recorded step by name [J].

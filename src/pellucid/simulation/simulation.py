@@ -10,7 +10,6 @@ import numpy as np
 
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.spec import required
-from pellucid.conditions.support import on_each_face
 from pellucid.energy import total_work
 from pellucid.errors import RunStopped, UsageError
 from pellucid.grid.actions import NodalActions
@@ -106,7 +105,6 @@ class Simulation(SimulationState):
         self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts)
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
-        self._support_names = [support.name for support in on_each_face(case.support)]
         self.begin_balance()
         self._begun, self._settled = False, dict[str, Any]()
         own_steps = all(body.has_own_step for body in case.body) and not self._on_grid

@@ -47,7 +47,6 @@ class SimulationState:
     _threads: ThreadChoice
     _watch: Watch
     _turning: AngularBalance | None
-    _support_names: list[str | None]
     _begun: bool
     _settled: dict[str, Any]
 
@@ -108,8 +107,7 @@ class SimulationState:
     def reactions(self) -> dict[str, np.ndarray]:
         """Return the total impulses so far of named supports and motions on the bodies that they constrain [N s], shape
         (3,), by name."""
-        reactions = self.budget.reactions(self._support_names)
-        return Named("this simulation has no reaction of", reactions)
+        return Named("this simulation has no reaction of", self.budget.reactions())
 
     def angular_reactions(self) -> dict[str, np.ndarray]:
         """Return, by the name of each prescribed motion of a rigid body, the angular impulse that it has exerted on the body
