@@ -88,7 +88,7 @@ class Stages:
         self._parts.run("find_contact")
 
     def before_momentum(self, dt: float) -> None:
-        """Let parts add forces that depend on all other forces, e.g. of implicit viscosity, over a step dt [s]."""
+        """Let parts add forces that depend on all other forces, over a step dt [s]."""
         self._parts.run("before_momentum", dt)
 
     def advance_momentum(self, dt: float) -> None:

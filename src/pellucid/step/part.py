@@ -1,5 +1,5 @@
-"""Parts of a step: the interface of everything that acts in a step besides bodies and grid, e.g. a load, contact, the
-pressure of full cells or implicit viscosity, and the collection of the parts of a simulation."""
+"""Parts of a step: the interface of everything that acts in a step besides bodies and grid, e.g. a load, a support, contact or
+the pressure of full cells, and the collection of the parts of a simulation."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, TypeVar
