@@ -203,7 +203,8 @@ def _shape_of(support: "Support") -> Shape | None:
 
 
 def _viscosity_of(member: AssembledBody) -> float:
-    """Return the viscosity [Pa s] of a fluid of material points with APIC, as its stress contains it; 0 for other bodies."""
+    """Return the viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies, and if the stress of the points
+    contains no viscosity."""
     body = member.body
     if not (isinstance(body, MaterialPoints) and isinstance(body.transfer, Apic)):
         return 0.0
