@@ -5,6 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, box, case
 
 from pellucid.case import Case
+from pellucid.conditions.absorbing import AbsorbingFaces
 from pellucid.simulation.simulation import Simulation
 
 LENGTH, WIDTH = 80, 8.0  # cells, and half the width of the pulse
@@ -98,3 +99,12 @@ def test_a_held_face_absorbs_nothing():
     table["support"] = [{"where": "x-lower", "fix": "normal"}]
     with pytest.raises(ValueError, match="constrained nodes cannot absorb waves"):
         Case.model_validate(table)
+
+
+def test_absorbing_faces_are_a_part_of_the_step_that_damps_their_nodes_alone():
+    sim = Simulation(Case.model_validate(bar(LIQUID, faces=["x-upper"])), threads=1)
+    assert len(sim.parts.of(AbsorbingFaces)) == 1
+    rates, (index, position) = sim.velocity_fields[0].external.absorption, sim.grid.where()
+    on_face = position[:, 0] == LENGTH
+    assert (rates[index[on_face], 0] > 0.0).all()
+    assert not rates[index[~on_face]].any()

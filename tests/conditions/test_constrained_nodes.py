@@ -7,7 +7,7 @@ from small_cases import RATE_SOLID, SLIP, advance, box, case, simulation
 
 import pellucid
 from pellucid.case import loads
-from pellucid.conditions.constrained_nodes import constrain_nodes
+from pellucid.conditions.constrained_nodes import ActiveSupports, constrain_nodes
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
@@ -98,6 +98,21 @@ def test_momentum_changes_by_the_impulse_of_the_supports(support, velocity, tran
     # sums of some hundred products in each of 25 steps
     assert sim.budget.conservation()["momentum"] < 1e-14
     assert sim.momentum() - sim.budget.initial_momentum == pytest.approx(sim.budget.impulse, abs=1e-11)
+
+
+def test_supports_are_a_part_of_the_step_that_reports_their_impulses_by_name():
+    """Impulses of one name add up, here those of two faces."""
+    walls = {"name": "walls", "where": ["x-lower", "y-lower"], "fix": "normal"}
+    support = [walls, {"where": "z-lower", "fix": "normal"}, {"name": "lid", "where": "z-upper", "fix": "normal"}]
+    sim = advance(simulation(block(velocity=(-0.2, -0.1, -0.05)), counts=(4, 4, 4), support=support, end=10.0), 5)
+    (supports,) = sim.parts.of(ActiveSupports)
+    assert [one.where for one in supports.supports] == ["x-lower", "y-lower", "z-lower", "z-upper"]
+    x, y, z = sim.budget.impulse
+    assert min(x, y, z) > 0.1
+    reactions = sim.budget.reactions()
+    assert sorted(reactions) == ["lid", "walls"]
+    assert reactions["walls"] == pytest.approx([x, y, 0.0], rel=1e-12)
+    assert not reactions["lid"].any()
 
 
 @pytest.mark.parametrize("transfer", ["flip", "pic"])

@@ -13,9 +13,11 @@ from pellucid.contact.contact_energy import ContactEnergy, Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw
 from pellucid.contact.point_forces import begin_friction, end_friction
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import FIRST_JUDGED
 from pellucid.simulation.simulation import Simulation
 from pellucid.simulation.watch import Watch
+from pellucid.step.part import WARNING_INTERVAL, StepParts
 
 
 def sliding(friction, gap=0.1, **time):
@@ -237,29 +239,36 @@ def test_a_point_that_moves_into_the_wall_adds_nothing(ratio, height):
     assert energy.taken == pytest.approx(0.5 * (velocity**2 - after**2))
 
 
-def budget(moved):
-    return SimpleNamespace(energy_scale=moved)
-
-
-def clock(n_steps):
-    return SimpleNamespace(n_steps=n_steps, time=1.0, finished=lambda until: False)
+def run_with(unexplained, n_steps, **more):
+    """Return contact between surfaces with unexplained energy [J], and the arguments of `Watch.parts` for a run in which bodies
+    have exchanged 100 J."""
+    pairs = SurfacePairs([], **more)
+    pairs.energy.unexplained = unexplained
+    clock = SimpleNamespace(n_steps=n_steps, time=1.0, finished=lambda until: False)
+    return pairs, (StepParts([pairs]), SimpleNamespace(energy_scale=100.0), clock)
 
 
 @pytest.mark.parametrize(("amount", "words"), [(6.0, r"added 6 J \(6 %"), (-7.0, r"removed 7 J \(7 %")])
 def test_more_than_five_per_cent_is_warned_of_once(amount, words):
-    watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()
-    energy.unexplained = amount
+    watch = Watch(EnergyCase(), False, True, "flip")
     with pytest.warns(UserWarning, match=f"contact between surfaces {words}"):
-        watch.contact_energy(energy, budget(100.0), clock(FIRST_JUDGED))
+        watch.parts(*run_with(amount, FIRST_JUDGED)[1])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        watch.contact_energy(energy, budget(100.0), clock(FIRST_JUDGED + 1))
+        watch.parts(*run_with(amount, FIRST_JUDGED + WARNING_INTERVAL)[1])
 
 
-@pytest.mark.parametrize(("amount", "n_steps"), [(4.9, FIRST_JUDGED), (6.0, FIRST_JUDGED - 1)])
+@pytest.mark.parametrize(("amount", "n_steps"), [(4.9, FIRST_JUDGED), (6.0, FIRST_JUDGED - WARNING_INTERVAL)])
 def test_less_and_the_first_steps_are_not(amount, n_steps):
-    watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()
-    energy.unexplained = amount
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        watch.contact_energy(energy, budget(100.0), clock(n_steps))
+        Watch(EnergyCase(), False, True, "flip").parts(*run_with(amount, n_steps)[1])
+
+
+def test_neither_are_runs_whose_energy_of_contact_has_other_causes():
+    """The leads of steady states and impulses on nodes change the energy too."""
+    assert "energy" in run_with(6.0, FIRST_JUDGED)[0].warnings(100.0)
+    assert "energy" not in run_with(6.0, FIRST_JUDGED, on_nodes_too=True)[0].warnings(100.0)
+    steady = run_with(6.0, FIRST_JUDGED)[0]
+    steady.begin_steady()
+    assert "energy" not in steady.warnings(100.0)

@@ -1,5 +1,6 @@
 """Contact at single nodes, against plain formulas."""
 
+from math import inf
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_conditions import Supports
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.step.part import StepParts
 
 N = CHUNK + 50  # so that works are sums of two chunks
 
@@ -54,6 +56,15 @@ def resolved(grids, pair):
     pairs.after_momentum()
     work = pairs.done
     return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
+
+
+def test_bodies_that_are_too_coarse_where_they_touch_are_warned_of():
+    _, pair = two_fields(SLIP)
+    pair.detection.normal[::2] = 0.0
+    seen = []
+    pair.bodies = [SimpleNamespace(), SimpleNamespace(contact_warning=lambda nodes: seen.append(nodes) or "it is too coarse")]
+    assert StepParts([ContactPairs([pair], 1, 0)]).warnings(inf) == {"part 0: coarse surface": "it is too coarse"}
+    assert seen[0].tolist() == list(range(1, N, 2))
 
 
 @pytest.mark.parametrize(("kind", "friction"), [(STICK, 0.0), (SLIP, 0.0), (SLIP, 0.3), (SLIP, 100.0)])

@@ -10,9 +10,9 @@ from pressed_oocytes import FORCES, RADIUS, THICKNESS, WAYS, force_on_plate, pre
 from small_cases import SOLID, advance, box, case, simulation
 
 from pellucid.case import Case
+from pellucid.contact.touch import OverlappingStart
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
-from pellucid.simulation.start import OverlappingStart
 
 SPEED = 0.02
 LOUD = {"warn": 1e3, "stop": 1e4}

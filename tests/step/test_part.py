@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from small_cases import GAS, SLIP, box, case
 
+from pellucid.energy import Totals
 from pellucid.simulation.simulation import Simulation
 from pellucid.state import FIELDS, Field
-from pellucid.step.part import STAGES, StepPart, StepParts
+from pellucid.step.limit import NO_LIMIT
+from pellucid.step.part import STAGES, AddedStiffness, StepPart, StepParts
 
 ORDERS = {
     "musl": STAGES,
@@ -72,6 +74,25 @@ def test_impulses_and_facts_of_the_same_name_are_joined() -> None:
     parts = StepParts([One(), Other()])
     assert parts.impulses()["pull"].tolist() == [2.0, 2.0, 2.0]
     assert parts.facts() == {"solver": {"One": 1, "Other": 1}}
+
+
+def test_stiffnesses_of_parts_add_to_those_of_bodies_and_limit_the_step_if_they_exceed_them() -> None:
+    soft, stiff = Totals(), Totals()
+
+    class Spring(StepPart):
+        def added_stiffness(self) -> AddedStiffness:
+            return AddedStiffness([soft, stiff], 4.0, "spring", "the bodies oscillate on a spring")
+
+    parts = StepParts([Spring(), StepPart()])
+    for stage in (parts.try_out, lambda: parts.end(0.1)):
+        soft.rate, stiff.rate = 3.0, 12.0
+        stage()
+        assert [soft.rate, stiff.rate] == pytest.approx([5.0, 160.0**0.5])
+        assert parts.step_limit() == NO_LIMIT, "the rate of one of the bodies is larger"
+        soft.rate, stiff.rate = 3.0, 0.0
+        stage()
+        assert [soft.rate, stiff.rate] == [5.0, 4.0]
+        assert parts.step_limit() == (0.2, "spring", "the bodies oscillate on a spring, which limits the step to 0.2 s")
 
 
 def test_state_is_kept_by_the_place_of_a_part() -> None:

@@ -30,7 +30,7 @@ from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_w
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.capabilities import KeepsHeat
 from pellucid.parts.families import GridBody
-from pellucid.step.part import StepPart
+from pellucid.step.part import StepPart, StepParts
 
 
 def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
@@ -48,7 +48,7 @@ class TransferHeat(StepPart):
     """Energy that the transfers between points and nodes lose in each step, as heat of the transfers, and the corresponding
     corrections of other works; see `pellucid.bodies.transfer_loss`.
 
-    on_grid: bodies on the grid, by velocity field. contacts: contacts on nodes and by surfaces. strained_last: True with MUSL
+    on_grid: bodies on the grid, by velocity field. parts: parts of the step, among them contact. strained_last: True with MUSL
     and USL, where `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no heat. With USL these
     bodies are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before the next step,
     so this part, and the `lag_work` of contact that follows in the next step, count as work of internal forces; the part of L
@@ -58,20 +58,21 @@ class TransferHeat(StepPart):
     def __init__(
         self,
         on_grid: Mapping[VelocityField, Sequence[GridBody]],
-        contacts: Sequence[ContactPairs | SurfacePairs],
+        parts: StepParts,
         strained_last: bool,
     ) -> None:
-        self._on_grid, self._contacts, self._strained_last = on_grid, contacts, strained_last
+        self._on_grid, self._strained_last = on_grid, strained_last
+        contacts: list[ContactPairs | SurfacePairs] = [*parts.of(ContactPairs), *parts.of(SurfacePairs)]
+        self._contacts = [contact for contact in contacts if contact]
         self._done = no_work(TRANSFER + 1, 0)
 
     def end(self, dt: float) -> None:
         lost = [self._loss(field, bodies, dt) for field, bodies in self._on_grid.items()]
         for contact in self._contacts:
-            if contact:
-                lost.append(no_work(TRANSFER + 1, 0))
-                lost[-1].works[CONTACT] = -contact.lag_work
-                column, sign = (TRANSFER, -1.0) if self._strained_last else (INTERNAL, 1.0)
-                lost[-1].works[column] = sign * contact.lag_work
+            lost.append(no_work(TRANSFER + 1, 0))
+            lost[-1].works[CONTACT] = -contact.lag_work
+            column, sign = (TRANSFER, -1.0) if self._strained_last else (INTERNAL, 1.0)
+            lost[-1].works[column] = sign * contact.lag_work
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost.append(self._return_heat(won))

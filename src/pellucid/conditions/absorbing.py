@@ -43,17 +43,7 @@ class Absorbing(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[StepPart]:
-        """Add the damping rates of the conditions to the nodes of the bodies' velocity fields. The nodal momentum update
-        reads these rates, so the returned sequence of conditions that act in each step is empty."""
-        for absorbing in conditions:
-            member = assembly.bodies[absorbing.body]
-            speeds = member.model.wave_speeds()
-            if member.actions is None or member.body.on_grid is None or speeds is None:
-                raise ValueError(f"body {absorbing.body} has no points on the grid, so a face cannot absorb its waves")
-            faces = [(face, *speeds) for face in absorbing.where]
-            functions = member.body.on_grid.functions
-            member.actions.absorption()[:] += absorption_rates(member.actions.field.grid, functions, faces)
-        return ()
+        return [AbsorbingFaces(absorbing, assembly) for absorbing in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about bodies that carry no waves to a face, and about faces that a support constrains or that are
@@ -74,6 +64,20 @@ class Absorbing(Condition):
             if any(condition.constrains_face(face) for condition in parts.of(Condition)):
                 text = f"a support constrains the face {face}, and constrained nodes cannot absorb waves"
                 yield Finding((*path, "where"), text, "remove the face from one of the two")
+
+
+class AbsorbingFaces(StepPart):
+    """Absorbing faces of a body: damping rates of the nodes of its velocity field, which are constant in a run. The momentum
+    update of the nodes applies them and computes their work."""
+
+    def __init__(self, absorbing: Absorbing, assembly: Assembly) -> None:
+        member = assembly.bodies[absorbing.body]
+        speeds = member.model.wave_speeds()
+        if member.actions is None or member.body.on_grid is None or speeds is None:
+            raise ValueError(f"body {absorbing.body} has no points on the grid, so a face cannot absorb its waves")
+        faces = [(face, *speeds) for face in absorbing.where]
+        functions = member.body.on_grid.functions
+        member.actions.absorption()[:] += absorption_rates(member.actions.field.grid, functions, faces)
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:

@@ -1,17 +1,16 @@
 """Constraint of velocities at nodes by supports, for nodes of the grid and for nodes of bodies with their own nodes."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.conditions.no_slip_walls import no_slip_walls
 from pellucid.conditions.open_walls import OpenWalls
+from pellucid.energy import StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults, needs_mesh
-from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_conditions import Supports, YieldingWalls, no_walls
@@ -28,30 +27,68 @@ if TYPE_CHECKING:
 REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
-class Released(StepPart):
-    """Releases nodes of grids and bodies when their supports end.
+class ActiveSupports(StepPart):
+    """The supports of a case in a run: constrains nodes of all grids and of bodies with their own nodes, releases them when
+    supports end, and reports the impulses of named supports. The momentum update of the nodes applies the constraints.
 
-    supports: all supports, split so that each acts on at most one face; actions: actions on the nodes of each grid; bodies:
-    bodies with their own nodes.
+    supports: supports of the case; a support that lists several faces counts as one support for each face. Raises CaseError
+    for a support without nodes.
+
+    Attributes
+    ----------
+    supports : list of Support
+        The supports, split so that each acts on at most one face: one for each row of the reactions in `StepWork`.
     """
 
-    def __init__(
-        self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
-    ) -> None:
-        self._supports, self._actions, self._bodies = supports, actions, bodies
+    def __init__(self, supports: "Sequence[Support]", assembly: Assembly) -> None:
+        numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
+        self.supports = [one for support in supports for one in support.on_each_face()]
+        self._actions = assembly.actions
+        members = assembly.bodies.values()
+        self._releasing = [member.body for member in members if isinstance(member.body, ReleasesSupports)]
         self._gone: set[int] = set()
+        self._reactions = np.zeros((0, 3))
+        own: dict[NodalBody, list[NodalSupport]] = {}
+        for member in members:
+            if isinstance(member.body, NodalBody):
+                own[member.body] = [
+                    nodal_support(member, one, number) for one, number in zip(self.supports, numbers, strict=True)
+                ]
+        found = {row for of_body in own.values() for row, support in enumerate(of_body) if support.nodes.any()}
+        for actions in self._actions:
+            actions.supports = constrain_nodes(actions.field.grid, self.supports, found, numbers=numbers)
+        for row, support in enumerate(self.supports):
+            if row not in found and support.body is None and not self._actions:
+                raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{numbers[row]}.where", remedy=NOWHERE))
+        for body, of_body in own.items():
+            if isinstance(body, TakesSupports):
+                body.add_supports(of_body)
+        for member in members:
+            if isinstance(member.body, HeldInRegions) and member.velocity_field is not None:
+                member.body.hold_in_regions(_find_held_points(member, self.supports, member.velocity_field.grid.case))
 
     def begin(self, time: float, dt: float) -> None:
         """Release the nodes of supports whose end time is before `time` [s]. At the end time itself, the nodes stay
         constrained while dt, the increment of the load time, is 0, e.g. during settling."""
-        untils = [(number, support.until) for number, support in enumerate(self._supports)]
+        untils = [(number, support.until) for number, support in enumerate(self.supports)]
         gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:
             self._gone = gone
             for actions in self._actions:
                 self._constrain_again(actions.field.grid, actions.supports.walls.held)
-            for body in self._bodies:
+            for body in self._releasing:
                 body.let_go(gone)
+
+    def balance(self, done: StepWork) -> None:
+        """Read the impulses of the supports, which nodes and bodies have added to the works of the step."""
+        self._reactions = done.reactions
+
+    def impulses(self) -> Mapping[str, np.ndarray]:
+        total: dict[str, np.ndarray] = {}
+        for support, impulse in zip(self.supports, self._reactions, strict=False):  # the last row is of thin axes
+            if support.name is not None:
+                total[support.name] = total.get(support.name, np.zeros(3)) + impulse
+        return total
 
     def _constrain_again(self, grid: Grid, held: np.ndarray) -> None:
         """Mark the constrained directions of the nodes of a grid by the supports that have not ended; nodes that an opening
@@ -59,36 +96,8 @@ class Released(StepPart):
         updated here."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
-        held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
+        held[:] = constrain_nodes(grid, self.supports, range(len(self.supports)), self._gone).walls.held
         constrained[: len(held)][let_go & (held > 0)] = 0
-
-
-def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[StepPart]:
-    """Constrain the nodes of all grids and of bodies with their own nodes; a support that lists several faces counts as one
-    support for each face. Returns the conditions that act in a run: release of supports that end, no-slip walls and
-    opening walls. Raises CaseError for a support without nodes."""
-    numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
-    supports = [one for support in supports for one in support.on_each_face()]
-    own: dict[NodalBody, list[NodalSupport]] = {}
-    for member in assembly.bodies.values():
-        if isinstance(member.body, NodalBody):
-            own[member.body] = [nodal_support(member, support, numbers[row]) for row, support in enumerate(supports)]
-    found = {row for of_body in own.values() for row, support in enumerate(of_body) if support.nodes.any()}
-    for actions in assembly.actions:
-        actions.supports = constrain_nodes(actions.field.grid, supports, found, numbers=numbers)
-    for row, support in enumerate(supports):
-        if row not in found and support.body is None and not assembly.actions:
-            raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{numbers[row]}.where", remedy=NOWHERE))
-    for body, of_body in own.items():
-        if isinstance(body, TakesSupports):
-            body.add_supports(of_body)
-    for member in assembly.bodies.values():
-        if isinstance(member.body, HeldInRegions) and member.velocity_field is not None:
-            member.body.hold_in_regions(_find_held_points(member, supports, member.velocity_field.grid.case))
-    lets_go = any(support.until is not None for support in supports)
-    releasing = [member.body for member in assembly.bodies.values() if isinstance(member.body, ReleasesSupports)]
-    released = [Released(supports, assembly.actions, releasing)] if lets_go else []
-    return [*released, *no_slip_walls(supports, assembly), *_open_walls(supports, assembly)]
 
 
 def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid: GridCase) -> np.ndarray:
@@ -105,7 +114,7 @@ def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid
     return rows
 
 
-def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
+def open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
     """Return, for each velocity field that contains points, the condition of its opening walls (walls that hold a body only
     against motion into the wall). supports: all supports, split so that each acts on at most one face."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.geometry.region import Region, Shape, within
@@ -32,6 +33,7 @@ from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
+from pellucid.materials.fluid import NewtonianFluid
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain
 from pellucid.step.part import StepPart
@@ -201,12 +203,12 @@ def _shape_of(support: "Support") -> Shape | None:
 
 
 def _viscosity_of(member: AssembledBody) -> float:
-    """Return the viscosity [Pa s] of a fluid of material points with APIC, if it is not solved implicitly; 0 for other
-    bodies."""
-    viscosity = float(getattr(getattr(member.model, "material", None), "viscosity", 0.0))
-    is_fluid = member.model.kind == "material-points" and getattr(member.model.material, "kind", "") == "fluid"
-    apic = isinstance(getattr(member.body, "transfer", None), Apic)
-    return viscosity if is_fluid and apic and not member.model.solves_viscosity else 0.0
+    """Return the viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies, and if the stress of the points
+    contains no viscosity."""
+    body = member.body
+    if not (isinstance(body, MaterialPoints) and isinstance(body.transfer, Apic)):
+        return 0.0
+    return float(body.law.mu) if isinstance(body.law, NewtonianFluid) else 0.0
 
 
 def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:

@@ -185,20 +185,20 @@ class PressedMembrane(AtEachStep):
         super().__init__(act)
         self._body = body
 
-    def warning(self) -> str | None:
-        """Return a warning about holes that failed points of the membrane leave, or None."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
         return _holes(self._body)
 
 
-def _holes(body: Body) -> str | None:
-    """Return a warning about the failed points of a membrane, through which no flow is computed; None if none has failed."""
+def _holes(body: Body) -> dict[str, str]:
+    """Return a warning about the failed points of a membrane, through which no flow is computed, by topic."""
     if not (failed := len(failed_points(body))):
-        return None
-    return (
+        return {}
+    text = (
         f"membrane {body.name} has failed at {failed} of its {body.n_points} points: the prescribed pressure continues and "
         "does not act on their holes; reduce it by `amplitude`, use an [[enclosed]] gas, which flows out "
         "through the holes, or end the run before"
     )
+    return {"holes": text}
 
 
 class PressedFaces(StepPart):
@@ -217,14 +217,15 @@ class PressedFaces(StepPart):
         self._add(self._faces.pressure(pressure))
         self._misses = pressure != 0.0 and self._faces.is_left
 
-    def warning(self) -> str | None:
-        """Return a warning if no face of the body is in the region of the pressure now, or about holes that failed
-        points leave; None otherwise."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return warnings if no face of the body is in the region of the pressure now, and about holes that failed points
+        leave."""
+        found = _holes(self._faces.body)
         if not self._misses:
-            return _holes(self._faces.body)
+            return found
         where, name = ".".join(map(str, self._path)), self._faces.body.name
         what = f"`{where}` has no effect: no face of body `{name}` has its centre in it now"
-        return f'{what}; enlarge it, or set choose = "start" to load the same faces wherever they move'
+        return found | {"region": f'{what}; enlarge it, or set choose = "start" to load the same faces wherever they move'}
 
 
 TractionInTime = Callable[[SurfacePoints, float], np.ndarray]

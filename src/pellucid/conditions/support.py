@@ -279,12 +279,14 @@ class Support(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[StepPart]:
         """Constrain nodes of all grids, also along axes where the grid is one cell thick, and nodes of bodies with their own
-        nodes; return the conditions that act in a run (see `constrain_all`)."""
-        from pellucid.conditions.constrained_nodes import constrain_all
+        nodes; return the supports, no-slip walls and opening walls as parts of the step."""
+        from pellucid.conditions.constrained_nodes import ActiveSupports, open_walls
+        from pellucid.conditions.no_slip_walls import no_slip_walls
 
         only = {"body": next(iter(assembly.bodies))}  # for supports that refer to a body but do not name it
         known = [one.model_copy(update=only) if one.body is None and one._means_a_body else one for one in conditions]
-        return constrain_all(known, assembly)
+        active = ActiveSupports(known, assembly)
+        return [active, *no_slip_walls(active.supports, assembly), *open_walls(active.supports, assembly)]
 
     def reaction(self) -> str | None:
         return self.name

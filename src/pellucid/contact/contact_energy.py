@@ -14,6 +14,12 @@ transfers. With USF, surfaces move with the velocities at the start of a step, a
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+UNEXPLAINED = 0.05
+"""Limit of the unexplained contact energy, relative to the exchanged energy: energy added or removed by surfaces in contact
+beyond the energy of springs and friction. In the impact of a rigid body, contact starts within a step. With ω Δt = 0.3 for
+its oscillation on the springs, the account then has an error of (ω Δt)²/4 = 0.0225 of the impact energy; the limit is about
+twice this value."""
+
 
 class Held(NamedTuple):
     """Energies of one contact at the start of a step [J]. `ContactEnergy.begin_step` adds up the energies of all contacts."""
@@ -59,6 +65,19 @@ class ContactEnergy:
     def add_work(self, work: float) -> None:
         """Add the work of contact forces on the bodies in a step, `work` [J], which excludes the work of moving walls."""
         self.work += work
+
+    def warning(self, energy_scale: float) -> str | None:
+        """Return a warning if the unexplained energy is large compared with the energy that the bodies have exchanged so far,
+        `energy_scale` [J]; None otherwise."""
+        amount = self.unexplained
+        if abs(amount) <= UNEXPLAINED * energy_scale:
+            return None
+        gave, effect = ("added", "bodies rebound too fast") if amount > 0.0 else ("removed", "bodies are slowed down")
+        return (
+            f"contact between surfaces {gave} {abs(amount):.3g} J ({100 * abs(amount) / energy_scale:.2g} % of the exchanged "
+            f"energy) in addition to the energy of its springs, dampers and friction, so {effect}. Set a smaller "
+            "time.step, or, for deformable bodies, a smaller time.courant, or use finer surfaces and cells."
+        )
 
     def state_numbers(self) -> dict[str, float | None]:
         """Return the energies of contact [J] by name, for a checkpoint."""

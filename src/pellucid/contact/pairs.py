@@ -5,14 +5,14 @@ Sequence in a step: `detect`, then `apply_impulses`. For velocities that are map
 and `apply_second_impulses`.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.contact import impulses
-from pellucid.contact.contact_body import ContactBody, ContactResponse, TakesSecondImpulses
+from pellucid.contact.contact_body import ContactBody, ContactResponse, TakesSecondImpulses, WarnsOfContact
 from pellucid.contact.detection import SIGNS, ContactDetection
 from pellucid.contact.impulses import ContactNodes, Friction
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
@@ -190,6 +190,8 @@ class ContactPairs(StepPart):
 
     Attributes
     ----------
+    reasons : sequence of str
+        Messages to the user that state why solids or membranes are in contact on the nodes instead of by their surfaces.
     done : ContactWork
         Work and impulses of this step so far.
     lag_work : float
@@ -198,9 +200,14 @@ class ContactPairs(StepPart):
     """
 
     def __init__(
-        self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int, strained_again: Collection[VelocityField] = ()
+        self,
+        pairs: Sequence[ContactPair],
+        n_supports: int,
+        n_loads: int,
+        strained_again: Collection[VelocityField] = (),
+        reasons: Sequence[str] = (),
     ) -> None:
-        self._pairs, self._strained_again = pairs, strained_again
+        self._pairs, self._strained_again, self.reasons = pairs, strained_again, reasons
         self._fields = list({id(field): field for pair in pairs for field in pair.fields}.values())
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._columns = FIRST_LOAD + n_loads
@@ -210,10 +217,6 @@ class ContactPairs(StepPart):
 
     def __len__(self) -> int:
         return len(self._pairs)
-
-    def fields(self) -> list[tuple[VelocityField, VelocityField]]:
-        """Return the two velocity fields of each contact pair."""
-        return [pair.fields for pair in self._pairs]
 
     def find_contact(self) -> None:
         for pair in self._pairs:
@@ -290,6 +293,13 @@ class ContactPairs(StepPart):
                 pair.stop_straining()
         if dt is not None:
             self._apply_second_impulses(dt)
+
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return the first warning of a body whose surface is too coarse at its contact nodes."""
+        for body, nodes in self.touching():
+            if isinstance(body, WarnsOfContact) and (text := body.contact_warning(nodes)) is not None:
+                return {"coarse surface": text}
+        return {}
 
     def work(self) -> StepWork | None:
         return self.done.work if self._pairs else None

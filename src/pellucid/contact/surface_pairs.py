@@ -17,7 +17,7 @@ their vibrations within a few periods and hardly affects the motion of the bodie
 hardly rebound, and their overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Collection, Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -29,14 +29,15 @@ from pellucid.contact.dead_stop import SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import OverlapLaw, StartOverlap, mean_way
 from pellucid.contact.proximity import Meeting
+from pellucid.contact.sheets import find_places_beside, passes_between
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.surface_side import SurfaceSide
-from pellucid.contact.touch import Touch
+from pellucid.contact.touch import OverlappingStart, Touch
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
 from pellucid.state import of_owner, with_owner
-from pellucid.step.part import StepPart
+from pellucid.step.part import WARNING_INTERVAL, StepPart
 
 COARSE, LARGE = 1.5, 1.01  # ratios of point distances and of areas above which two surfaces count as different
 NARROW = 0.4  # width of a body that may lie between the points of a surface, in reaches of these points
@@ -155,14 +156,16 @@ class SurfacePairs(StepPart):
         fields: Collection[VelocityField] = (),
         moved_by_nodes: Sequence[MovedByNodes] = (),
         moved_first: Sequence[MovedByNodes] = (),
+        on_nodes_too: bool = False,
     ) -> None:
         """Collect the surfaces of the contacts `pairs`, between surfaces and of surfaces with walls.
 
         planes: planes of symmetry. seams: seams of a periodic grid. column: column of the work of forces between surfaces in
         arrays of works. fields: velocity fields on whose nodes forces between surfaces act. moved_by_nodes: surfaces that nodes
-        move after the forces of a step. moved_first: surfaces that nodes move before these forces (USF).
+        move after the forces of a step. moved_first: surfaces that nodes move before these forces (USF). on_nodes_too: True if
+        other bodies are in contact on the nodes.
         """
-        self._fields = fields
+        self._fields, self._on_nodes_too = fields, on_nodes_too
         self._moved = {id(surface): surface for surface in moved_by_nodes}
         self._moved_first = {id(surface): surface for surface in moved_first}
         self._exerted: dict[int, np.ndarray] = {}  # forces on the points of these surfaces in this step [N], shape (m, 3) each
@@ -184,12 +187,17 @@ class SurfacePairs(StepPart):
         self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
         self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
+        self.start_overlaps: list[OverlappingStart] = []
+        """Overlaps of surfaces at the start, which exert no force until they have opened once."""
 
     def __len__(self) -> int:
         return len(self._pairs)
 
     def begin(self, time: float, dt: float) -> None:
         self._time, self._passing = time, dt
+
+    def begin_balance(self) -> None:
+        self.energy = ContactEnergy()
 
     def exert_forces(self, dt: float) -> None:
         """Compute the contact forces of a step dt [s] and apply them to the bodies."""
@@ -362,27 +370,31 @@ class SurfacePairs(StepPart):
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
 
-    def warnings(self, issued: Container[str]) -> Iterator[tuple[str, str]]:
-        """Yield (key, text) for each contact that has a warning; the key names the bodies. Contacts whose key is in
-        `issued` are not checked again."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return warnings about contacts in states that they cannot resolve, bodies that may pass through a sheet, surfaces
+        that are too coarse where they touch, and unexplained energy."""
+        found, close = dict[str, str](), list[tuple[ContactSurface, np.ndarray]]()
         for pair in self._pairs:
-            key = f"contact of {' and '.join(pair.between)}"
-            if key not in issued and (text := pair.warning()) is not None:
-                yield key, text
-
-    def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
-        """Yield (sheet, surface, step) for each contact between a sheet and a surface that is not a sheet.
-
-        step: length of this or of the previous step, whichever is longer [s].
-        """
-        for pair in self._pairs:
+            if (text := pair.warning()) is not None:
+                found[f"contact of {' and '.join(pair.between)}"] = text
             if len(pair.surfaces) == 2 and pair.surfaces[0].is_sheet != pair.surfaces[1].is_sheet:
-                one, other = pair.surfaces
-                yield (one, other, pair.step) if one.is_sheet else (other, one, pair.step)
+                sheet, other = sorted(pair.surfaces, key=lambda surface: not surface.is_sheet)
+                ahead = WARNING_INTERVAL * pair.step * (sheet.speed() + other.speed())
+                if (text := passes_between(sheet, other, ahead)) is not None:
+                    found[f"{other.body} on {sheet.body}"] = text
+                close.append((sheet, find_places_beside(sheet, other)))
+        for surface, places in [*close, *self.touching()]:
+            if len(places) and (text := surface.contact_warning(places)) is not None:
+                found["coarse surface"] = text
+                break
+        # the balance with the leads of steady states is not known, and impulses on nodes have none of their own
+        judged = not (self._is_steady or self._on_nodes_too)
+        if judged and (text := self.energy.warning(energy_scale)) is not None:
+            found["energy"] = text
+        return found
 
-    def find_start_overlaps(self) -> list[tuple[Touch, float]]:
-        """Return the contacts whose surfaces overlap at the start, each with the initial overlap, which exerts no
-        pressure [m]."""
+    def find_start_overlaps(self, least: float) -> None:
+        """Find the contacts whose surfaces overlap at the start by more than the depth `least` [m]; see `start_overlaps`."""
         starting = [pair for pair in self._pairs if not all(surface.is_hard for surface in pair.surfaces)]
         described = dict[int, Described]()
         for surface in {id(surface): surface for pair in starting for surface in pair.surfaces}.values():
@@ -392,7 +404,12 @@ class SurfacePairs(StepPart):
             pair.begin(0.0, 0.0)
             pair.follow(0.0)
             pair.find(described)
-        return [(pair, depth) for pair in starting if (depth := pair.start_depth()) > 0.0]
+        depths = [(pair, depth) for pair in starting if (depth := pair.start_depth()) > least]
+        self.start_overlaps = [OverlappingStart(pair.between, depth, pair.distance) for pair, depth in depths]
+
+    def facts(self) -> Mapping[str, Any]:
+        overlaps = [overlap.facts() for overlap in self.start_overlaps]
+        return {"start_overlaps": overlaps} if overlaps else {}
 
     def go_on(self, bodies: Mapping[str, Mapping[str, np.ndarray]]) -> None:
         """Continue the contact of bodies from an earlier run, with each other, with walls and with themselves.

@@ -21,10 +21,10 @@ from pellucid.energy.works import (
 )
 from pellucid.findings import Named
 
-GIVEN = "bodies", "gravity", "channels", "support_names", "angular", "is_complete"
+GIVEN = "bodies", "gravity", "channels", "angular", "is_complete"
 """Names of the attributes of the balance that a checkpoint does not store, or stores elsewhere."""
 
-ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
+ARRAYS = "initial_momentum", "impulse", "exchanged", "left_momentum", "entered_momentum"
 """Names of the arrays of the balance, which a checkpoint stores as lists."""
 
 ISOLATED = 1e-9  # relative to the largest Σ m|v|: smaller sums of impulses are rounding
@@ -86,8 +86,8 @@ class Balanced(Protocol):
 
 class EnergyBudget:
     """Energies and momentum of the `bodies` after each step, compared with the external work and losses. The `channels` of the
-    run (causes of work, see `Channel`) are given with their columns in a row of works. `support_names`: name of each support,
-    or None; impulses of supports with the same name are summed. `turns`: axes (0 to 2) about which all bodies can rotate.
+    run (causes of work, see `Channel`) are given with their columns in a row of works. `turns`: axes (0 to 2) about which all
+    bodies can rotate.
 
     Velocities and stresses of a step are half a step apart. The forces f of the new stress would change the kinetic energy in
     this half step by f·v Δt/2. This energy is exchanged with the stored energy and back. `staggering` is the sum of its
@@ -107,12 +107,11 @@ class EnergyBudget:
         gravity: tuple[float, float, float],
         channels: Mapping[Channel, int] = ALWAYS,
         at_stake: float = 0.0,
-        support_names: Sequence[str | None] = (),
         turns: Sequence[int] = (),
     ) -> None:
         self.bodies = bodies
         self.gravity = np.array(gravity)
-        self.channels, self.support_names = channels, support_names
+        self.channels = channels
         self.angular = AngularBalance(bodies, turns) if turns else None
         self.is_complete = True
         """True if the balance includes all works of the last step; False after a step in which a body stopped the run."""
@@ -123,7 +122,6 @@ class EnergyBudget:
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
         self.sums = {channel.name: 0.0 for channel in self.channels}
         self.staggering = self.transfer = self.time_integration = self.artificial_heat = 0.0
-        self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
         self.turning_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
@@ -131,12 +129,12 @@ class EnergyBudget:
         self.entered_points, self.entered_mass, self.entered_stored = 0, 0.0, 0.0
         self.left_momentum, self.entered_momentum = np.zeros(3), np.zeros(3)
 
-    def record(self, done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float, weight: float = 1.0) -> None:
+    def record(self, done: StepWork, named_impulses: Mapping[str, np.ndarray], dt: float, weight: float = 1.0) -> None:
         """Add a step to the balance, with the bodies in the state at its end.
 
-        done: work and impulses of the step. contact_impulses: impulses of named contacts by name, shape (3,) each [N s]. dt:
-        length of the step [s]. weight: factor on the impulses in the reactions if the time of the loads differs from the time
-        of the steps.
+        done: work and impulses of the step. named_impulses: impulses of named supports and contacts by name, shape (3,) each
+        [N s]. dt: length of the step [s]. weight: factor on the impulses in the reactions if the time of the loads differs from
+        the time of the steps.
         """
         kinetic, stored, half_power, heating, size = self._sums()
         works = done.works.tolist()
@@ -158,7 +156,7 @@ class EnergyBudget:
         self.kinetic, self.stored, self.half_power = kinetic, stored, half_power
         self.stored_by_kind = self._stored_by_kind()
         self.staggering += staggering
-        self._record_impulses(done, contact_impulses, dt, weight)
+        self._record_impulses(done, named_impulses, dt, weight)
         self.moved = max(self.moved, kinetic + exchanged)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
         self.is_complete = True
@@ -194,17 +192,14 @@ class EnergyBudget:
         self.entered_mass += entered.mass
         self.entered_stored += entered.stored
 
-    def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
+    def _record_impulses(self, done: StepWork, named: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
         others = (dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values())
         impulses = np.concatenate((done.reactions, others))
         self.impulse += impulses.sum(axis=0)
         self.exchanged += np.abs(impulses).sum(axis=0)
-        if not len(self.support_impulses):
-            self.support_impulses = np.zeros_like(done.reactions)
-        self.support_impulses += weight * done.reactions
         for sums, given in (
             (self.named_impulses, done.motions),
-            (self.named_impulses, contacts),
+            (self.named_impulses, named),
             (self.turning_impulses, done.turning),
         ):
             for name, impulse in given.items():
@@ -224,11 +219,8 @@ class EnergyBudget:
     def reactions(self) -> dict[str, np.ndarray]:
         """Return the total impulses since the start on the bodies [N s], shape (3,), of motions and of named supports and
         contacts, by name."""
-        result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
-        for name, impulse in zip(self.support_names, self.support_impulses, strict=False):
-            if name is not None:
-                result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
-        return Named("this simulation has no reaction of", result)
+        reactions = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
+        return Named("this simulation has no reaction of", reactions)
 
     def angular_reactions(self) -> dict[str, np.ndarray]:
         """Return, by the name of each prescribed motion of a rigid body, the angular impulse that it has exerted on the body

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
-from pellucid.bodies.own_nodes.contact_surface import PASSES, describe_passage
 from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.images import Plane
+from pellucid.contact.sheets import PASSES, describe_passage
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.set_up.gaps import hard_bodies

@@ -31,7 +31,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.placement import Placement
 from pellucid.simulation.ranks import cut_rows
-from pellucid.step.part import StepPart
+from pellucid.step.part import StepPart, StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -83,9 +83,26 @@ def has_several_fields(case: "Case") -> bool:
     return case.grid_or_none is not None and len({body.field for body in case.body}) > 1
 
 
-def work_layout(case: "Case", touching: bool) -> WorkLayout:
-    """Return the layout of the arrays of works in a run, i.e. which column belongs to which entry of the energy balance;
-    touching: True if surfaces may be in contact. Raises CaseError for a channel with an invalid name."""
+def _may_touch_by_surfaces(case: "Case") -> bool:
+    """Return True if surfaces of bodies in a case may touch each other or walls (contact by surfaces instead of on grid
+    nodes)."""
+    if case.grid_or_none is None:
+        return False
+    touches_itself = any(contact.is_of_one_body for contact in case.contact)
+    return len(case.wall) > 0 or touches_itself or (has_several_fields(case) and _fields_may(case))
+
+
+def _fields_may(case: "Case") -> bool:
+    """Return True if bodies of two velocity fields may be in contact by their surfaces. This requires that at least one
+    body of each field has a contact surface, is rigid or follows a prescribed motion."""
+    led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
+    members = models_by_field(case).values()
+    return sum(any(model.deforms_in_contact or model.name in led for model in models) for models in members) > 1
+
+
+def work_layout(case: "Case") -> WorkLayout:
+    """Return the layout of the arrays of works in a run, i.e. which column belongs to which entry of the energy balance.
+    Raises CaseError for a channel with an invalid name."""
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
@@ -95,7 +112,7 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
         _check_channels(condition)
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
-    return WorkLayout(loads, [*stated, *columns], len(on_each_face(case.support)), touching)
+    return WorkLayout(loads, [*stated, *columns], len(on_each_face(case.support)), _may_touch_by_surfaces(case))
 
 
 def _check_channels(condition: Condition) -> None:
@@ -116,30 +133,32 @@ def _check_channels(condition: Condition) -> None:
             raise CaseError(Problem(text + why, remedy=remedy))
 
 
-def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> list[StepPart]:
+def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActions], layout: WorkLayout) -> StepParts:
     """Activate all conditions of a case, complete its bodies, and return the parts of a step that the conditions add.
 
     built: the bodies, by name, with their velocity fields; actions: for each velocity field the object through which
     conditions act on its nodes; layout: order of the works. Raises CaseError if `activate` of a condition returns anything
     else than parts.
     """
+    if layout.surface_contact is not None:
+        for each in actions:
+            each.take_loads()
     of = {each.field: each for each in actions}
     members: dict[str, AssembledBody] = {}
     for model in case.body:
         body, field = built[model.name]
         members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
     assembly = Assembly(members, actions, layout)
-    parts = list[StepPart]()
+    parts = StepParts()
     for kind, conditions in case.conditions().items():
         found: object = kind.activate(conditions, assembly._replace(active=kind))
         if not isinstance(found, Sequence) or not all(isinstance(part, StepPart) for part in found):
             text = f"`activate` of {of_class(kind)} returns {found!r}"
             raise CaseError(Problem(text, remedy="Return a list of objects of classes derived from `StepPart`."))
-        parts += found
+        parts.add(found)
     for member in members.values():
         member.body.complete()
-    for part in parts:
-        part.try_out()
+    parts.try_out()
     return parts
 
 

@@ -1,5 +1,6 @@
 """Contacts of a case: pairs of velocity fields on the nodes of the grid, surfaces of bodies, and walls."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 from typing import TYPE_CHECKING, TypeGuard
@@ -30,13 +31,15 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls
 from pellucid.parts.families import GridBody
-from pellucid.simulation.assembly import Built, has_several_fields, models_by_field
+from pellucid.simulation.assembly import Built, models_by_field
+from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.case import Case
 
 Surfaces = Mapping[str, ContactSurface | None]
 """Contact surfaces of bodies by name, or None for a body without a surface."""
+REPORTED = 1e-3  # cells: depth from which an overlap at the start is reported
 MOST_PRESSED = 0.1  # largest depth [cells] to which the initial pressure of a fluid may press it into a wall
 
 
@@ -102,23 +105,18 @@ def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) ->
         raise CaseError(Problem(text, path, remedy=remedy))
 
 
-def may_touch_by_surfaces(case: "Case") -> bool:
-    """Return True if surfaces of bodies in a case may touch each other or walls (contact by surfaces instead of on grid
-    nodes)."""
-    if case.grid_or_none is None:
-        return False
-    touches_itself = any(contact.is_of_one_body for contact in case.contact)
-    return len(case.wall) > 0 or touches_itself or (has_several_fields(case) and _fields_may(case))
+def contact_parts(
+    case: "Case",
+    built: Built,
+    fields: Sequence[VelocityField],
+    layout: WorkLayout,
+    going_on: Mapping[str, Mapping[str, np.ndarray]],
+) -> list[StepPart]:
+    """Return the parts of a step that compute contact: of velocity fields on the grid nodes, and of surfaces of bodies and
+    walls. Issue a warning for each overlap of surfaces of two bodies, or of a body and a wall, at the start.
 
-
-def contacts_of(
-    case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout, remaps: bool
-) -> tuple[ContactPairs, SurfacePairs]:
-    """Return all contacts of a case: pairs of velocity fields in contact on the grid nodes, and pairs of surfaces of bodies and
-    walls.
-
-    built: the bodies, by name, with their velocity fields; layout: order of the works; remaps: True if the momentum of points
-    is mapped to the nodes a second time in each step, with FLIP (MUSL).
+    built: the bodies, by name, with their velocity fields; layout: order of the works; going_on: arrays of the bodies that
+    start in the state of an earlier run, by body, see `SurfacePairs.go_on`.
     """
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
@@ -145,12 +143,21 @@ def contacts_of(
         fields=on_nodes,
         moved_by_nodes=fluids if case.time.scheme == "usf" else [*moved, *fluids],
         moved_first=moved if case.time.scheme == "usf" else [],
+        on_nodes_too=len(pairs) > 0,
     )
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
+    surface_pairs.go_on(going_on)
+    if surface_pairs:
+        surface_pairs.find_start_overlaps(REPORTED * case.grid.cell)
+    for overlap in surface_pairs.start_overlaps:
+        if len(overlap.between) > 1:  # within one body, as beside a rim or a fold, nothing acts later for it elsewhere
+            warnings.warn(overlap.text, stacklevel=3)
+    remaps = case.time.transfer == "flip" and case.time.scheme == "musl"
     strained_again = [field for field in on_nodes if remaps and field not in with_heat]
-    return ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again), surface_pairs
+    reasons = _reasons_for_nodes(case, built, pairs)
+    return [ContactPairs(pairs, layout.n_supports, layout.n_loads, strained_again, reasons), surface_pairs]
 
 
 def _ends_of_slice(case: "Case") -> list[Plane]:
@@ -161,14 +168,6 @@ def _ends_of_slice(case: "Case") -> list[Plane]:
         return []
     (axis,), grid = axes, case.grid
     return [Plane(axis, grid.lower[axis]), Plane(axis, grid.lower[axis] + grid.cell)]
-
-
-def _fields_may(case: "Case") -> bool:
-    """Return True if bodies of two velocity fields may be in contact by their surfaces. This requires that at least one
-    body of each field has a contact surface, is rigid or follows a prescribed motion."""
-    led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
-    members = models_by_field(case).values()
-    return sum(any(model.deforms_in_contact or model.name in led for model in models) for models in members) > 1
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
@@ -343,15 +342,15 @@ def _pair(
     return ContactPair(fields, sides, Friction(kind, contact.friction or 0.0), contact.name)
 
 
-def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
+def _reasons_for_nodes(case: "Case", built: Built, pairs: Sequence[ContactPair]) -> list[str]:
     """Return a message for each pair of velocity fields with solids or membranes that are in contact on the nodes of the grid.
 
     Contact of fluids is not reported, since fluids are always in contact on the nodes. built: all bodies, by name; pairs:
     the contacts on nodes.
     """
     lines = []
-    for fields in pairs.fields():
-        members = [[model for model in case.body if built[model.name][1] is field] for field in fields]
+    for pair in pairs:
+        members = [[model for model in case.body if built[model.name][1] is field] for field in pair.fields]
         sides = [[model for model in models if not model.is_fluid] for models in members]
         if all(sides):
             names = " and ".join(listed([model.name for model in side]) for side in sides)

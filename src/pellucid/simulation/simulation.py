@@ -10,8 +10,9 @@ import numpy as np
 
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.spec import required
-from pellucid.conditions.support import on_each_face
-from pellucid.contact.contact_energy import ContactEnergy
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
+from pellucid.contact.touch import OverlappingStart
 from pellucid.energy import EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import RunStopped, UsageError
 from pellucid.grid.actions import NodalActions
@@ -19,7 +20,7 @@ from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
+from pellucid.grid.velocity_transfer import TRANSFERS, VelocityTransfer
 from pellucid.jit import set_threads
 from pellucid.parts.capabilities import Relaxable, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
@@ -29,21 +30,21 @@ from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces, node_contacts
+from pellucid.simulation.contacts import contact_parts
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import Standings, find_start_overlaps, load_state
+from pellucid.simulation.start import Standings, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
 from pellucid.step.limit import StepLimit, time_to_fall
-from pellucid.step.part import AtEachStep, StepParts
+from pellucid.step.part import AtEachStep
 from pellucid.system.interrupts import signals_caught
 from pellucid.system.processes import free_cores
 
@@ -61,8 +62,7 @@ class Simulation:
 
     Attributes: bodies: bodies in the order of the case; velocity_fields: velocity fields of the grid; budget: balances of
     mass, momentum and energy, and reactions; parts: everything that acts in a step besides bodies and grid, such as
-    conditions, contact and pressures of full cells, with `contact_pairs`, contact on the nodes of the grid, and
-    `surface_pairs`, contact by surfaces; start_overlaps: bodies that start closer to each other than the contact distance.
+    conditions, contact and pressures of full cells.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Simulation:
         domain.leave()  # that of another simulation
         self.case = case = with_room_behind_walls(required(case))
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
+        layout = self._layout = work_layout(case)
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
             raise UsageError("A case with [start] requires the state of the earlier run.\n    Run it with pellucid.run.")
@@ -98,27 +98,22 @@ class Simulation:
         standing = Standings(self.bodies, start.keys())
         refuse(case, standing, start.keys())
         self.actions = [NodalActions(field, layout.n_loads) for field in self.velocity_fields]
-        self.parts = StepParts(activate_conditions(case, built, self.actions, layout))
+        self.parts = activate_conditions(case, built, self.actions, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
-        if case.steady is not None:  # before contact, whose springs are as stiff as steps allow
+        if case.steady is not None:  # before parts whose springs are as stiff as steps allow
             for body in self.bodies:
                 if isinstance(body, Relaxable):
                     body.begin_relaxing(case.steady.mass_scaling)
-        remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
-        self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout, remaps)
         for field, bodies in self._on_grid.items():
             self.parts.add(cell_pressures(field, bodies))
             self.parts.add(implicit_viscosity(field, bodies, layout))
-        self.parts.add([self.contact_pairs, self.surface_pairs])
+        self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:
-            self.parts.add([TransferHeat(self._on_grid, [self.contact_pairs, self.surface_pairs], case.time.scheme != "usf")])
+            self.parts.add([TransferHeat(self._on_grid, self.parts, case.time.scheme != "usf")])
         if (amplitude := case.gravity_amplitude) is not None:
             self.parts.add([AtEachStep(lambda time: self._share_gravity(amplitude.at(time)))])
-        self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start)
-        self.node_contacts = node_contacts(case, built, self.contact_pairs)
-        on_nodes = len(self.contact_pairs) > 0
-        self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts, on_nodes)
+        self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, self.parts)
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
         self.begin_balance()
@@ -130,9 +125,6 @@ class Simulation:
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
-        for overlap in self.start_overlaps:
-            if len(overlap.between) > 1:  # within one body, as beside a rim or a fold, nothing acts later for it elsewhere
-                warnings.warn(overlap.text, stacklevel=2)
         if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
@@ -150,15 +142,13 @@ class Simulation:
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.actions:
-            if self._layout.surface_contact is not None:
-                actions.take_loads()
             field = actions.field
             field.set_actions(actions.supports, actions.external(), case.gravity, small[field], transfer.flip)
 
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.surface_pairs, self.parts)
+            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
@@ -168,10 +158,9 @@ class Simulation:
         """Start the balances of mass, momentum and energy with the present state as reference."""
         speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.parts.at_stake()
-        names = [support.name for support in on_each_face(self.case.support)]
-        given = self._layout.channels, at_stake, names, free_axes(self.case)
+        given = self._layout.channels, at_stake, free_axes(self.case)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, *given)
-        self.surface_pairs.energy = ContactEnergy()
+        self.parts.run("begin_balance")
 
     def record(self, dt: float) -> None:
         """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
@@ -190,13 +179,7 @@ class Simulation:
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
         self._watch.approaches(self.bodies, self.clock)
-        self._watch.parts(self.parts, self.clock)
-        if self.contact_pairs:
-            self._watch.contact(self.contact_pairs, self.clock)
-        else:  # beside impulses of contact on nodes, which have no balance of their own
-            self._watch.surfaces(self.surface_pairs, self.clock)
-            if self.case.steady is None:  # of whose damping the energy of contact knows nothing
-                self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
+        self._watch.parts(self.parts, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:
         """Advance to the end of the case, and yield this `Simulation` after each step, for user-defined loops.
@@ -224,7 +207,7 @@ class Simulation:
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.parts.run("check", self.clock.n_steps, self.clock.progress())
-        self.parts.run("end", dt)
+        self.parts.end(dt)
         self.record(dt)
         for left in self.parts.leave():
             self.budget.let_go(left, dt)
@@ -362,18 +345,36 @@ class Simulation:
         """Return the total momentum [kg m/s], shape (3,)."""
         return np.asarray(sum(body.totals.momentum for body in self.bodies))
 
+    @property
+    def contact_pairs(self) -> ContactPairs:
+        """The part of the step that computes contact on the nodes of the grid."""
+        return self.parts.of(ContactPairs)[0]
+
+    @property
+    def surface_pairs(self) -> SurfacePairs:
+        """The part of the step that computes contact by surfaces."""
+        return self.parts.of(SurfacePairs)[0]
+
+    @property
+    def node_contacts(self) -> Sequence[str]:
+        """Messages about solids and membranes that are in contact on the nodes of the grid, and the reasons."""
+        return self.contact_pairs.reasons
+
+    @property
+    def start_overlaps(self) -> Sequence[OverlappingStart]:
+        """Bodies that start closer to each other than the contact distance."""
+        return self.surface_pairs.start_overlaps
+
     def facts(self) -> dict[str, Any]:
         """Return entries for the summary of the run, by name: clock (such as steps of a steady analysis), settling, inflow
-        and outflow, parts of the step, and overlaps at the start, as far as the case has them."""
+        and outflow, and parts of the step, as far as the case has them."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}
             for name, counts in (("inflow", self.budget.inflow), ("outflow", self.budget.outflow))
             if counts
         }
-        overlaps = [overlap.facts() for overlap in self.start_overlaps]
-        facts = self.clock.facts() | self._settled | passed | self.parts.facts()
-        return facts | ({"start_overlaps": overlaps} if overlaps else {})
+        return self.clock.facts() | self._settled | passed | self.parts.facts()
 
     def kinetic_energy(self) -> float:
         """Return the kinetic energy of all bodies [J]."""

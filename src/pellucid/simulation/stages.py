@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.loops import joint_region
@@ -15,7 +16,7 @@ class Stages:
     """Operations of a time step (stages) for the bodies, velocity fields and parts of the steps of a simulation. A time
     stepping scheme, such as `schemes.musl`, calls the methods in its order.
 
-    on_grid: bodies on the grid, by velocity field; on_nodes: True if bodies are in contact on the nodes.
+    on_grid: bodies on the grid, by velocity field.
     """
 
     def __init__(
@@ -24,9 +25,9 @@ class Stages:
         fields: Sequence[VelocityField],
         on_grid: Mapping[VelocityField, Sequence[GridBody]],
         parts: StepParts,
-        on_nodes: bool,
     ) -> None:
-        self._fields, self._parts, self._on_nodes = fields, parts, on_nodes
+        self._fields, self._parts = fields, parts
+        self._on_nodes = any(parts.of(ContactPairs))
         self.grid_bodies = [body for body in bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in bodies if isinstance(body, NodalBody)]
         self._without_heat = {field for field, together in on_grid.items() if not all(body.keeps_heat for body in together)}
@@ -87,7 +88,7 @@ class Stages:
         self._parts.run("find_contact")
 
     def before_momentum(self, dt: float) -> None:
-        """Let parts add forces that depend on all other forces, e.g. of implicit viscosity, over a step dt [s]."""
+        """Let parts add forces that depend on all other forces, over a step dt [s]."""
         self._parts.run("before_momentum", dt)
 
     def advance_momentum(self, dt: float) -> None:

@@ -46,8 +46,8 @@ class SteadyClock(Clock):
     """Clock of a steady analysis by dynamic relaxation: counts steps; its time is the time of the loads at the last
     equilibrium.
 
-    steady, time: tables of the case; bodies, models: all bodies of the case and their models; contact: contacts of
-    surfaces; parts: parts of the step. Bodies that do not relax are rigid, with positions prescribed by motions.
+    steady, time: tables of the case; bodies, models: all bodies of the case and their models; parts: parts of the step, among
+    them contact by surfaces. Bodies that do not relax are rigid, with positions prescribed by motions.
     """
 
     def __init__(
@@ -56,10 +56,10 @@ class SteadyClock(Clock):
         time: "TimeCase",
         bodies: Sequence[Body],
         models: Sequence[BodyModel],
-        contact: SurfacePairs | None = None,
-        parts: StepParts | None = None,
+        parts: StepParts,
     ) -> None:
-        sheets = contact is not None and any(surface.is_sheet for surface in contact.surfaces)
+        self._contact = next((contact for contact in parts.of(SurfacePairs) if contact), None)
+        sheets = self._contact is not None and any(surface.is_sheet for surface in self._contact.surfaces)
         courant = min(steady.courant, WITH_SHEETS) if sheets else steady.courant
         super().__init__(time.model_copy(update={"courant": courant}), parts=parts)
         self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
@@ -71,7 +71,6 @@ class SteadyClock(Clock):
         self._levels = [*levels, levels[-1] + 1.0]  # of the loads, in load steps; one beyond the end
         for tool in self._led:
             tool.relaxes = True
-        self._contact = contact if contact else None
         if self._contact is not None:
             self._contact.begin_steady()
         self._start = [_places(body).copy() for body in bodies]

@@ -1,42 +1,33 @@
-"""Warnings during a run, each issued once: balances of energy and angular momentum, volume of fluids, elements in contact."""
+"""Warnings during a run, each issued once: balances of energy and angular momentum, volume of fluids, states of bodies and of
+parts of the step."""
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pellucid.bodies.own_nodes.contact_surface import find_places_beside, passes_between
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
-from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
-from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.pairs import ContactPairs
-from pellucid.contact.surface_pairs import SurfacePairs
+from pellucid.contact.contact_body import WarnsOfApproach
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody
 from pellucid.simulation.clock import Clock, fastest_point
-from pellucid.step.part import StepParts
+from pellucid.step.part import WARNING_INTERVAL, StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import Case, EnergyCase
 
 LOOKS = 20  # steps between searches for parts of one body that approach each other
-INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
-UNEXPLAINED = 0.05
-"""Limit of the unexplained contact energy, relative to the exchanged energy: energy added or removed by surfaces in contact
-beyond the energy of springs and friction. In the impact of a rigid body, contact starts within a step. With ω Δt = 0.3 for
-its oscillation on the springs, the account then has an error of (ω Δt)²/4 = 0.0225 of the impact energy; the limit is about
-twice this value."""
 OVERFULL = 1.01  # largest volume of a fluid over that of the grid; errors of shapes and compression are much smaller
 AGAINST_LOSS = "Check loads, velocities and moduli for values that are too large, or set a smaller time.courant"
 
@@ -103,7 +94,7 @@ class Watch:
     def angular_momentum(self, budget: EnergyBudget, clock: Clock) -> None:
         """Warn if the angular momentum of bodies without external actions drifts; checked at intervals and at the end."""
         last = clock.finished(None)
-        if budget.angular is None or not budget.is_isolated or (clock.n_steps % INTERVAL and not last):
+        if budget.angular is None or not budget.is_isolated or (clock.n_steps % WARNING_INTERVAL and not last):
             return
         if (error := budget.angular.observe()) < self._limits.warn:
             return
@@ -112,35 +103,6 @@ class Watch:
             text = f"{where}: the angular momentum has changed by {change}, above energy.warn = {100 * self._limits.warn:g} %"
             text += f", although no external load acts on the bodies. {self._turning_advice}."
             self._warn("angular momentum", text)
-
-    def contact(self, pairs: ContactPairs, clock: Clock) -> None:
-        """Issue the warnings of bodies about their nodes in contact, checked at intervals; pairs: contacts on grid nodes."""
-        if clock.n_steps % INTERVAL or "contact" in self.warned:
-            return
-        for body, nodes in pairs.touching():
-            text = body.contact_warning(nodes) if isinstance(body, WarnsOfContact) else None
-            if text is not None:
-                return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-
-    def surfaces(self, pairs: SurfacePairs, clock: Clock) -> None:
-        """Issue warnings about surfaces in contact with other surfaces or close to sheets (surfaces with two sides), checked at
-        intervals; pairs: contacts of surfaces."""
-        if clock.n_steps % INTERVAL:
-            return
-        for sheet, other, step in pairs.against_sheets():
-            what, ahead = f"{other.body} on {sheet.body}", INTERVAL * step * (sheet.speed() + other.speed())
-            if what not in self.warned and (text := passes_between(sheet, other, ahead)) is not None:
-                self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-            places = find_places_beside(sheet, other)
-            if len(places) and (text := sheet.contact_warning(places)) is not None:
-                self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-        for what, text in pairs.warnings(self.warned):
-            self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-        if "contact" in self.warned:
-            return
-        for surface, places in pairs.touching():
-            if (text := surface.contact_warning(places)) is not None:
-                return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def approaches(self, bodies: Sequence[Body], clock: Clock) -> None:
         """Warn about parts of the surface of one body that approach each other: such parts would stick, as material points
@@ -158,40 +120,25 @@ class Watch:
     def states(self, bodies: Sequence[Body], clock: Clock) -> None:
         """Issue the warnings of bodies about their state (`Body.state_warning`), at intervals and at the end; each body
         warns once."""
-        if clock.n_steps % INTERVAL and not clock.finished(None):
+        if clock.n_steps % WARNING_INTERVAL and not clock.finished(None):
             return
         for body in bodies:
             if (what := f"state of {body.name}") not in self.warned and (text := body.state_warning()) is not None:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
-    def parts(self, parts: StepParts, clock: Clock) -> None:
-        """Issue the warnings of the parts of a step, at intervals and at the end; each part warns once."""
-        if clock.n_steps % INTERVAL and not clock.finished(None):
+    def parts(self, parts: StepParts, budget: EnergyBudget, clock: Clock) -> None:
+        """Issue the warnings of the parts of a step, at intervals and at the end; each part warns once of each topic."""
+        last = clock.finished(None)
+        if clock.n_steps % WARNING_INTERVAL and not last:
             return
-        for number, text in enumerate(parts.warnings()):
-            if text is not None:
-                self._warn(f"part {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-
-    def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
-        """Check the energy that contact between surfaces added to or removed from bodies beyond its springs, dampers and
-        friction, and warn if this energy is large compared with the energy scale of the balance `budget`. The check is
-        omitted in the first steps of a run, but never in the last."""
-        scale, amount = budget.energy_scale, contact.unexplained
-        early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
-        if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:
-            return
-        gave, effect = ("added", "bodies rebound too fast") if amount > 0.0 else ("removed", "bodies are slowed down")
-        text = (
-            f"contact between surfaces {gave} {abs(amount):.3g} J ({100 * abs(amount) / scale:.2g} % of the exchanged "
-            f"energy) in addition to the energy of its springs, dampers and friction, so {effect}. Set a smaller "
-            "time.step, or, for deformable bodies, a smaller time.courant, or use finer surfaces and cells."
-        )
-        self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+        scale = budget.energy_scale if clock.n_steps >= FIRST_JUDGED or last else inf
+        for topic, text in parts.warnings(scale).items():
+            self._warn(topic, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def volumes(self, fields: Mapping[VelocityField, Sequence[GridBody]], clock: Clock) -> None:
         """Warn, at intervals, if the volume of the fluid points of a velocity field exceeds the volume of the grid; fields:
         velocity fields with their bodies on the grid."""
-        if clock.n_steps % INTERVAL or "volume" in self.warned:
+        if clock.n_steps % WARNING_INTERVAL or "volume" in self.warned:
             return
         for field, bodies in fields.items():
             share = sum(body.fluid_volume() for body in bodies) / field.grid.volume

@@ -1,14 +1,25 @@
-"""Parts of a step: the interface of everything that acts in a step besides bodies and grid, e.g. a load, contact, the
-pressure of full cells or implicit viscosity, and the collection of the parts of a simulation."""
+"""Parts of a step: the interface of everything that acts in a step besides bodies and grid, e.g. a load, a support, contact or
+the pressure of full cells, and the collection of the parts of a simulation."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
-from pellucid.energy import Passed, StepWork
+from pellucid.energy import Passed, StepWork, Totals
 from pellucid.state import Field, declare_field, of_owner, with_owner
-from pellucid.step.limit import NO_LIMIT, StepLimit, tightest
+from pellucid.step.limit import NO_LIMIT, Cause, StepLimit, tightest
+
+WARNING_INTERVAL = 100  # steps between checks of the state of bodies and parts that may cause warnings
+
+
+class AddedStiffness(NamedTuple):
+    """Stiffness that a force of a part adds to the stiffness of bodies: the bodies oscillate faster than by themselves."""
+
+    totals: Sequence[Totals]  # of the bodies
+    rate: float  # inverse of the largest stable step if the bodies had no other stiffness [1/s]
+    cause: Cause  # word for messages, see `StepLimit`
+    reason: str  # what oscillates, as a sentence without the step
 
 
 class StepPart:
@@ -39,6 +50,10 @@ class StepPart:
         """Return the energy that the part stores at the start and could release [J]. This energy is added to the reference
         with which the error of the energy balance is compared."""
         return 0.0
+
+    def begin_balance(self) -> None:
+        """Set the energies that the part sums over the steps to zero. Called when the energy balance of the run starts: before
+        the first step, and again after settling."""
 
     # stages of a step, in the order of `STAGES`, which also lists the differences between the schemes
 
@@ -95,9 +110,7 @@ class StepPart:
         """Update the state of the part after the bodies have completed the step dt [s] and computed their totals (sums of
         mass, momentum and energies).
 
-        The part also adds to the totals what the bodies cannot compute: half the power of a force that stores energy, and
-        the stiffness of this force, which adds to that of the body: `totals.rate` becomes the root of the sum of the squares
-        of the rates of both.
+        The part also adds to the totals what the bodies cannot compute: half the power of a force that stores energy.
         """
 
     def balance(self, done: StepWork) -> None:
@@ -133,13 +146,26 @@ class StepPart:
 
         Called before each step. The stable step is the smallest limit of the bodies and parts, and a step takes the fraction
         `time.courant` of it; a larger `time.step` is an error. All processes must return the same limit, and a resumed run
-        the limit of the checkpoint. For a force that adds to the stiffness of a body, see `end`.
+        the limit of the checkpoint. For a force that adds to the stiffness of a body, see `added_stiffness`.
         """
         return NO_LIMIT
 
-    def warning(self) -> str | None:
-        """Return a warning of the part about the last step, as text for the user; None if there is none."""
+    def added_stiffness(self) -> AddedStiffness | None:
+        """Return the stiffness that a force of the part adds to that of bodies in the present state; None if there is none.
+
+        Called after `try_out` and after `end`. The rates of the bodies, `Totals.rate`, then become the root of the sum of the
+        squares of both rates. The part limits the time step if its rate exceeds those of the bodies.
+        """
         return None
+
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return the warnings of the part about the last step, as texts for the user by topic; a run issues one warning of each
+        topic. Called every WARNING_INTERVAL steps and after the last step.
+
+        energy_scale: energy that the bodies have exchanged so far [J], with which errors of the energies of the part are
+        compared; infinite in the first steps of a run, in which too little energy has been exchanged.
+        """
+        return {}
 
     def columns(self) -> Mapping[str, float]:
         """Return the current values of the columns that the part adds to the history (the table of values over time), by the
@@ -211,6 +237,7 @@ class StepParts:
     def __init__(self, parts: Iterable[StepPart] = ()) -> None:
         self._all = list[StepPart]()
         self._at = dict[str, list[Any]]()
+        self._governing = list[AddedStiffness]()
         self.add(parts)
 
     def add(self, parts: Iterable[StepPart]) -> None:
@@ -234,6 +261,29 @@ class StepParts:
         for part in self.at(stage):
             getattr(part, stage)(*arguments)
 
+    def try_out(self) -> None:
+        """Raise CaseError if a part cannot act in this case, and add the stiffnesses of the parts to those of the bodies."""
+        self._governing.clear()
+        for part in self._all:
+            part.try_out()
+            self._stiffen(part)
+
+    def end(self, dt: float) -> None:
+        """Let the parts complete a step dt [s], and add their stiffnesses to those of the bodies."""
+        self.run("end", dt)
+        self._governing.clear()
+        for part in self.at("added_stiffness"):
+            self._stiffen(part)
+
+    def _stiffen(self, part: StepPart) -> None:
+        """Add the stiffness of a part to those of bodies; note it if it exceeds them and thus governs the step."""
+        if (added := part.added_stiffness()) is None:
+            return
+        if all(added.rate > totals.rate for totals in added.totals):
+            self._governing.append(added)
+        for totals in added.totals:
+            totals.rate = float(np.hypot(totals.rate, added.rate))
+
     def leave(self) -> Iterator[Passed]:
         """Let each part remove points from bodies; yield a record for each removal, see `StepPart.leave`."""
         for part in self.at("leave"):
@@ -249,16 +299,24 @@ class StepParts:
         return [work for part in self.at("work") if (work := part.work()) is not None]
 
     def step_limit(self) -> StepLimit:
-        """Return the smallest limit of the time step that a part sets, with its reason; `NO_LIMIT` if there is none."""
-        return tightest(part.step_limit() for part in self.at("step_limit"))
+        """Return the smallest limit of the time step that a part sets, by itself or by the stiffness that it adds to bodies,
+        with its reason; `NO_LIMIT` if there is none."""
+        limits = [part.step_limit() for part in self.at("step_limit")]
+        for added in self._governing:
+            step = 1.0 / added.totals[0].rate
+            limits.append(StepLimit(step, added.cause, f"{added.reason}, which limits the step to {step:.3g} s"))
+        return tightest(limits)
 
     def at_stake(self) -> float:
         """Return the energy that the parts store at the start and could release [J]."""
         return float(sum(part.at_stake() for part in self.at("at_stake")))
 
-    def warnings(self) -> list[str | None]:
-        """Return for each part its warning about the last step, or None."""
-        return [part.warning() for part in self._all]
+    def warnings(self, energy_scale: float) -> dict[str, str]:
+        """Return the warnings of all parts about the last step by topic and part; energy_scale: see `StepPart.warnings`."""
+        found = dict[str, str]()
+        for number, part in enumerate(self._all):
+            found |= {f"part {number}: {topic}": text for topic, text in part.warnings(energy_scale).items()}
+        return found
 
     def impulses(self) -> dict[str, np.ndarray]:
         """Return the named impulses of the parts over the step [N s], shape (3,), summed by name."""

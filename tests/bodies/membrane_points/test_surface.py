@@ -8,7 +8,7 @@ from membranes import body_of, drive, sheet
 from small_cases import case
 
 from pellucid.simulation.simulation import Simulation
-from pellucid.simulation.watch import INTERVAL
+from pellucid.step.part import WARNING_INTERVAL
 
 CELL = 0.25  # of the grid of `body_of`, with edges of 0.1 m and diagonals of 0.14 m
 
@@ -63,7 +63,7 @@ def test_a_run_warns_once():
     sim = pulled(2.0)
     with pytest.warns(UserWarning, match=r"step \d+, time .* s: membrane sheet is torn") as told:
         run(sim)
-    assert sim.n_steps > 5 * INTERVAL
+    assert sim.n_steps > 5 * WARNING_INTERVAL
     assert sum("torn" in str(warning.message) for warning in told) == 1
     assert "state of sheet" in sim.state_numbers()["warned"]
 

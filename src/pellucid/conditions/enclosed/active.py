@@ -11,8 +11,7 @@ from pellucid.energy import INTERNAL, StepWork
 from pellucid.energy.budget import ROUNDING_SHARE
 from pellucid.errors import RunStopped
 from pellucid.parts.annotations import Assembly
-from pellucid.step.limit import NO_LIMIT, StepLimit
-from pellucid.step.part import StepPart
+from pellucid.step.part import AddedStiffness, StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.enclosed.model import Enclosed
@@ -37,13 +36,10 @@ class ActiveEnclosed(StepPart):
         self._vent_flow = self._leak_flow = self._hole_flow = 0.0
         self._passing, self._time = 0.0, 0.0
         self._works: dict[str, float] = {}
-        self._governs = False
 
     def try_out(self) -> None:
-        """Limit the first step by the oscillation of the membranes on the compressible contents, and add half of the
-        initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
+        """Add half of the initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
         self._count_power(self._space.growth(self._now))
-        self._bound()
 
     def at_stake(self) -> float:
         """Return a bound of the rounding errors of the energy of the contents and of the work against the outside pressure
@@ -99,7 +95,6 @@ class ActiveEnclosed(StepPart):
         self._works = works
         if dt > 0.0:
             self._count_power(before.swept(now) / dt)
-        self._bound()
 
     def _flow(self, time: float, works: dict[str, float]) -> None:
         """Exchange gas or liquid with the inflator and the outside for half a step, starting at `time` [s]; add the energies
@@ -178,21 +173,11 @@ class ActiveEnclosed(StepPart):
         """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
-    def _bound(self) -> None:
-        """Limit the time step by the oscillation of the membranes on the compressible contents, and record whether this
-        limit is tighter than the limit due to the membranes alone."""
+    def added_stiffness(self) -> AddedStiffness:
+        """Return the stiffness of the compressible contents, on which the membranes oscillate."""
         stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
-        self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
-
-    def step_limit(self) -> StepLimit:
-        if not self._governs:
-            return NO_LIMIT
-        step = 1.0 / self._space.bodies[0].totals.rate
-        reason = (
-            f"membrane `{self._model.body}` oscillates on the enclosed "
-            f"`{self._model.name}`, which limits the step to {step:.3g} s"
-        )
-        return StepLimit(step, "spring", reason)
+        rate = 0.5 * sqrt(stiffness * self._space.mobility(self._now))
+        return self._space.added_stiffness(rate, f"the enclosed `{self._model.name}`")
 
     def work(self) -> StepWork:
         done = self._layout.no_work()
@@ -201,15 +186,16 @@ class ActiveEnclosed(StepPart):
             done.works[INTERNAL] -= channel.sign * amount  # work of the pressure in the energy of the contents
         return done
 
-    def warning(self) -> str | None:
-        """Return a warning about holes that failed points of the membrane leave, or None."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return a warning about holes that failed points of the membrane leave."""
         now, model = self._now, self._model
         if not now.failed[0]:
-            return None
-        return (
+            return {}
+        text = (
             f"membrane {model.body} has failed at {now.failed[0]} of its {len(now.areas[0])} points: they leave holes of "
             f"{now.hole:.3g} m2, through which `{model.name}` flows out against the pressure outside, {model.outside:g} Pa"
         )
+        return {"holes": text}
 
     def columns(self) -> Mapping[str, float]:
         volume, contents = self._now.volume, self.contents

@@ -9,8 +9,7 @@ from pellucid.conditions.enclosed.volume import EnclosedVolume
 from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.model import InputFile, Model, check, parameter
 from pellucid.parts.annotations import Assembly
-from pellucid.step.limit import NO_LIMIT, StepLimit
-from pellucid.step.part import StepPart
+from pellucid.step.part import AddedStiffness, StepPart
 
 SHARE = 0.25
 """Oscillation frequency of the enclosed volume on the spring that enforces the prescribed volume, as a fraction of the
@@ -95,15 +94,13 @@ class ActiveVolume(StepPart):
         self._start = self._now.volume
         self._spring, self._damper, self._pressure = 0.0, 0.0, 0.0
         self._time, self._passing = 0.0, 0.0
-        self._governs = False
 
     def try_out(self) -> None:
-        """Choose the spring constant if no stiffness is given, and the damping coefficient; limit the first step."""
+        """Choose the spring constant if no stiffness is given, and the damping coefficient."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
         self._pressure = self._at(0.0, moving=False)
-        self._bound()
 
     def _at(self, time: float, moving: bool) -> float:
         volume, rate = self._given.at(time, self._start)
@@ -117,28 +114,21 @@ class ActiveVolume(StepPart):
     def end(self, dt: float) -> None:
         self._now = self._space.now()
         self._pressure = self._at(self._time + self._passing, moving=self._passing > 0.0)
-        self._bound()
 
-    def _bound(self) -> None:
-        mobility = self._space.mobility(self._now)
-        self._governs = self._space.swing(bound_of_spring(self._spring, self._damper, mobility))
+    def added_stiffness(self) -> AddedStiffness:
+        rate = bound_of_spring(self._spring, self._damper, self._space.mobility(self._now))
+        return self._space.added_stiffness(rate, "its given volume")
 
-    def step_limit(self) -> StepLimit:
-        if not self._governs:
-            return NO_LIMIT
-        step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"membrane `{self._body}` oscillates on its given volume, which limits the step to {step:.3g} s"
-        return StepLimit(step, "spring", reason)
-
-    def warning(self) -> str | None:
-        """Return a warning about holes in the membrane through which no flow is computed, or None."""
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        """Return a warning about holes in the membrane through which no flow is computed."""
         if not (failed := self._now.failed[0]):
-            return None
-        return (
+            return {}
+        text = (
             f"membrane {self._body} has failed at {failed} of its {len(self._now.areas[0])} points, and its given volume is "
             "maintained as if it had no holes; use an [[enclosed]] gas or liquid, which flows out through them, or end the run "
             "before"
         )
+        return {"holes": text}
 
     def columns(self) -> Mapping[str, float]:
         return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}

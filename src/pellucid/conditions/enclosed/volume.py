@@ -9,6 +9,7 @@ from pellucid.conditions.enclosed.foretold import FLAT
 from pellucid.geometry.meshes.enclosure import Lids
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane
+from pellucid.step.part import AddedStiffness
 
 FAILED = "failed"  # field of membranes that damage can tear
 
@@ -99,16 +100,13 @@ class EnclosedVolume:
         velocities = [np.asarray(body.field("velocity")) for body in self.bodies]
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 
-    def swing(self, rate: float) -> bool:
-        """Increase the step rates (1/stable step) of the membranes by the oscillation of the enclosed volume; return True
-        if `rate` exceeds the rates that all membranes had before.
+    def added_stiffness(self, rate: float, contents: str) -> AddedStiffness:
+        """Return the stiffness that the oscillation of the enclosed volume adds to the membranes.
 
-        rate: half the angular frequency of the volume [1/s].
+        rate: half the angular frequency of the volume [1/s]; contents: what the membranes oscillate on, for messages.
         """
-        governs = all(rate > body.totals.rate for body in self.bodies)
-        for body in self.bodies:
-            body.totals.rate = float(np.hypot(body.totals.rate, rate))
-        return governs
+        totals = [body.totals for body in self.bodies]
+        return AddedStiffness(totals, rate, "spring", f"membrane `{self.bodies[0].name}` oscillates on {contents}")
 
 
 def failed_points(body: Body) -> np.ndarray:

@@ -22,8 +22,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.parts.annotations import Assembly
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
-from pellucid.step.limit import NO_LIMIT, StepLimit
-from pellucid.step.part import StepPart
+from pellucid.step.part import AddedStiffness, StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.surface_tension.model import SurfaceTension
@@ -56,7 +55,6 @@ class TenseSurface(StepPart):
         self._mass = body.mass
         self._energy: float | None = None
         self._changed = self._work = 0.0
-        self._governs = False
 
     def try_out(self) -> None:
         body, model = self._body, self._model
@@ -64,7 +62,6 @@ class TenseSurface(StepPart):
         planes = [WettedPlane(wall.plane(), _cosine(angle)) for wall, angle in model.walls]
         self._surface = SurfaceEnergy(body.grid, body.functions, model.tension, faces, planes)
         self._find()
-        self._bound()
 
     def at_stake(self) -> float:
         return abs(self._found)
@@ -98,19 +95,9 @@ class TenseSurface(StepPart):
         self._work = dt * float(np.sum(power))
         if dt > 0.0:
             self._body.totals.half_power += 0.5 * self._work / dt
-        self._bound()
 
-    def _bound(self) -> None:
-        totals = self._body.totals
-        self._governs = self._rate > totals.rate
-        totals.rate = float(np.hypot(totals.rate, self._rate))
-
-    def step_limit(self) -> StepLimit:
-        """Return the step limit due to capillary waves if they limit the step more than sound does, else no limit."""
-        if not self._governs:
-            return NO_LIMIT
-        step = 1.0 / self._body.totals.rate
-        return StepLimit(step, "capillary", f"{self._model.swings_as.reason}, which limits the step to {step:.3g} s")
+    def added_stiffness(self) -> AddedStiffness:
+        return AddedStiffness([self._body.totals], self._rate, *self._model.swings_as)
 
     def work(self) -> StepWork:
         done, more = self._layout.no_work(), self._changed - self._work
