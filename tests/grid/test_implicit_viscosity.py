@@ -85,11 +85,12 @@ def test_the_preconditioner_is_the_diagonal(functions):
     (viscosity,) = advance(slit(functions=functions), 1).parts.of(implicit_viscosity.ImplicitViscosity)
     rows = viscosity._rows
     rows.inverse[:] = 0.0
+    viscosity._factors[0][:] = 1.0, 2.0 - 2.0 / 3.0  # μ and 2μ + λ
     scatter(viscosity._diagonals[0])
     for k in (*np.flatnonzero(rows.inertia)[::7], int(np.argmax(rows.inertia))):
         rows.direction[:] = rows.viscous_force[:] = 0.0
         rows.direction[k] = 1.0
-        viscosity._map(viscosity._of_direction)
+        viscosity._map(viscosity._of_direction, 0.0)
         assert rows.viscous_force[k] == pytest.approx(-rows.inverse[k], rel=1e-12)
         assert rows.inverse[k] > 0.0
 

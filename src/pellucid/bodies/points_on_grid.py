@@ -117,8 +117,13 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
         )
         self.mapped = Bundle(mapped)
         self._to_grid = ParticleToGrid(mapped, self._affine, self._cells)
-        self._by_nodes = moving(mapped, kernels.ByNodes(self._moving_velocity))
+        self._by_nodes = moving(mapped, kernels.ByNodes(self._moving_velocity, float(self._curving)))
         self._velocity_passes: dict[bool, Bundle] = {}
+
+    @property
+    def _curving(self) -> bool:
+        """True if the points move along the curved paths of a steady flow, to second order."""
+        return False
 
     @property
     def _moving_velocity(self) -> np.ndarray:

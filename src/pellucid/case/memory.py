@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
 NODE_BYTES = bytes_of(Nodes) + bytes_of(NodeFlags) + np.dtype(np.int64).itemsize  # and an entry in a list of nodes
+MODE_BYTES = 3 * 6 * 8  # of the eigenvectors' components for three velocities, with implicit pressure
 PROGRAM_BYTES = 300 * 2**20  # the program, its libraries and kernels
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 
@@ -71,10 +72,11 @@ def memory_estimate(case: "Case") -> float:
 
 
 def viscous_bytes(case: "Case") -> float:
-    """Return the memory of the linear systems of implicit viscosity [bytes], which cases with fluids that use this option
-    need in addition to the grid."""
-    solved = {body.field for body in case.body if body.solves_viscosity}
-    return bytes_of(ViscousRows) * n_nodes(case) * len(solved) / len({body.field for body in case.body})
+    """Return the memory of the linear systems of implicit viscosity and pressure [bytes], which cases with fluids that use
+    these options need in addition to the grid."""
+    stresses = {body.field: stress for body in case.body if (stress := body.implicit_stress) is not None}
+    each = sum(bytes_of(ViscousRows) + (MODE_BYTES if stress.stiffness > 0.0 else 0) for stress in stresses.values())
+    return each * n_nodes(case) / len({body.field for body in case.body})
 
 
 def table_bytes(case: "Case") -> float:

@@ -102,8 +102,12 @@ class TimeCase(Part):
                 f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s, or remove it: `time.courant` then sets the step."
             )
             yield Finding((*path, "step"), text, remedy)
-        for body in bodies if self.scheme == "usf" else ():
-            if body.solves_viscosity:
+        for body in bodies:
+            stress = body.implicit_stress
+            if stress is not None and stress.stiffness > 0.0 and self.scheme != "usl":
+                text = f"the implicit pressure of body {body.name} is solved for with the velocities that also strain it"
+                yield Finding((*path, "scheme"), text, 'use "usl", or remove `implicit_pressure`')
+            elif stress is not None and self.scheme == "usf":
                 text = f"the implicit viscosity of body {body.name} determines its stress in the momentum equation, not before"
                 yield Finding((*path, "scheme"), text, 'use "musl" or "usl", or remove `implicit_viscosity`')
         if self.step is None:

@@ -41,7 +41,7 @@ SURFACE_ENERGY = Channel("surface_energy", -1.0)
 """Increase of the surface energy of fluids since the start."""
 FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT = Channel("fluid_viscous_heat", 0.0), Channel("implicit_viscous_heat", 0.0)
 """Heat of fluids with implicit viscosity, as part of their internal energy: the dissipation of the velocities that were
-solved for, and the additional loss of the implicit step. Both are subtracted in INTERNAL."""
+solved for, and the additional loss of the implicit step, with that of an implicit pressure. Both are subtracted in INTERNAL."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Energy of points that left through a face of the grid. It is not work of a step: the balance adds it after the points
 left."""

@@ -1,24 +1,38 @@
-"""Implicit viscosity: nodal velocities in equilibrium with the viscous stresses that they cause.
+"""Implicit viscosity and pressure: nodal velocities in equilibrium with the stresses that they cause in liquids.
 
-With the lumped masses m_I, the velocities v*_I that result from all other forces and the conditions, and the viscous
-operator (K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I, of points with the volumes V_p and strain rates D_p,
+With the lumped masses m_I, the velocities v*_I that result from all other forces and the conditions, and the operator
+(K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I, of points with the volumes V_p and strain rates D_p,
 
     m_I (v_I - v*_I) + Δt (K v)_I = 0
 
-is solved by conjugate gradients, preconditioned by the diagonal of the matrix, starting from the velocities at the start of
-the step. K is never stored: each iteration passes over the points. The velocity of a node is prescribed if supports or
-driven points constrain it completely. If driven points or an absorbing face constrain it partly, its mass is increased.
+is solved by conjugate gradients, starting from the velocities at the start of the step. K is never stored: each iteration
+passes over the points. The velocity of a node is prescribed if supports or driven points constrain it completely. If driven
+points or an absorbing face constrain it partly, its mass is increased. The equations are preconditioned by the diagonal of the
+matrix, or by `fast_diagonalisation` if liquids with an implicit pressure fill most of the grid.
 
-The points receive the viscous stress of the solution. Its forces are added to the other nodal forces before the momentum
-update. Therefore momentum is conserved to rounding at any tolerance, and works, reactions and heat are computed as for all
-forces. The nodal velocities then differ from the solution by r_I/m_I, where r is the residual. The iteration ends when the
-energy Σ r_I²/2m_I of this difference is at most TOLERANCE² times the energy of Δv = v - v*, the change by viscosity in the
-step: TOLERANCE is the relative error of the viscous forces. A node with less mass than a point counts with the mass of a
-point. The iteration also ends at the rounding error of the operator on v (column ROUNDING).
+The points receive the stress of the solution. Its forces are added to the other nodal forces before the momentum update.
+Therefore momentum is conserved to rounding at any tolerance, and works, reactions and heat are computed as for all forces. The
+nodal velocities then differ from the solution by r_I/m_I, where r is the residual. The iteration ends when the energy
+Σ r_I²/2m_I of this difference is at most TOLERANCE² times the energy of Δv = v - v*, the change by the implicit stress in the
+step: TOLERANCE is the relative error of its forces. A node with less mass than a point counts with the mass of a point. The
+iteration also ends at the rounding error of the operator on v (column ROUNDING).
+
+Implicit pressure. The pressure of a liquid at the end of the step is p - ρc²Δt tr(D), with the pressure p of its density: ρc²Δt
+is added to λ. Sound then does not limit the step (Harlow & Amsden 1971, J. Comput. Phys. 8, 197). Three more things are needed
+in long steps:
+
+- The solution, without r_I/m_I, strains and moves the points. Otherwise the residual, times ρc²Δt²/ρh², is a pressure of the
+  next step that grows.
+- Points move by u + Δt/2 L u, see `pellucid.grid.straining`. In a rotation ω straight paths spread points by (ωΔt)² in each
+  step, which volumes that grow by 1 + Δt tr(L) do not follow.
+- Viscous forces are θ times those of v plus 1 - θ times those of the velocities before the step. θ is near 1/2, which is of
+  second order; as long as the explicit forces of other bodies need damping, it is 1/2 + Δt/Δt_max with the limit Δt_max of
+  these bodies, at most 1.
 
 Implicit Euler removes more energy from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution: the difference
 is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities v̄ of the step. Both become heat of the points;
-the energy balance lists them separately. (Conjugate gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
+the energy balance lists them separately. The second includes the work of the change of an implicit pressure. (Conjugate
+gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,13 +42,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from pellucid.approximants import GridFunctions
 from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, StepWork, WorkLayout, no_work
 from pellucid.errors import RunStopped
+from pellucid.grid.fast_diagonalisation import FastDiagonalisation
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.gifts import FIRST, scatter
 from pellucid.grid.point_storage import PointStorage
-from pellucid.grid.points import POWER
+from pellucid.grid.points import HEATING, POWER
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.viscous_nodes import (
     CHANGE,
@@ -42,20 +58,29 @@ from pellucid.grid.viscous_nodes import (
     DESCENT,
     RESIDUAL,
     ROUNDING,
+    SIZE,
+    StressByViscosity,
     ViscousNodes,
     add_forces,
     add_stress,
     begin,
     diagonal_by_viscosity,
     find_curvature,
+    keep_forces,
+    keep_viscous,
     move,
+    precondition,
     start,
+    strain_by_solution,
     straining_by_viscosity,
+    sum_descent,
     sum_lag,
     turn,
 )
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
+from pellucid.materials.contract import ImplicitStress
+from pellucid.ranks.domain import domain
 from pellucid.state import Field
 from pellucid.step.part import StepPart
 
@@ -63,11 +88,23 @@ VISCOUS_STRESS = "viscous_stress"
 """Name of the point array that holds the viscous stress."""
 TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
+STEADY_TOLERANCE = 1e-5
+"""With implicit pressure, relative error of the velocities at which the iteration ends although the change in the step, as in a
+steady flow, is so small that the error of its forces is larger than TOLERANCE."""
 MOST_ROUNDS = 1000
+DAMPED_STEPS = 4
+"""Number of first steps in which viscous forces are fully implicit, so that a sudden start does not swing."""
+LEAST_DAMPING = 0.05
+"""Smallest difference between the implicit share of viscous forces and one half: it damps the shortest waves by a fifth in a
+step."""
+GROWTH = 1.25
+"""Largest ratio of a step to the step before."""
+MOSTLY = 0.5
+"""Smallest share of the volume of the grid that liquids fill, at which the equations are preconditioned as on a full grid."""
 
 
 class Viscous(Protocol):
-    """Interface of a fluid body whose viscosity is solved implicitly by `ImplicitViscosity`: viscosities, viscous stresses
+    """Interface of a fluid body whose viscosity or pressure is solved implicitly by `ImplicitViscosity`: parameters, stresses
     and sums over its points."""
 
     n_slabs: int  # number of slabs into which the points are divided
@@ -79,12 +116,19 @@ class Viscous(Protocol):
         """True if the viscous stress is solved for."""
 
     @property
-    def viscosities(self) -> tuple[float, float]:
-        """Viscosities μ and λ [Pa s] of the stress σ = 2μD + λ tr(D) I with the strain rate D."""
+    def implicit_stress(self) -> ImplicitStress:
+        """Parameters of the stress that is solved for."""
+
+    @property
+    def density_at_start(self) -> float:
+        """Density of the material at the start [kg/m³]."""
 
     @property
     def viscous_stress(self) -> np.ndarray:
         """Viscous stress of each point at the end of the step [Pa], shape (points, 6)."""
+
+    @property
+    def functions(self) -> GridFunctions: ...
 
     @property
     def nodal_forces(self) -> np.ndarray: ...
@@ -92,7 +136,7 @@ class Viscous(Protocol):
 
 
 class ImplicitViscosity(StepPart):
-    """Solver (conjugate gradients) for the viscous stresses of all fluids with implicit viscosity in a velocity field, see
+    """Solver (conjugate gradients) for the stresses of all fluids with implicit viscosity or pressure in a velocity field, see
     `pellucid.grid.implicit_viscosity`."""
 
     point_fields = MappingProxyType(
@@ -109,8 +153,10 @@ class ImplicitViscosity(StepPart):
         }
     )
 
-    def __init__(self, field: VelocityField, bodies: Sequence[Viscous], layout: WorkLayout) -> None:
-        self.field, self._bodies = field, bodies
+    def __init__(self, field: VelocityField, bodies: Sequence[Viscous], explicit: Sequence[Any], layout: WorkLayout) -> None:
+        """field: the velocity field; bodies: its fluids with an implicit stress; explicit: its other bodies; layout: order of
+        the works."""
+        self.field, self._bodies, self._explicit = field, bodies, explicit
         self._columns = [layout.column(heat) for heat in (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)]
         self._rows = allocate(ViscousRows, field.grid.n_nodes)
         masses = (body.stored_array("mass") for body in bodies)
@@ -120,56 +166,143 @@ class ImplicitViscosity(StepPart):
         self._wrong: float | None = None
         self._sums = np.zeros((field.momentum.n_chunks, COLUMNS))
         self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
-        self._diagonals = [diagonal_by_viscosity(body.mapped.content, *body.viscosities, self._rows.inverse) for body in bodies]
+        self._factors = [np.zeros(2) for _ in bodies]
+        self._diagonals = [
+            diagonal_by_viscosity(body.mapped.content, factors, self._rows.inverse)
+            for body, factors in zip(bodies, self._factors, strict=True)
+        ]
         self._of_direction = [self._pass(body, self._rows.direction) for body in bodies]
         self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
+        stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
+        self._presses = stiffness > 0.0
+        self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
+        self._fast = self._make_fast() if self._presses else None
+        self._theta = 1.0
+
+    def _make_fast(self) -> FastDiagonalisation | None:
+        """Return the preconditioner of a grid that the liquids mostly fill; None for other grids."""
+        volumes, masses = (
+            np.array([float(body.stored_array(name).sum()) for body in self._bodies]) for name in ("volume", "mass")
+        )
+        whole = float(volumes.sum())
+        if whole < MOSTLY * self.field.grid.volume:
+            return None
+        mean = (volumes / whole) @ np.array([body.implicit_stress for body in self._bodies])
+        return FastDiagonalisation(
+            self.field.grid, self._bodies[0].functions, float(masses.sum()) / whole, ImplicitStress(*mean.tolist())
+        )
 
     def _pass(self, body: Viscous, velocity: np.ndarray) -> Bundle:
-        how = *body.viscosities, body.viscous_stress, velocity, self._rows.viscous_force
+        how = StressByViscosity(*body.implicit_stress), body.viscous_stress, velocity, self._rows.viscous_force
         return straining_by_viscosity(body.mapped.content, *how)
 
+    def begin(self, time: float, dt: float) -> None:
+        self._theta = 1.0
+
+    def exert_forces(self, dt: float) -> None:
+        """Set the share of the step in which viscous forces are implicit, for a step dt [s]."""
+        if self._presses:
+            explicit = max((body.totals.rate for body in self._explicit), default=0.0)
+            self._theta = min(0.5 + max(LEAST_DAMPING, dt * explicit), 1.0) if self.rounds[1] >= DAMPED_STEPS else 1.0
+
     def before_momentum(self, dt: float) -> None:
-        """Compute the viscous stress of the points at the end of a step dt [s] by conjugate gradients, and add its forces to
-        the nodal forces."""
-        self._n = self.field.momentum.near()
+        """Solve for the stress of the points over a step dt [s] by conjugate gradients, and add its forces to the nodal
+        forces."""
+        theta = self._theta
+        self._n, self._dt = self.field.momentum.near(), dt
         begin(self._n, self._nodes, dt)
-        for diagonal in self._diagonals:
+        self._earlier_power = self._add_earlier_forces(dt) if theta < 1.0 else 0.0
+        rounds = self._solve(theta * dt, dt / theta)
+        self._power, self._compression = (
+            theta * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
+        )
+        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, theta)
+        for body in self._bodies:
+            add_stress(body.n_slabs, body.mapped, body.viscous_stress, theta)
+            mu, lam, stiffness = body.implicit_stress
+            if stiffness > 0.0 and dt > 0.0:
+                own = max(3.0 * lam + 2.0 * mu, 0.0)
+                keep_viscous(body.n_slabs, body.mapped, body.viscous_stress, own / (own + 3.0 * stiffness * dt / theta))
+        self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
+
+    def _add_earlier_forces(self, dt: float) -> float:
+        """Add the explicit share of the viscous forces, of the nodal velocities before the step, to the nodal forces and
+        stresses; return their power [W]."""
+        share = 1.0 - self._theta
+        self._map(self._of_solution, 0.0)
+        power = share * sum(float(body.storage.sums()[POWER]) for body in self._bodies)
+        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, share)
+        for body in self._bodies:
+            add_stress(body.n_slabs, body.mapped, body.viscous_stress, share)
+        keep_forces(self._n, self._nodes, share)
+        begin(self._n, self._nodes, dt)
+        return power
+
+    def _solve(self, dt: float, pressing: float) -> int:
+        """Solve for the nodal velocities, and compute the stresses and nodal forces of the solution; return the number of
+        iterations.
+
+        dt: time over which viscous forces act [s]; pressing: time by which the stiffness of the pressure is multiplied [s].
+        """
+        for body, factors, diagonal in zip(self._bodies, self._factors, self._diagonals, strict=True):
+            mu, lam, stiffness = body.implicit_stress
+            factors[:] = mu, 2.0 * mu + lam + stiffness * pressing
             scatter(diagonal)
-        self._map(self._of_solution)
+        self._map(self._of_solution, pressing)
         start(self._n, self._nodes, dt, self._lightest)
+        if self._fast is not None:
+            self._fast.begin(dt, pressing, self._rows.inverse)
         sums = self._summed()
         floor = RELATIVE_ROUNDING**2 * float(sums[ROUNDING])
-        rounds, share, descent = 0, 0.0, float(sums[DESCENT])
-        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor) and descent > 0.0:
+        if self._presses:
+            floor = max(floor, STEADY_TOLERANCE**2 * float(sums[SIZE]))
+        rounds, last = 0, inf
+        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor):
             if rounds == MOST_ROUNDS:
                 self._wrong = sqrt(float(sums[RESIDUAL] / sums[CHANGE]))
                 break
-            turn(self._n, self._nodes, share)
-            self._map(self._of_direction)
+            if self._fast is None:
+                precondition(self._n, self._nodes)
+            else:
+                self._fast.apply(self._rows.residual, self._rows.preconditioned)
+            sum_descent(self._n, self._nodes)
+            descent = float(self._summed()[DESCENT])
+            if not descent > 0.0:
+                break
+            turn(self._n, self._nodes, descent / last)
+            self._map(self._of_direction, pressing)
             find_curvature(self._n, self._nodes, dt)
-            step = descent / float(self._summed()[DESCENT])
-            move(self._n, self._nodes, dt, step)
-            sums = self._summed()
-            last, descent = descent, float(sums[DESCENT])
-            share = descent / last
+            move(self._n, self._nodes, dt, descent / float(self._summed()[DESCENT]))
+            sums, last = self._summed(), descent
             rounds += 1
         if rounds:
-            self._map(self._of_solution)
-        self._dt = dt
-        self._power = sum(float(body.storage.sums()[POWER]) for body in self._bodies)
-        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces)
-        for body in self._bodies:
-            add_stress(body.n_slabs, body.mapped, body.viscous_stress)
-        self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
+            self._map(self._of_solution, pressing)
+        return rounds
 
-    def _map(self, passes: Sequence[Bundle]) -> None:
+    def after_momentum(self) -> None:
+        """Let the solution strain the points, and find the longest next step: it is at most GROWTH times as long as this one,
+        and the largest acceleration of a node, over a step of this length, moves it by at most half a cell."""
+        if not self._presses:
+            return
+        strain_by_solution(self._n, self._nodes)
+        edges, nodes = self.field.momentum.advanced.edges, self.field.grid.nodes
+        here = slice(int(edges[0]), int(edges[self._n]))
+        gained = np.max(nodes.increment_energy[here], where=nodes.mass[here] >= self._lightest, initial=0.0)
+        change = domain.largest(sqrt(2.0 * float(gained)))
+        crossing = sqrt(self.field.grid.lattice.cell * self._dt / change) if change > 0.0 else inf
+        self._longest = min(GROWTH * self._dt, crossing)
+
+    def longest_step(self) -> float:
+        return self._longest
+
+    def _map(self, passes: Sequence[Bundle], dt: float) -> None:
         """Compute the viscous stresses of the points in a nodal velocity field, and add their forces to the nodal array of
         viscous forces.
 
         passes: for each body, the loop over its points (see `straining_by_viscosity`), which also holds the velocity field.
         """
         for one in passes:
-            each_point(one, 0.0, FIRST)
+            each_point(one, dt, FIRST)
 
     def _summed(self) -> np.ndarray:
         return self.field.momentum.sum_of_near(self._sums)
@@ -189,8 +322,9 @@ class ImplicitViscosity(StepPart):
     def work(self) -> StepWork:
         """Return the works of the viscous stress in the last step along the mean nodal velocities [J]: the dissipation, and the
         energy lost by implicit Euler."""
-        sum_lag(self._n, self._nodes)
-        dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
+        sum_lag(self._n, self._nodes, self._theta)
+        dissipated = self._dt * (self._power + self._earlier_power)
+        lag = self._dt * (float(self._summed()[DESCENT]) + self._compression - self._earlier_power)
         done = no_work(max(self._columns) + 1, 0)
         done.works[self._columns] = dissipated, lag
         done.works[INTERNAL] = -dissipated - lag
@@ -205,10 +339,10 @@ class ImplicitViscosity(StepPart):
         return {"implicit_viscosity": {self.field.name: found}}
 
     def state_numbers(self) -> dict[str, Any]:
-        return {"rounds": self.rounds}
+        return {"rounds": self.rounds, "longest": self._longest}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        self.rounds = list(numbers["rounds"])
+        self.rounds, self._longest = list(numbers["rounds"]), numbers["longest"]
 
 
 def implicit_viscosity(field: VelocityField, bodies: Iterable[Any], layout: WorkLayout) -> list[ImplicitViscosity]:
@@ -217,4 +351,4 @@ def implicit_viscosity(field: VelocityField, bodies: Iterable[Any], layout: Work
     bodies: all bodies of the field on the grid; layout: order of the works.
     """
     fluids = [body for body in bodies if getattr(body, "solves_viscosity", False)]
-    return [ImplicitViscosity(field, fluids, layout)] if fluids else []
+    return [ImplicitViscosity(field, fluids, [body for body in bodies if body not in fluids], layout)] if fluids else []

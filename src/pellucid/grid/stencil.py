@@ -140,6 +140,18 @@ def gather_gradient(about, lattice, velocity):
 
 
 @pointwise
+def halfway(half, L, u):
+    """Return the velocity u + Δt/2 L u [m/s] of a steady flow at a point half a step later; half: Δt/2 [s]; L: gradient of the
+    velocity [1/s], a 9-tuple row by row; u: velocity [m/s]."""
+    x, y, z = u
+    return (
+        x + half * (L[0] * x + L[1] * y + L[2] * z),
+        y + half * (L[3] * x + L[4] * y + L[5] * z),
+        z + half * (L[6] * x + L[7] * y + L[8] * z),
+    )
+
+
+@pointwise
 def gather_affine(about, lattice, rows, found):
     """Write the nodal velocity at the point with the stencil `about` [m/s] and its derivatives along x, y and z [1/s] to
     `found`, shape (16,): four rows of three components and an unused number. rows: nodal velocities, a row of four numbers

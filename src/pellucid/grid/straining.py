@@ -18,7 +18,7 @@ from pellucid.grid.points import (
     NoCells,
     cell_at,
 )
-from pellucid.grid.stencil import gather, gather_gradient
+from pellucid.grid.stencil import gather, gather_gradient, halfway
 from pellucid.jit import generic, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import (
@@ -67,6 +67,7 @@ class GatherMotion(NamedTuple):
     """Rule by which the velocity gradient and the velocity at a point are gathered from the nodes."""
 
     cells: Any  # `FullCells`, whose growth rates are added to the gradient, or `NoCells`
+    curving: float  # 1 if points move with the velocity that strains them, else 0
 
 
 class Strain(NamedTuple):
@@ -75,6 +76,7 @@ class Strain(NamedTuple):
     law: Any  # material law
     cells: Any  # `FullCells`, whose growth rates are included, or `NoCells`
     moving: float  # 1 if points move, else 0
+    curving: float  # 1 if they move along curved paths, see `straining`, else 0
 
 
 @generic
@@ -125,12 +127,14 @@ def _look_up(rule, lattice, functions, about, p):
 
 @point_function(gathered, GatherMotion)
 def _motion(rule, about, lattice, nodes, p, known):
-    return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
+    moving = nodes.strain_velocity if rule.curving > 0.0 else nodes.velocity
+    return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, moving)
 
 
 @point_function(at_point, Strain)
 def _strain(task, lattice, dt, p, known, g):
     law, h, m, v, (L, u), step = task.law, lattice.inverse_cell, p.mass, p.velocity, g, task.moving * dt
+    half, at_nodes = 0.5 * dt * task.curving, L
     L = grown(task.cells, lattice, L, known)
     growth = volume_growth(law, L, dt)
     V = growth * p.volume
@@ -148,23 +152,32 @@ def _strain(task, lattice, dt, p, known, g):
         V * end_stress_power(state.stress, L, dt),
         m * artificial_heating(law, state, density, L, lattice.cell),
     )
+    u = halfway(half, at_nodes, u)
     place = p.position[0] + step * u[0], p.position[1] + step * u[1], p.position[2] + step * u[2]
     return Found(Kept(place, V, state), sums, rate if rate > viscous else viscous, fault)
 
 
-def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | None = None, moving: bool = True) -> Bundle:
+def straining(
+    law: Any,
+    mapped: MappedPoints,
+    state: Any,
+    cells: FullCells | None = None,
+    moving: bool = True,
+    curving: bool = False,
+) -> Bundle:
     """Build the loop over the points of a body that computes their velocity gradients, and from these new volumes and stresses.
 
     law: material law; state: its state arrays; cells: full cells (cells that the fluid fills) with a mean pressure; moving:
-    True if points also move. Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums over points. mapped:
-    the points.
+    True if points also move; curving: True if they move with the velocity u + ½Δt L u, for the nodal velocity u that strains
+    them and its gradient L, so that points of a steady flow stay on its curved paths to second order. Fills the columns STORED,
+    DISSIPATED, HEATING, POWER and RATE of the sums over points. mapped: the points.
     """
     points = mapped.points
     full: Any = NoCells() if cells is None else cells
     declared = Declaration(
         gathers=MOTION_LIKE,
         looks_up=() if cells is None else 0.0,
-        rule=GatherMotion(full),
+        rule=GatherMotion(full, float(curving)),
         rule_reads=AtPosition(ZERO_VECTOR),
         sums=(STORED, DISSIPATED, POWER, HEATING),
         largest=RATE,
@@ -172,4 +185,4 @@ def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | Non
     )
     read = Read(points.position, points.velocity, points.mass, points.volume, state)
     kept = Kept(points.position, points.volume, state)
-    return pass_points(Strain(law, full, float(moving)), declared, mapped, read, kept)
+    return pass_points(Strain(law, full, float(moving), float(curving)), declared, mapped, read, kept)

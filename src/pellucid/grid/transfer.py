@@ -12,7 +12,7 @@ from numpy import uintp
 
 from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
-from pellucid.grid.stencil import add_vector, gather, stencil
+from pellucid.grid.stencil import add_vector, gather, gather_gradient, halfway, stencil
 from pellucid.grid.transfer_heat import spread_along
 from pellucid.jit import kernel, point_function
 from pellucid.jit.loops import joint_by_colour, parallel_loop, parallel_loop_by_colour
@@ -22,11 +22,15 @@ class ByNodes(NamedTuple):
     """Rule for `move_points`: each point moves by the nodal velocity interpolated to the point, times the step."""
 
     velocity: np.ndarray  # (nodes, 3) nodal velocity [m/s]
+    curving: float  # 1 if points move along curved paths, see `pellucid.grid.straining`, else 0
 
 
 @point_function(displacement, ByNodes)
 def _with_nodes(rule, mapped, p, dt):
-    v = gather(stencil(mapped.functions, mapped.lattice, mapped.points.position, p), mapped.lattice, rule.velocity)
+    about = stencil(mapped.functions, mapped.lattice, mapped.points.position, p)
+    v = gather(about, mapped.lattice, rule.velocity)
+    if rule.curving > 0.0:
+        v = halfway(0.5 * dt, gather_gradient(about, mapped.lattice, rule.velocity), v)
     return dt * v[0], dt * v[1], dt * v[2]
 
 

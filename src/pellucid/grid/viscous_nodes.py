@@ -12,7 +12,7 @@ from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import InternalForce, InternalForceRead
 from pellucid.grid.passes.gifts import BySquare, by_slope, giving
 from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
-from pellucid.grid.points import OK, POWER, MappedPoints, place_of
+from pellucid.grid.points import HEATING, OK, POWER, MappedPoints, place_of
 from pellucid.grid.stencil import gather_gradient
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import kernel, point_function
@@ -21,10 +21,10 @@ from pellucid.jit.loops import parallel_for, parallel_loop
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
-DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)
+DESCENT, RESIDUAL, CHANGE, ROUNDING, SIZE, COLUMNS = range(6)
 """Columns of the sums of a chunk of nodes: DESCENT, the residual r times the preconditioned residual, or p·Ap with the
-search direction p and the matrix A [J]; twice the energies of the residual, of the change by viscosity, and of the rounding
-error of the operator on the velocities [J]."""
+search direction p and the matrix A [J]; twice the energies of the residual, of the change by viscosity, of the rounding error
+of the operator on the velocities, and of the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
@@ -82,7 +82,7 @@ def start(chunk, viscous, dt, lightest):
     [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: step [s].
     """
     own = viscous.own
-    descent = residual = change = rounding = 0.0
+    residual = change = rounding = whole = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         for k in range(4 * I, 4 * I + 3):
             m, v = own.inertia[k], own.solution[k]
@@ -91,16 +91,16 @@ def start(chunk, viscous, dt, lightest):
                 diagonal, weight = m + dt * own.inverse[k], 1.0 / max(m, lightest)
                 r = dt * own.viscous_force[k] - m * off
                 own.inverse[k], own.weight[k] = 1.0 / diagonal, weight
-                descent += r * r / diagonal
                 residual += weight * r * r
                 change += m * off * off
+                whole += m * v * v
                 rounding += weight * (diagonal * v) ** 2
                 own.residual[k], own.direction[k] = r, 0.0
             else:
-                own.inverse[k] = own.weight[k] = own.residual[k] = own.direction[k] = 0.0
+                own.inverse[k] = own.weight[k] = own.residual[k] = own.direction[k] = own.preconditioned[k] = 0.0
     sums = viscous.sums
-    sums[chunk, DESCENT], sums[chunk, RESIDUAL], sums[chunk, CHANGE] = descent, residual, change
-    sums[chunk, ROUNDING] = rounding
+    sums[chunk, RESIDUAL], sums[chunk, CHANGE] = residual, change
+    sums[chunk, ROUNDING], sums[chunk, SIZE] = rounding, whole
 
 
 @parallel_loop()
@@ -125,7 +125,7 @@ def move(chunk, viscous, dt, step):
     [s]."""
     own = viscous.own
     zero = row(0.0, 0.0, 0.0, 0.0)
-    descent, residual, change = nothing(zero), nothing(zero), nothing(zero)
+    residual, change = nothing(zero), nothing(zero)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
         p, m = load(own.direction, k), load(own.inertia, k)
@@ -135,11 +135,27 @@ def move(chunk, viscous, dt, step):
         store(own.solution, k, v)
         store(own.residual, k, r)
         store(own.viscous_force, k, zero)
-        descent += load(own.inverse, k) * (r * r)
         residual += load(own.weight, k) * (r * r)
         change += m * (off * off)
     sums = viscous.sums
-    sums[chunk, DESCENT], sums[chunk, RESIDUAL], sums[chunk, CHANGE] = total(descent), total(residual), total(change)
+    sums[chunk, RESIDUAL], sums[chunk, CHANGE] = total(residual), total(change)
+
+
+@parallel_loop()
+def precondition(chunk, viscous):
+    """Divide the residual of a chunk of nodes by the diagonal of the matrix; viscous: `ViscousNodes`."""
+    own = viscous.own
+    for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
+        store(own.preconditioned, k, load(own.inverse, k) * load(own.residual, k))
+
+
+@parallel_loop()
+def sum_descent(chunk, viscous):
+    """Compute the residual times the preconditioned residual of a chunk of nodes [J]; viscous: `ViscousNodes`."""
+    own, descent = viscous.own, row(0.0, 0.0, 0.0, 0.0)
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        descent += load(own.residual, 4 * I) * load(own.preconditioned, 4 * I)
+    viscous.sums[chunk, DESCENT] = total(descent)
 
 
 @parallel_loop()
@@ -149,29 +165,51 @@ def turn(chunk, viscous, share):
     own, zero = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
-        p = load(own.inverse, k) * load(own.residual, k) + share * load(own.direction, k)
+        p = load(own.preconditioned, k) + share * load(own.direction, k)
         store(own.direction, k, p)
         store(own.viscous_force, k, zero)
 
 
 @parallel_loop()
-def add_forces(chunk, viscous, forces):
+def add_forces(chunk, viscous, forces, share):
     """Add the viscous forces of the solution to the internal forces of a chunk of nodes, `forces` [N], shape (4 nodes,);
     viscous: `ViscousNodes`."""
     for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
-        store(forces, k, load(forces, k) + load(viscous.own.viscous_force, k))
+        store(forces, k, load(forces, k) + share * load(viscous.own.viscous_force, k))
 
 
 @parallel_loop()
-def sum_lag(chunk, viscous):
-    """Compute the power [W] of the viscous forces of a chunk of nodes along the difference between the solution and the
-    mean velocities of the step, in the column DESCENT of the sums of chunks; viscous: `ViscousNodes`."""
+def strain_by_solution(chunk, viscous):
+    """Let the solution strain the points, with the impulses of the step, but without the error of the momentum that results
+    from the residual; for a chunk of nodes. viscous: `ViscousNodes`."""
+    nodes, own = viscous.field.nodes, viscous.own
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        for d in range(3):
+            k = 4 * I + d
+            if own.inertia[k] > 0.0:
+                nodes.strain_velocity[I, d] = nodes.velocity[I, d] - own.residual[k] / own.inertia[k]
+
+
+@parallel_loop()
+def keep_forces(chunk, viscous, share):
+    """Keep `share` times the viscous forces of a chunk of nodes as `earlier_force`; viscous: `ViscousNodes`."""
+    for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
+        store(viscous.own.earlier_force, k, share * load(viscous.own.viscous_force, k))
+
+
+@parallel_loop()
+def sum_lag(chunk, viscous, share):
+    """Compute the power [W] of the implicit forces of a chunk of nodes, `share` times the viscous forces, along the difference
+    between the solution and the mean velocities of the step, and of the earlier forces along minus the mean velocities, in the
+    column DESCENT of the sums of chunks; viscous: `ViscousNodes`."""
     nodes, own = viscous.field.nodes, viscous.own
     power = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         for d in range(3 if nodes.has_mass[I] else 0):
-            k = 4 * I + d
-            power += own.viscous_force[k] * (own.solution[k] - nodes.mean_velocity[I, d])
+            k, mean = 4 * I + d, nodes.mean_velocity[I, d]
+            power += share * own.viscous_force[k] * (own.solution[k] - mean)
+            if share < 1.0:
+                power -= own.earlier_force[k] * mean
     viscous.sums[chunk, DESCENT] = power
 
 
@@ -189,10 +227,11 @@ class Kept(NamedTuple):
 
 
 class StressByViscosity(NamedTuple):
-    """Operation at each point: computes the viscous stress σ = 2μD + λ tr(D) I from the strain rate D of the nodal velocity."""
+    """Operation at each point: computes the stress σ = 2μD + (λ + KΔt) tr(D) I from the strain rate D of the nodal velocity."""
 
     mu: float  # μ [Pa s]
     lam: float  # λ [Pa s]
+    stiffness: float  # K = ρc² of a pressure that is solved for [Pa], 0 without
 
 
 @point_function(gathered, StressByViscosity)
@@ -203,44 +242,60 @@ def _gradient(rule, about, lattice, nodes, p, known):
 @point_function(at_point, StressByViscosity)
 def _stress(task, lattice, dt, p, known, g):
     D, two_mu = symmetric_part(g), 2.0 * task.mu
-    bulk = task.lam * (D[0] + D[1] + D[2])
+    growth = D[0] + D[1] + D[2]
+    pressure = -task.stiffness * dt * growth
+    bulk = task.lam * growth - pressure
     stress = (two_mu * D[0] + bulk, two_mu * D[1] + bulk, two_mu * D[2] + bulk, two_mu * D[3], two_mu * D[4], two_mu * D[5])
-    return Found(Kept(stress), (p.volume * double_dot(stress, D),), 0.0, float(OK))
+    compression = -p.volume * pressure * growth
+    return Found(Kept(stress), (p.volume * double_dot(stress, D) - compression, compression), 0.0, float(OK))
 
 
 def straining_by_viscosity(
-    mapped: MappedPoints, mu: float, lam: float, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
+    mapped: MappedPoints, rule: StressByViscosity, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> Bundle:
-    """Build the loop that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and maps
-    their forces to the nodes.
+    """Build the loop that computes the implicit stresses of the points of a body, and maps their forces to the nodes; the step
+    [s] of the loop is Δt of `StressByViscosity`.
 
     stress: output [Pa], shape (points, 6). velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
-    force: nodal rows to which the viscous forces are added [N]. Fills the column POWER of the sums over points with Σ V σ:D
-    [W]. mapped: the points.
+    force: nodal rows to which the forces are added [N]. Fills the columns of the sums over points [W] with the power of
+    viscosity (POWER) and with the power Σ V KΔt tr(D)² of the change of pressure (HEATING). mapped: the points.
     """
     points = mapped.points
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
     gives = by_slope(InternalForce(), InternalForceRead(points.volume, stress, ()), force)
-    declared = Declaration(gathers=IDENTITY, sums=(POWER,))
+    declared = Declaration(gathers=IDENTITY, sums=(POWER, HEATING))
     read, kept = Read(points.position, points.volume), Kept(stress)
-    return pass_points(StressByViscosity(mu, lam), declared, mapped._replace(nodes=nodes), read, kept, gives)
+    return pass_points(rule, declared, mapped._replace(nodes=nodes), read, kept, gives)
 
 
-def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
+def diagonal_by_viscosity(mapped: MappedPoints, factors: np.ndarray, into: np.ndarray) -> Bundle:
     """Build the loop that adds the diagonal of the viscous operator of a body's points, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along
     each axis d [kg/s], to the nodal rows `into`, shape (4 nodes,).
 
-    mu, lam: viscosities μ and λ [Pa s].
+    factors: the numbers μ and 2μ + λ [Pa s], which may change between loops, shape (2,).
     """
-    return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
+    return giving(mapped, BySquare(mapped.points.volume, factors, into))
 
 
 @parallel_loop()
-def add_stress(s, mapped, viscous):
-    """Add the viscous stresses `viscous` [Pa], shape (points, 6), to the stresses of the points of slab s (see `Slabs`);
-    mapped: the points (`MappedPoints`)."""
+def add_stress(s, mapped, viscous, share):
+    """Add `share` times the viscous stresses `viscous` [Pa], shape (points, 6), to the stresses of the points of slab s (see
+    `Slabs`); mapped: the points (`MappedPoints`)."""
     stress, slabs, index = mapped.points.stress, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         for k in range(6):
-            stress[p, k] += viscous[p, k]
+            stress[p, k] += share * viscous[p, k]
+
+
+@parallel_loop()
+def keep_viscous(s, mapped, viscous, mean):
+    """Remove the change of pressure from the implicit stresses of the points of slab s (see `Slabs`), `viscous` [Pa], shape
+    (points, 6), so that the viscous stresses remain; mean: share of the viscous stress in the mean stress; mapped: the points
+    (`MappedPoints`)."""
+    slabs, index = mapped.slabs, mapped.index
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        more = (mean - 1.0) / 3.0 * (viscous[p, 0] + viscous[p, 1] + viscous[p, 2])
+        for k in range(3):
+            viscous[p, k] += more

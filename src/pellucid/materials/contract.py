@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -28,6 +28,15 @@ class BodyMaterial(Model):
     def moduli_at_rest(self) -> Mapping[str, float]:
         """Return the moduli at rest [Pa] that must be positive, by name; of a surface law [N/m], that must not be negative."""
         return {}
+
+
+class ImplicitStress(NamedTuple):
+    """Parameters of the stress σ = 2μD + (λ + KΔt) tr(D) I that a fluid adds to the stress of its law and for which the nodes
+    solve in each step Δt, with the strain rate D at the end of the step: viscosities and the stiffness of the pressure."""
+
+    mu: float  # shear viscosity μ [Pa s]
+    lam: float  # second viscosity λ [Pa s]
+    stiffness: float  # K = ρc² if the change of the pressure in the step is implicit, else 0 [Pa]
 
 
 class PointMaterial(BodyMaterial):
@@ -56,9 +65,9 @@ class PointMaterial(BodyMaterial):
     def initial_state(self) -> PointState:
         """Return the initial state (stress, energy, ...) that every point has at the start."""
 
-    def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Return the shear viscosity μ and the second viscosity λ [Pa s] of a fluid whose viscous stress is solved for on
-        the nodes instead of computed by its law; None for other materials."""
+    def implicit_stress(self) -> ImplicitStress | None:
+        """Return the parameters of the stress of a fluid that is solved for on the nodes instead of computed by its law; None
+        for other materials."""
         return None
 
     def too_soft(self, density: float) -> str | None:
@@ -70,6 +79,11 @@ class PointMaterial(BodyMaterial):
         """Return the state arrays of points of a liquid, by name, after its pressure is increased by `more` [Pa] at
         constant volume, so that the masses increase; for other materials, the arrays unchanged."""
         return arrays
+
+    def with_implicit_pressure(self) -> Self | None:
+        """Return a copy of the material whose pressure is solved for implicitly; None if this is not possible or already
+        set."""
+        return None
 
     def with_implicit_viscosity(self) -> Self | None:
         """Return a copy of the material whose viscous stress is solved for implicitly; None if this is not possible or

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 import numpy as np
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.contract import PointMaterial
+from pellucid.materials.contract import ImplicitStress, PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, energy_of_pressure, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.eos.column import states_at_rest
@@ -86,6 +86,7 @@ class NewtonianFluid(NamedTuple):
     artificial_viscosity: ArtificialViscosity
     mu: float
     lam: float
+    waves: float  # 1, or 0 if the pressure is implicit, so that pressure waves do not limit the step
 
 
 @point_state()
@@ -109,6 +110,11 @@ class FluidMaterial(PointMaterial):
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; default: Stokes' value -2μ/3", None)
     implicit_viscosity: bool = parameter(
         "", "true: solve for the viscous stress implicitly on the nodes; viscosity then does not limit the time step", False
+    )
+    implicit_pressure: bool = parameter(
+        "",
+        "true: solve for pressure and viscosity of a liquid implicitly on the nodes; sound then does not limit the time step",
+        False,
     )
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
@@ -139,19 +145,34 @@ class FluidMaterial(PointMaterial):
 
     @check
     def _implicit_viscosity_is_heat(self) -> None:
-        if not self.implicit_viscosity:
-            return
-        mu, lam = self.viscosities()
-        if mu == 0.0 and lam == 0.0:
+        if self.implicit_viscosity and not self.implicit_pressure and not any(self.viscosities()):
             raise ValueError(
                 "implicit_viscosity = true, but the fluid has no viscosity; set `viscosity`, or remove `implicit_viscosity`"
             )
-        if not self.keeps_heat:
+        if (key := self._implicit_key) is not None and not self.keeps_heat:
             text = (
                 f'energy_update = "{self.energy_update}" integrates the work of the viscous stress, which is known '
-                "only on the nodes with implicit viscosity"
+                f"only on the nodes with {key}"
             )
-            raise ValueError(f'{text}; use "conservative" with implicit_viscosity, or remove implicit_viscosity')
+            raise ValueError(f'{text}; use "conservative" with {key}, or remove {key}')
+
+    @check
+    def _implicit_pressure_is_of_a_liquid(self) -> None:
+        if not self.implicit_pressure:
+            return
+        if not self.is_liquid:
+            text = (
+                f"implicit_pressure = true, but the pressure of the equation of state {self.eos.kind!r} depends on the energy"
+            )
+            raise ValueError(f"{text}; use an equation of state of a liquid, such as tait, or remove implicit_pressure")
+        if self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0:
+            text = "artificial_viscosity smooths shocks, which steps beyond the sound limit of implicit_pressure do not resolve"
+            raise ValueError(f"{text}; remove artificial_viscosity or implicit_pressure")
+
+    @property
+    def _implicit_key(self) -> str | None:
+        names = (name for name in ("implicit_pressure", "implicit_viscosity") if getattr(self, name))
+        return next(names, None)
 
     @property
     def keeps_heat(self) -> bool:
@@ -202,21 +223,30 @@ class FluidMaterial(PointMaterial):
     def law(self) -> NewtonianFluid:
         """Return the law, as a NamedTuple of its parameters for the kernels. It does not contain a viscosity that is solved
         for implicitly on the nodes."""
-        mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
+        mu, lam = (0.0, 0.0) if self._implicit_key else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),
             ENERGY_UPDATES[self.energy_update],
             self.artificial_viscosity.law(),
             mu,
             lam,
+            0.0 if self.implicit_pressure else 1.0,
         )
 
-    def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Return the shear and second viscosities (μ, λ) [Pa s] if `implicit_viscosity` is set, else None."""
-        return self.viscosities() if self.implicit_viscosity else None
+    def implicit_stress(self) -> ImplicitStress | None:
+        """Return the parameters of the stress that is solved for if `implicit_viscosity` or `implicit_pressure` is set, else
+        None. The stiffness of the pressure is that of the initial state."""
+        if self._implicit_key is None:
+            return None
+        return ImplicitStress(*self.viscosities(), self.density * self.wave_speeds()[0] ** 2 if self.implicit_pressure else 0.0)
+
+    def with_implicit_pressure(self) -> Self | None:
+        smoothed = self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0
+        possible = self.keeps_heat and self.is_liquid and not (smoothed or self.implicit_pressure)
+        return self.model_copy(update={"implicit_pressure": True}) if possible else None
 
     def with_implicit_viscosity(self) -> Self | None:
-        possible = self.keeps_heat and not self.implicit_viscosity and max(self.viscosities()) > 0.0
+        possible = self.keeps_heat and self._implicit_key is None and max(self.viscosities()) > 0.0
         return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
     def viscosities(self) -> tuple[float, float]:
@@ -241,11 +271,11 @@ class FluidMaterial(PointMaterial):
         return {**super().operations(law), law.eos: (pressure_line, lowest_pressure, sound_speed)}
 
     def wave_speeds(self) -> tuple[float, float]:
-        return self.signals(1.0)[0], 0.0
+        return sound_speed(self.law().eos, self.density, self.initial_state().internal_energy), 0.0
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
         """Yield key, text and remedy if the equation of state has no real sound speed under the tension that it allows."""
-        if self.pressure < 0.0 and not self.signals(1.0)[0]:
+        if self.pressure < 0.0 and not self.wave_speeds()[0]:
             text = f"the fluid has no real sound speed at density {self.density:g} kg/m^3"
             yield "pressure", text, "increase the pressure, or p_infinity if the equation has one"
 
@@ -285,7 +315,7 @@ def _update(law, state, density, L, dt, length):
 def _signal_speed(law, state, density, L, length):
     a = sound_speed(law.eos, density, state.internal_energy)
     Q = artificial_speed(law.artificial_viscosity, a, L[0] + L[4] + L[8], length)
-    return Q + sqrt(Q * Q + a * a)
+    return law.waves * (Q + sqrt(Q * Q + a * a))
 
 
 @point_function(diffusivity, NewtonianFluid)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import Selectable
-from pellucid.materials.contract import BodyMaterial
+from pellucid.materials.contract import BodyMaterial, ImplicitStress
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Parts
@@ -125,9 +125,14 @@ class BodyModel(StartOfBody):
         return False
 
     @property
+    def implicit_stress(self) -> ImplicitStress | None:
+        """Parameters of the stress of the body that is solved for on the nodes of the grid; None without."""
+        return None
+
+    @property
     def solves_viscosity(self) -> bool:
-        """True if the viscosity of the body is solved implicitly on the nodes of the grid."""
-        return False
+        """True if stresses of the body are solved for on the nodes of the grid."""
+        return self.implicit_stress is not None
 
     @property
     def is_rigid(self) -> bool:
@@ -142,6 +147,11 @@ class BodyModel(StartOfBody):
     def has_own_step(self) -> bool:
         """True if the body has its own sub-steps; then only output limits the time step of the run."""
         return False
+
+    @property
+    def takes_long_steps(self) -> bool:
+        """True if no process in the body needs steps as short as the intervals of the output; these limit the step then."""
+        return self.has_own_step or (self.implicit_stress is not None and self.implicit_stress.stiffness > 0.0)
 
     def needs_grid(self, parts: Parts) -> bool:
         return True

@@ -7,9 +7,10 @@ them has about its size or if its size is between those of two of them.
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil, exp, hypot, inf, isfinite, isnan, log, sqrt
+from operator import methodcaller
 from pathlib import Path
 from statistics import median
 from time import monotonic
@@ -106,12 +107,12 @@ def pace_of(case: "Case") -> StepTime | None:
 
 
 def lines(case: "Case", foretold: Foretold, each: StepTime | None) -> list[str]:
-    """Return a line of text about the steps and a line about the run time, and a hint if implicit viscosity would allow
-    much longer steps.
+    """Return a line of text about the steps and a line about the run time, and a hint if implicit pressure or viscosity would
+    allow much longer steps.
 
     foretold: forecast of the steps. each: wall-clock time per step from earlier runs, or None.
     """
-    hint = implicit_viscosity(case)
+    hint = implicit_hint(case)
     return [*_two_lines(case, foretold, each), *([] if hint is None else [hint])]
 
 
@@ -133,29 +134,55 @@ def _two_lines(case: "Case", foretold: Foretold, each: StepTime | None) -> list[
 
 
 WORTHWHILE = 5.0
-"""Smallest ratio of the time steps at which the hint is given: a step with implicit viscosity costs two to four times as
-much."""
+"""Smallest ratio of the time steps at which implicit viscosity is suggested: its steps cost two to four times as much."""
+GAIN = 2.0
+"""Smallest ratio of the run times at which implicit pressure is suggested."""
+PASS_COST = 0.2
+"""Cost of an iteration for implicit pressure, relative to an explicit step."""
 
 
-def implicit_viscosity(case: "Case") -> str | None:
-    """Return a text that suggests implicit viscosity if only viscosity limits the time step of the case, else None."""
-    if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
-        return None
+def _implicit(case: "Case", change: Callable[[PointMaterial], PointMaterial | None]) -> tuple["Case", list[str]]:
+    """Return the case with the materials that `change` returns, and the names of the bodies whose material it changes."""
     changed, names = [], []
     for body in case.body:
         material = getattr(body, "material", None)
-        other = material.with_implicit_viscosity() if isinstance(material, PointMaterial) else None
+        other = change(material) if isinstance(material, PointMaterial) else None
         names += [] if other is None else [body.name]
         changed.append(body if other is None else body.model_copy(update={"material": other}))
-    limit = limit_of_model(case) if names else NO_LIMIT
+    return case.model_copy(update={"body": tuple(changed)}), names
+
+
+def implicit_hint(case: "Case") -> str | None:
+    """Return a text that suggests implicit pressure or viscosity if only sound or viscosity limits the time step of the case,
+    else None."""
+    if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
+        return None
+    limit = limit_of_model(case)
+    if limit.cause in ("wave", "membrane", "viscous") and case.grid.functions.endswith("bspline"):
+        other, names = _implicit(case, methodcaller("with_implicit_pressure"))
+        longer = limit_of_model(other).step / limit.step if names else 1.0
+        if isfinite(longer) and longer >= WORTHWHILE:
+            cost = _cost_of_pressure(other, case.time.courant * limit.step * longer)
+            if longer >= GAIN * cost:
+                keys = " and ".join(f"body.{name}.material.implicit_pressure" for name in names)
+                text = f"would allow time steps {longer:.2g} times as long, at about {cost:.2g} times the cost per step"
+                return f'hint: {keys} = true, with time.scheme = "usl", {text}'
     if limit.cause != "viscous":
         return None
-    without = limit_of_model(case.model_copy(update={"body": tuple(changed)}))
-    if not isfinite(without.step) or without.step < WORTHWHILE * limit.step:
+    other, names = _implicit(case, methodcaller("with_implicit_viscosity"))
+    longer = limit_of_model(other).step / limit.step if names else 1.0
+    if not isfinite(longer) or longer < WORTHWHILE:
         return None
     keys = " and ".join(f"body.{name}.material.implicit_viscosity" for name in names)
-    longer = f"would allow time steps {without.step / limit.step:.2g} times as long, at two to four times the cost per step"
-    return f"hint: {keys} = true {longer}"
+    return f"hint: {keys} = true would allow time steps {longer:.2g} times as long, at two to four times the cost per step"
+
+
+def _cost_of_pressure(case: "Case", step: float) -> float:
+    """Return the cost of a step [s] with implicit pressure, relative to an explicit one: about 5 √(1 + ρc²Δt/μ) iterations
+    and three more passes over the points, see `docs/physics/fluids.md`."""
+    stresses = [body.implicit_stress for body in case.body if body.implicit_stress is not None]
+    ratio = max((stress.stiffness * step / stress.mu if stress.mu > 0.0 else inf for stress in stresses), default=0.0)
+    return 1.0 + PASS_COST * (3.0 + 5.0 * sqrt(1.0 + ratio))
 
 
 ENOUGH = 1.0
@@ -254,7 +281,7 @@ def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: floa
     left = (time.end if until is None else min(until, time.end)) - now
     rows = (
         time.end / max(1, round(time.end / case.output.rows_every(time.end)))
-        if any(body.has_own_step for body in case.body)
+        if any(body.takes_long_steps for body in case.body)
         else inf
     )
     because = (f"body `{name}` ({limit.cause}): " if name else "") + limit.reason

@@ -44,7 +44,7 @@ class Clock:
     the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. The step is also limited by the parts of
     the step, and by the time of fall through a cell.
 
-    longest: time of fall through a cell [s]; most: largest step allowed by the output, if bodies take their own substeps
+    longest: time of fall through a cell [s]; most: largest step allowed by the output, if bodies can take longer ones
     [s]; parts: parts of the step.
     """
 
@@ -79,11 +79,12 @@ class Clock:
             steps, time = self._fixed_from
             remaining = (self.case.end - time) / self.case.step - (self.n_steps - steps)
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
-        dt = min(self.case.courant * limit.step, self.most, self.case.end)
+        stable = min(self.case.courant * limit.step, self.most, self.case.end)
+        dt = stable if self.parts is None else min(stable, self.parts.longest_step())
         self.check_collapse(dt, limit, [body] if body else bodies)
-        if self.n_steps == 0 and self.case.end > MOST_STEPS * dt:
+        if self.n_steps == 0 and self.case.end > MOST_STEPS * stable:
             text = (
-                f"the time step, limited by {limit.reason}, is {dt:.3g} s, which requires more than {MOST_STEPS:.0e} steps "
+                f"the time step, limited by {limit.reason}, is {stable:.3g} s, which requires more than {MOST_STEPS:.0e} steps "
                 f"until time.end = {self.case.end:g} s"
             )
             remedy = "Set a larger time.courant, or an earlier time.end."

@@ -151,7 +151,7 @@ class Simulation:
             return SteadyClock(case.steady, case.time, self.bodies, case.body, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
-        most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
+        most = case.output.rows_every(case.time.end) if any(body.takes_long_steps for body in case.body) else inf
         return Clock(case.time, longest, most, self.parts)
 
     def begin_balance(self) -> None:

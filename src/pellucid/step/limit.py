@@ -91,6 +91,34 @@ def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], 
     return StepLimit(1.0 / rate, cause, reason)
 
 
+FILTERED_WAVE = 2.0, 0.53
+"""Wave number of the waves that limit the step of a membrane moved by a grid [1/cell], and the share of its forces that the
+shape functions pass on: the square of the linear functions' filter (sin(k/2)/(k/2))², for which the share times the wave number
+is largest. Smoother shape functions pass on less."""
+
+
+def waves_in_liquid(cell: float, wave: float, areal_density: float, viscosity: float) -> StepLimit:
+    """Return the step limit of a membrane that moves with a grid whose liquid has implicit pressure and viscosity.
+
+    cell: cell size h [m]; wave: speed c of in-plane waves [m/s]; areal_density: mass m per area of the membrane [kg/m²];
+    viscosity: μ of the liquid [Pa s]. The grid filters waves by its shape functions twice, when it gathers forces and when it
+    moves the membrane: the wave number k = 2/h limits the step, with the share s = 0.53 of the forces. With the angular
+    frequency ω² = s c² k², and the damping rate γ = 2μk/m of the liquid on both sides, which is implicit, the explicit forces
+    of the membrane are stable in steps shorter than (γ + √(γ² + 4ω²))/ω²: 2/ω without viscosity, and 4μ/(s m c² k) if
+    viscosity dominates.
+    """
+    if wave <= 0.0:
+        return NO_LIMIT
+    number, share = FILTERED_WAVE
+    k = number / cell
+    square, damping = share * (wave * k) ** 2, 2.0 * viscosity * k / areal_density
+    step = (damping + sqrt(damping * damping + 4.0 * square)) / square
+    reason = (
+        f"in-plane wave speed {wave:.4g} m/s, damped by a liquid of viscosity {viscosity:.3g} Pa s, in cells of {cell:.4g} m"
+    )
+    return StepLimit(step, "membrane", reason)
+
+
 def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
     """Return the limit 1/rate [s] of a step that must resolve the oscillation of a rigid body on its contacts or springs; rate:
     [1/s], proportional to the angular frequency of the oscillation; cause: "contact" or "spring"."""

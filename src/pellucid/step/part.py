@@ -2,6 +2,7 @@
 the pressure of full cells, and the collection of the parts of a simulation."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from math import inf
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
@@ -149,6 +150,11 @@ class StepPart:
         the limit of the checkpoint. For a force that adds to the stiffness of a body, see `added_stiffness`.
         """
         return NO_LIMIT
+
+    def longest_step(self) -> float:
+        """Return the longest step [s] with which the part resolves the motion in time, if the clock chooses the step; infinite
+        if the part does not limit it. A fixed `time.step` may be longer, up to `step_limit`."""
+        return inf
 
     def added_stiffness(self) -> AddedStiffness | None:
         """Return the stiffness that a force of the part adds to that of bodies in the present state; None if there is none.
@@ -306,6 +312,10 @@ class StepParts:
             step = 1.0 / added.totals[0].rate
             limits.append(StepLimit(step, added.cause, f"{added.reason}, which limits the step to {step:.3g} s"))
         return tightest(limits)
+
+    def longest_step(self) -> float:
+        """Return the smallest of the steps with which the parts resolve the motion in time [s], infinite without."""
+        return min((part.longest_step() for part in self.at("longest_step")), default=inf)
 
     def at_stake(self) -> float:
         """Return the energy that the parts store at the start and could release [J]."""

@@ -21,6 +21,7 @@ from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
+from pellucid.materials.contract import ImplicitStress
 from pellucid.materials.hyperelastic import undefined_strain
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays
@@ -60,7 +61,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
 
     def _make_bundles(self) -> None:
         super()._make_bundles()
-        self._strain = straining(self.law, self.mapped.content, self._state, self._cells)
+        self._strain = straining(self.law, self.mapped.content, self._state, self._cells, curving=self._curving)
         self._strain_at_rest: Bundle | None = None
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -85,9 +86,18 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         return VISCOUS_STRESS in self.arrays and self._strains
 
     @property
-    def viscosities(self) -> tuple[float, float]:
-        """Shear viscosity μ and second viscosity λ of the implicit viscosity [Pa s]."""
-        return self.material.implicit_viscosities() or (0.0, 0.0)
+    def implicit_stress(self) -> ImplicitStress:
+        """Parameters of the implicit stress; zeros without."""
+        return self.material.implicit_stress() or ImplicitStress(0.0, 0.0, 0.0)
+
+    @property
+    def _curving(self) -> bool:
+        return self.implicit_stress.stiffness > 0.0
+
+    @property
+    def density_at_start(self) -> float:
+        """Density of the material at the start [kg/m³]."""
+        return self.material.density
 
     @property
     def viscous_stress(self) -> np.ndarray:

@@ -32,6 +32,11 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:
         yield Finding((*path, "points_per_cell"), str(error))
+    stress = body.implicit_stress
+    if stress is not None and stress.stiffness > 0.0 and not grid.functions.endswith("bspline"):
+        text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
+        remedy = 'use grid.functions = "quadratic-bspline", or remove implicit_pressure'
+        yield Finding((*path, "material", "implicit_pressure"), text, remedy)
     shape, geometry = (*path, "shape"), body.shape.chosen()
     ends = zip("xyz", *geometry.bounds(), grid.thin(), strict=True)
     for axis, low, high, thin in ends if body.shape.rotate is not None else ():
@@ -169,7 +174,10 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
     if not body.material.flows:
         text = f"a material of kind {body.material.kind!r} has shear stresses, so `cell_pressure` cannot be used"
         yield Finding(here, text, remedy)
-    elif (found := body.material.implicit_viscosities()) is not None and 3.0 * found[1] + 2.0 * found[0] > 1e-12 * found[0]:
+    elif (found := body.material.implicit_stress()) is not None and found.stiffness > 0.0:
+        text = "the implicit pressure acts at each point, cell pressures as means of cells"
+        yield Finding(here, text, "remove cell_pressure, or material.implicit_pressure")
+    elif found is not None and 3.0 * found.lam + 2.0 * found.mu > 1e-12 * found.mu:
         text = "the implicit second viscosity is not compatible with cell pressures"
         yield Finding(here, text, "remove cell_pressure, or material.second_viscosity")
     elif body.is_rigid or is_driven(body.name, parts):

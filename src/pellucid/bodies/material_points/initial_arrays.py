@@ -36,7 +36,7 @@ def arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravit
     density, state = _initial_state(case, position, gravity)
     velocity = case.initial_velocity(position)
     arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}
-    if case.material.implicit_viscosities() is not None:
+    if case.material.implicit_stress() is not None:
         arrays[VISCOUS_STRESS] = np.zeros((len(position), 6))
     case.add_initial_state(arrays)
     return arrays

@@ -19,6 +19,7 @@ from pellucid.bodies.placing import COMMON_FIELDS, place_problems
 from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes.rotation import plane_problems
+from pellucid.materials.contract import ImplicitStress
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.condition import is_driven
@@ -61,8 +62,8 @@ class MaterialPointsCase(SeededBody):
         return heat if self.solves_viscosity else ()
 
     @property
-    def solves_viscosity(self) -> bool:
-        return self.material.implicit_viscosities() is not None
+    def implicit_stress(self) -> ImplicitStress | None:
+        return self.material.implicit_stress()
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Return the largest step in which the fastest wave crosses one cell, of edge length `cell` [m]; None for bodies that

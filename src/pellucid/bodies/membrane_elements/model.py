@@ -1,6 +1,6 @@
 """Settings of a membrane of finite elements in a case file, and their checks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import ceil, hypot, sqrt
 from typing import ClassVar, Literal, Self
 
@@ -34,6 +34,7 @@ from pellucid.step.limit import (
     motion_in_cells,
     tightest,
     told,
+    waves_in_liquid,
     waves_in_mesh,
 )
 
@@ -66,6 +67,7 @@ class MembraneElementsCase(MembraneCase):
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
     _is_shared: bool = PrivateAttr(False)  # True if other bodies share its velocity field
+    _viscosity: float | None = PrivateAttr(None)  # of the liquids in its velocity field, if their pressure is implicit [Pa s]
 
     @property
     def probed(self) -> tuple[str, ...]:
@@ -92,8 +94,19 @@ class MembraneElementsCase(MembraneCase):
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
         aware = self.model_copy()
-        aware._is_shared = sum(body.field == self.field for body in bodies) > 1
+        together = [body for body in bodies if body.field == self.field]
+        aware._is_shared = len(together) > 1
+        solved = [stress for body in together if (stress := body.implicit_stress) is not None and stress.stiffness > 0.0]
+        aware._viscosity = min((stress.mu for stress in solved), default=None)
         return aware
+
+    def in_liquid(self, cell: float) -> Callable[[float], StepLimit] | None:
+        """Return the step limit by in-plane waves as a function of their speed [m/s], if the membrane moves with liquids whose
+        pressure is implicit; else None. cell: edge length of the grid cells [m]."""
+        if self._viscosity is None:
+            return None
+        areal_density, viscosity = self.material.density * self.thickness, self._viscosity
+        return lambda wave: waves_in_liquid(cell, wave, areal_density, viscosity)
 
     def needs_grid(self, parts: Parts) -> bool:
         """True if there are other bodies in the case (`parts`): contact with them uses the grid."""
@@ -121,6 +134,8 @@ class MembraneElementsCase(MembraneCase):
         mesh = self.mesh()
         fastest = float(rates_of_surface(mesh).max())
         together = [waves_in_mesh(wave * fastest, wave, "membrane", fastest * fastest * diffusivity)]
+        if cell and (in_liquid := self.in_liquid(cell)) is not None:
+            together = [in_liquid(wave)]
         if self.is_kept:
             elements = ElementMesh(mesh)
             kept = Constraints.of(self.area_stiffness, self.volume_stiffness, elements, mesh.vertices)

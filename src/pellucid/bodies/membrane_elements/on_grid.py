@@ -44,6 +44,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         velocity_transfer: VelocityTransfer,
     ) -> None:
         self.surface = surface = ElementSurface(case, grid_case)
+        if (limit := case.in_liquid(grid_case.cell)) is not None:
+            surface.move_in_liquid(limit, case.mesh())
         self.bending, self.start_positions = surface.bending, surface.vertices
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
@@ -118,6 +120,10 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         forces = np.zeros((self.n_points, 3))
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
+
+    @property
+    def _curving(self) -> bool:
+        return self.surface.in_liquid
 
     def update_positions(self, dt: float) -> None:
         before = self.points.position.copy()

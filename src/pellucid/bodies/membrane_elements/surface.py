@@ -4,6 +4,7 @@ nodes.
 Source: Lian, Liu & Zhang 2014, section 4.
 """
 
+from collections.abc import Callable
 from math import hypot
 from typing import TYPE_CHECKING
 
@@ -27,13 +28,15 @@ from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.bodies.own_nodes.contact_surface import find_overlong
 from pellucid.energy import Totals
+from pellucid.geometry.checks.quality import rates_of_surface
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
 from pellucid.reductions import ordered_sum
-from pellucid.step.limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
+from pellucid.step.limit import NO_LIMIT, StepLimit, motion_in_cells, tightest, waves_in_mesh
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
@@ -61,6 +64,8 @@ class ElementSurface:
         """Distance from the mid-surface at which contact with other bodies begins [m]."""
         self.areal_density = case.material.density * case.thickness
         self._wave = wave_in_shape(self.law, tense.shape, case.material.density)  # at the start
+        self._in_liquid: Callable[[float], StepLimit] | None = None
+        self._rate_at_start = 0.0
         self._control = case.hourglass.control()
         mesh = case.mesh()
         self.vertices = mesh.vertices
@@ -182,7 +187,7 @@ class ElementSurface:
         if self.bending is not None:
             totals.parts["bending"] = self.bending.energy(position)
             totals.stored += totals.parts["bending"]
-        rate = float(self._sums[:, FREQUENCY].max())
+        rate = self._wave_rate() if self._in_liquid is None else 1.0 / self._waves_in_liquid(self._in_liquid).step
         if self.constraints is None:
             return rate
         totals.parts["constraint"], self._swings = self.constraints.energy_and_swings(self, position)
@@ -203,8 +208,30 @@ class ElementSurface:
         and by nodes that move at a speed [m/s] through the cells of a grid.
         """
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
-        waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
+        waves = (
+            waves_in_mesh(self._wave_rate(), self._wave, "membrane")
+            if self._in_liquid is None
+            else self._waves_in_liquid(self._in_liquid)
+        )
         return tightest([waves, self._swings.limit(), *in_cells])
+
+    def move_in_liquid(self, limit: Callable[[float], StepLimit], mesh: Mesh) -> None:
+        """Let waves limit the step as in a liquid whose pressure is implicit. limit: step limit as a function of the wave speed
+        [m/s]; mesh: the elements at the start."""
+        self._in_liquid, self._rate_at_start = limit, self._wave * float(rates_of_surface(mesh).max())
+
+    @property
+    def in_liquid(self) -> bool:
+        """True if the membrane moves with liquids whose pressure is implicit."""
+        return self._in_liquid is not None
+
+    def _wave_rate(self) -> float:
+        """Return half the largest eigenfrequency of the elements at their last strain [1/s]."""
+        return float(self._sums[:, FREQUENCY].max())
+
+    def _waves_in_liquid(self, limit: Callable[[float], StepLimit]) -> StepLimit:
+        rate = self._wave_rate()
+        return limit(self._wave * rate / self._rate_at_start) if self._rate_at_start > 0.0 else NO_LIMIT
 
     def fault(self) -> tuple[int, int] | None:
         """Return the fault of an element after a step: a code of `pellucid.grid.points` and the storage row of its first

@@ -210,6 +210,8 @@ def _move(task, lattice, dt, p, known, g):
 def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
     """Build the loop over the points of a membrane that writes their velocity gradients to `gradient`, shape (points, 9) [1/s],
     and moves them if `moving`."""
-    declared = Declaration(gathers=MOTION_LIKE, rule=GatherMotion(NoCells()), rule_reads=AtPosition(ZERO_VECTOR), places=True)
+    declared = Declaration(
+        gathers=MOTION_LIKE, rule=GatherMotion(NoCells(), 0.0), rule_reads=AtPosition(ZERO_VECTOR), places=True
+    )
     position = mapped.points.position
     return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

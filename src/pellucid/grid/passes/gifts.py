@@ -57,11 +57,10 @@ class BySlope(NamedTuple):
 
 class BySquare(NamedTuple):
     """Contribution of the volumes V of points to each of their nodes with the shape function N: V Σ_e k (∂N/∂x_e)² for each
-    axis d, with k = `along` if e = d, else `across`."""
+    axis d, with k = factors[1] if e = d, else factors[0]."""
 
     volume: np.ndarray  # (n,) [m³]
-    across: float  # factor k of derivatives along axes other than d
-    along: float  # factor k of the derivative along axis d
+    factors: np.ndarray  # (2,) factors k of the derivatives along other axes than d, and along d
     into: np.ndarray  # (4 nodes,) nodal rows of four numbers, to which the contribution is added
 
 
@@ -179,10 +178,11 @@ def _give_slopes(gives, mapped, start, n, found, first_node, w, which):
 @point_function(scatter_block, BySquare)
 def _give_squares(gives, mapped, start, n, found, first_node, w, which):
     functions, lattice, into, hh = mapped.functions, mapped.lattice, gives.into, mapped.lattice.inverse_cell**2
+    of_across, of_along = gives.factors[0], gives.factors[1]
     for q in range(n):
         about, V = about_point(functions, found, first_node, q), gives.volume[place_of(mapped.index, start + q)]
         wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        across, along = hh * V * gives.across, hh * V * gives.along
+        across, along = hh * V * of_across, hh * V * of_along
         sx, sy, sz = row(along, across, across, 0.0), row(across, along, across, 0.0), row(across, across, along, 0.0)
         for a in range(len(wx)):
             for b in range(len(wy)):

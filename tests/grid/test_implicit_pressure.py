@@ -1,0 +1,326 @@
+"""Liquids whose pressure is solved for on the nodes: steps beyond sound, second order, volumes, membranes, the same bits."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from small_cases import SLIP, advance, box, case
+
+from pellucid.grid.implicit_viscosity import DAMPED_STEPS, ImplicitViscosity
+from pellucid.grid.passes.gifts import scatter
+from pellucid.grid.viscous_nodes import begin, start
+from pellucid.running.forecast import foretell_case
+from pellucid.simulation.simulation import Simulation
+from pellucid.step.limit import waves_in_liquid
+
+H = 1.0 / 8
+TAIT = {"kind": "tait", "sound_speed": 30.0, "carries_tension": True}
+LIQUID = {"kind": "fluid", "density": 0.01, "viscosity": 1.0, "eos": TAIT, "implicit_pressure": True}
+THIN = LIQUID | {"density": 1.0, "viscosity": 0.01, "eos": TAIT | {"sound_speed": 20.0}}
+WALLS = [{"where": "y-lower", "velocity": (0, 0, 0)}, {"where": "y-upper", "velocity": (0, 0, 0)}]
+PUSH = [{"kind": "body-force", "body": "block", "acceleration": (800.0, 0, 0)}]
+
+
+def plane(*bodies, counts=(4, 8, 1), lower=(0, -0.5, 0), threads=1, **more):
+    table = {"periodic": ["x"], "support": WALLS, "scheme": "usl"} | more
+    return Simulation(case(*bodies, counts=counts, cell=H, lower=lower, **table), threads=threads)
+
+
+def slit(material=LIQUID, load=PUSH, end=0.06, **more):
+    body = box((0, -0.5, 0), (0.5, 0.5, H), material, (2, 2, 1))
+    return plane(body, load=load, end=end, **{"functions": "quadratic-bspline"} | more)
+
+
+def vortices(material, n=32, amplitude=0.5, threads=1, **more):
+    """Those of Taylor and Green, in a periodic box of one wavelength."""
+    k = 2.0 * np.pi
+    waves = [((amplitude, -amplitude, 0), (k, k, 0)), ((amplitude, amplitude, 0), (k, -k, 0))]
+    initial = [{"kind": "sine-wave", "amplitude": a, "wave_vector": w} for a, w in waves]
+    body = box((0, 0, 0), (1, 1, 1 / n), material, (2, 2, 1), initial=initial)
+    how = {"counts": (n, n, 1), "cell": 1.0 / n, "periodic": ["x", "y"], "functions": "quadratic-bspline", "scheme": "usl"}
+    return Simulation(case(body, **how | more), threads=threads)
+
+
+def solver(sim):
+    (found,) = sim.parts.of(ImplicitViscosity)
+    return found
+
+
+def finished(sim):
+    while not sim.clock.finished(None):
+        sim.step()
+    return sim
+
+
+def state(sim):
+    return {name: array.copy() for name, array in sim.state_arrays().items()}
+
+
+def assert_same(one, two):
+    assert one.keys() == two.keys()
+    for name, array in one.items():
+        assert np.array_equal(array, two[name]), name
+
+
+def test_a_slit_flows_with_steps_beyond_sound():
+    """As with implicit viscosity alone in short ones, which reaches Poiseuille's mean velocity with the square of the cell;
+    energy and momentum are kept to rounding."""
+    sim = finished(slit(step=0.1 * H))
+    explicit = finished(slit(LIQUID | {"implicit_pressure": False, "implicit_viscosity": True}, scheme="musl"))
+    assert sim.dt > 5.0 * explicit.dt
+    mean, same = (one.momentum()[0] / one.bodies[0].mass for one in (sim, explicit))
+    assert mean == pytest.approx(same, rel=0.005)
+    assert mean == pytest.approx(0.01 * 800.0 / 12.0, rel=0.06)
+    assert abs(sim.budget.conservation()["energy"]) < 1e-13
+    assert sim.budget.conservation()["momentum"] < 1e-13
+
+
+def test_sound_bounds_no_step_and_steps_grow():
+    """From the step that sound allows, by a quarter at most, to the one in which a point crosses a cell, but not beyond the
+    interval of the history."""
+    sim = slit(end=10.0)
+    assert foretell_case(sim.case)[0].startswith("steps:")
+    steps = [advance(sim, 1).dt for _ in range(12)]
+    assert steps[0] == pytest.approx(H / 30.0)
+    assert max(b / a for a, b in pairwise(steps)) < 1.25 * (1.0 + 1e-12)
+    limit, body = sim.step_limit()
+    assert (limit.cause, body) == ("motion", "block")
+    rows = slit(end=10.0, output={"history": 0.01})
+    assert max(advance(rows, 1).dt for _ in range(12)) == 0.01
+
+
+@pytest.mark.parametrize("step", [4e-5, 8e-5])
+def test_vortices_fade_by_the_rule_of_the_step(step):
+    """After the first steps, which are implicit Euler, the velocities of a step with the decay z = λΔt, θ = 0.55, have the
+    ratio (1 - (1-θ)z)/(1 + θz), but for the transfer to the nodes, which filters a hundredth; λ is the rate of the grid, seen
+    with the smallest step."""
+    rates = []
+    for dt in (2e-6, step):
+        sim = advance(vortices(LIQUID | {"eos": TAIT | {"sound_speed": 300.0}}, step=dt, end=1.0), DAMPED_STEPS)
+        begun = sim.kinetic_energy()
+        advance(sim, 5)
+        rates.append(0.5 * np.log(begun / sim.kinetic_energy()) / (5 * dt))
+    exact, found = rates[0], rates[1]
+    z = exact * step
+    assert solver(sim)._theta == 0.55
+    assert found == pytest.approx(np.log((1.0 + 0.55 * z) / (1.0 - 0.45 * z)) / step, rel=0.01)
+    assert found == pytest.approx(exact, rel=0.1 * z)  # implicit Euler: z/2
+
+
+def test_vortices_turn_at_full_volume():
+    """At a Reynolds number of 50, over a quarter of a turn and with a step of a fifth of a cell: the points' density stays
+    within one per cent, and energy and momentum are kept to rounding. With volumes that grow by 1 + Δt tr D it falls."""
+    sim = finished(vortices(THIN, courant=0.2, end=1.0))
+    density = sim.bodies[0].stored_field("density")
+    assert sim.dt > 10.0 * 0.2 / 32 / 20.0
+    assert np.abs(density - 1.0).max() < 0.01
+    assert abs(density.mean() - 1.0) < 1e-3
+    assert abs(sim.budget.conservation()["energy"]) < 1e-12
+    assert sim.budget.conservation()["momentum"] < 1e-13
+    energies = sim.budget.energies()
+    heat = energies["fluid_viscous_heat"] + energies["implicit_viscous_heat"]
+    assert abs(energies["implicit_viscous_heat"]) < 0.05 * heat
+
+
+def test_points_of_a_rotation_stay_on_their_circles():
+    """In a steady flow that turns by ωΔt = 0.2 in a step: straight paths lead out by half of its square in each step, curved
+    ones by an eighth of its fourth power."""
+    rate, dt, steps = 2.0, 0.1, 20
+    spin = [{"kind": "velocity-gradient", "x": (0, -rate, 0), "y": (rate, 0, 0)}]
+    body = box((-0.5, -0.5, 0), (0.5, 0.5, H), LIQUID, (2, 2, 1), initial=spin)
+    how = {"counts": (16, 16, 1), "lower": (-1, -1, 0), "support": (), "periodic": (), "functions": "quadratic-bspline"}
+    sim = plane(body, **how)
+    block, x = sim.bodies[0], sim.grid.find_positions(np.arange(sim.grid.n_nodes))
+    flow = np.stack((-rate * x[:, 1], rate * x[:, 0], np.zeros(len(x))), axis=1)
+    begun = np.linalg.norm(block.field("position")[:, :2], axis=1)
+    for _ in range(steps):
+        sim.grid.nodes.velocity[:] = sim.grid.nodes.strain_velocity[:] = flow
+        block.update_stress(dt, move=True)
+        block.storage.sort_if_needed()
+    ends = np.linalg.norm(block.field("position")[:, :2], axis=1)
+    assert ends == pytest.approx(begun * (1.0 + (rate * dt) ** 4 / 4.0) ** (0.5 * steps), rel=1e-9)
+
+
+def test_a_column_at_rest_carries_its_weight():
+    """In steps twenty times beyond sound, from a start without pressure: p = ρ g depth in the mean of each layer of cells."""
+    support = [*SLIP[:2], *SLIP[2:4]]
+    column = box((0, -0.5, 0), (0.5, 0.5, H), THIN | {"viscosity": 1.0}, (2, 2, 1))
+    how = {
+        "functions": "quadratic-bspline",
+        "support": support,
+        "gravity": (0, -1.0, 0),
+        "end": 8.0,
+        "output": {"history": 1.0},
+    }
+    sim = finished(plane(column, periodic=[], **how))
+    body = sim.bodies[0]
+    y, pressure = body.field("position")[:, 1], body.field("pressure")
+    layer = np.floor((y + 0.5) / H).astype(int)
+    means = np.array([pressure[layer == n].mean() for n in range(1, 7)])
+    depths = np.array([0.5 - y[layer == n].mean() for n in range(1, 7)])
+    assert means == pytest.approx(depths - depths.mean(), abs=0.01)  # the lid keeps the mean
+    assert sim.kinetic_energy() < 1e-6
+
+
+def test_threads_and_a_checkpoint_change_no_bit():
+    one, two = (advance(vortices(THIN, threads=threads), 8) for threads in (1, 2))
+    assert_same(state(one), state(two))
+    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), state(one), vortices(THIN)
+    resumed.restore(arrays, numbers)
+    advance(one, 4)
+    advance(resumed, 4)
+    assert_same(state(one), state(resumed))
+    assert one.budget.energies() == resumed.budget.energies()
+    assert one.facts() == resumed.facts()
+
+
+def begun(sim, dt):
+    """Begin the solve of a step dt [s] in the present state; return the solver, with residual and diagonal."""
+    viscosity = solver(sim)
+    mu, lam, stiffness = sim.bodies[0].implicit_stress
+    viscosity._n = viscosity.field.momentum.near()
+    begin(viscosity._n, viscosity._nodes, dt)
+    viscosity._factors[0][:] = mu, 2.0 * mu + lam + stiffness * dt
+    scatter(viscosity._diagonals[0])
+    start(viscosity._n, viscosity._nodes, dt, viscosity._lightest)
+    return viscosity
+
+
+CUBE = box((0, 0, 0), (1, 1, 1), LIQUID, (2, 2, 2))
+
+
+@pytest.mark.parametrize("more", [{}, {"periodic": ["x", "z"]}, {"functions": "cubic-bspline", "periodic": ["y"]}])
+def test_fast_diagonalisation_is_symmetric_and_positive(more):
+    """And zero at nodes whose velocities are prescribed, for any shape functions and walls."""
+    how = {"functions": "quadratic-bspline", "support": WALLS} | more
+    held = [one for one in how["support"] if one["where"][0] not in how.get("periodic", [])]
+    sim = Simulation(case(CUBE, counts=(8, 8, 8), cell=H, scheme="usl", **how | {"support": held}), threads=1)
+    advance(sim, 1)
+    viscosity = begun(sim, 0.01)
+    rows, fast, rng = viscosity._rows, viscosity._fast, np.random.default_rng(1)
+    fast.begin(0.01, 0.01, rows.inverse)
+    free = (rows.inertia > 0.0) & (np.arange(len(rows.inertia)) % 4 < 3)
+    found = []
+    for _ in range(2):
+        given, got = np.where(free, rng.normal(size=len(free)), 0.0), np.zeros(len(free))
+        fast.apply(given, got)
+        assert np.all(got[~free] == 0.0)
+        found.append((given, got))
+    (a, Ma), (b, Mb) = found
+    assert np.sum(a * Mb) == pytest.approx(np.sum(b * Ma), rel=1e-10)
+    assert np.sum(a * Ma) > 0.0
+    assert np.sum(b * Mb) > 0.0
+
+
+def test_fast_diagonalisation_saves_iterations():
+    """Half of them at a Reynolds number near zero, and nothing else changes beyond the tolerance of the solve."""
+    rounds, mean = [], []
+    for fast in (True, False):
+        sim = slit(step=0.01, end=0.2)
+        if not fast:
+            solver(sim)._fast = None
+        advance(sim, 15)
+        rounds.append(solver(sim).rounds[0])
+        mean.append(sim.momentum()[0])
+    assert rounds[0] < 0.6 * rounds[1]
+    assert mean[0] == pytest.approx(mean[1], rel=3e-3)  # 1e-3 of each change
+
+
+def test_a_grid_that_is_mostly_empty_is_preconditioned_by_the_diagonal():
+    body = box((0, -0.5, 0), (0.5, -0.25, H), LIQUID, (2, 2, 1))
+    sim = advance(plane(body, support=SLIP[2:3], gravity=(0, -1.0, 0), functions="quadratic-bspline"), 5)
+    assert solver(sim)._fast is None
+    assert abs(sim.budget.conservation()["energy"]) < 1e-13
+
+
+CAPSULE = {
+    "name": "capsule",
+    "kind": "membrane-elements",
+    "elements": "triangles",
+    "surface": {"icosphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "refinements": 2}},
+    "thickness": 0.01,
+    "material": {"kind": "surface-neo-hookean-membrane", "density": 1.0, "shear_modulus": 30.0},
+}
+
+
+def test_a_membrane_in_the_liquid_is_limited_by_cells_not_by_elements():
+    """The limit is known before the run, and a coarser grid allows longer steps."""
+    limits = []
+    for n in (4, 8):
+        bodies = [CUBE, CAPSULE]
+        sim = Simulation(case(*bodies, counts=(n, n, n), cell=1.0 / n, functions="quadratic-bspline", scheme="usl"), threads=1)
+        limit, name = sim.step_limit()
+        assert (limit.cause, name) == ("membrane", "capsule")
+        assert sim.case.body[1].with_others(sim.case.body).step_limit(1.0 / n, False).step == pytest.approx(limit.step)
+        limits.append(limit.step)
+    assert limits[0] == pytest.approx(2.0 * limits[1], rel=0.05)  # nearly overdamped: 4μh/2sE
+    alone = Simulation(
+        case(
+            CUBE | {"material": LIQUID | {"implicit_pressure": False, "implicit_viscosity": True}},
+            CAPSULE,
+            counts=(4, 4, 4),
+            cell=0.25,
+        ),
+        threads=1,
+    )
+    assert alone.bodies[1].step_limit().step < 0.2 * limits[0]
+
+
+@pytest.mark.parametrize(("mass", "stiffness", "viscosity"), [(1.0, 1.0, 0.0), (0.01, 4.0, 1.0), (1e-4, 100.0, 0.2)])
+def test_the_limit_of_a_membrane_is_that_of_explicit_forces_with_implicit_damping(mass, stiffness, viscosity):
+    """The larger eigenvalue of a step v' = (v - Δt ω² x)/(1 + γΔt), x' = x + Δt v' leaves the unit circle there."""
+    wave = np.sqrt(stiffness / mass)
+    step = waves_in_liquid(0.1, wave, mass, viscosity).step
+    k = 2.0 / 0.1
+    square, damping = 0.53 * (wave * k) ** 2, 2.0 * viscosity * k / mass
+    for share, stable in ((0.99, True), (1.01, False)):
+        dt = share * step
+        kept = 1.0 / (1.0 + damping * dt)
+        matrix = np.array([[1.0 - kept * square * dt**2, dt * kept], [-kept * square * dt, kept]])
+        assert (np.abs(np.linalg.eigvals(matrix)).max() <= 1.0 + 1e-12) == stable
+
+
+def test_the_forecast_suggests_it_where_it_pays():
+    """For a viscous liquid whose sound limits the step, with the ratio of the steps; not for a thin one, whose equations take
+    many iterations, and not where the functions or the equation of state rule it out."""
+    thick = {"viscosity": 1.0, "implicit_pressure": False, "implicit_viscosity": True}
+    told = {}
+    for name, change, functions in (
+        ("thick", {}, "quadratic-bspline"),
+        ("thin", {"viscosity": 1e-4}, "quadratic-bspline"),
+        ("linear", {}, "trilinear"),
+        ("gas", {"eos": GAS, "pressure": 1.0}, "quadratic-bspline"),
+    ):
+        body = box((0, -0.5, 0), (0.5, 0.5, H), LIQUID | thick | change, (2, 2, 1), velocity=(1.0, 0, 0))
+        told[name] = [line for line in foretell_case(plane(body, functions=functions).case) if line.startswith("hint")]
+    (hint,) = told.pop("thick")
+    assert hint.startswith('hint: body.block.material.implicit_pressure = true, with time.scheme = "usl", would allow')
+    assert "31 times as long" in hint  # (c + v)/v
+    assert not any(told.values())
+
+
+GAS = {"kind": "ideal-gas", "gamma": 1.4}
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "text"),
+    [
+        ({"eos": GAS, "pressure": 1.0}, {}, "depends on the energy; use an equation of state of a liquid"),
+        ({"artificial_viscosity": {"linear": 0.1}}, {}, "artificial_viscosity smooths shocks"),
+        ({"energy_update": "closed"}, {}, 'use "conservative" with implicit_pressure'),
+        ({}, {"scheme": "musl"}, "time.scheme: the implicit pressure of body block"),
+        ({}, {"scheme": "usf"}, "time.scheme: the implicit pressure of body block"),
+        ({}, {"support": [SLIP[2] | {"friction": 0.2}]}, "support.0.friction"),
+        ({}, {"functions": "gimp"}, "material.implicit_pressure: gimp shape functions let eddies of single cells grow"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change, more, text):
+    with pytest.raises(ValueError, match=text):
+        slit(LIQUID | change, **more)
+
+
+def test_cell_pressures_do_not_go_with_it():
+    body = box((0, -0.5, 0), (0.5, 0.5, H), LIQUID, (2, 2, 1), cell_pressure=True)
+    with pytest.raises(ValueError, match=r"cell_pressure: the implicit pressure acts at each point"):
+        plane(body, functions="quadratic-bspline")
