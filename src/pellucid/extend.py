@@ -1,10 +1,10 @@
 """Interface for users' own kinds, which case files can then name: see docs/extending.md.
 
-A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field,
-or a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
-`hyperelastic` and `decoupled` decorate laws, `point_state` decorates states of laws, and `point_function` functions at a
-point, in which `exp`, `expm1`, `log`, `log1p` and `power` are faster than those of `math`; `pointwise` marks the functions
-that they call.
+A class decorated with `register` is a kind of its base class: a material, an equation of state, a rheology, a load, an
+initial field, or a signal of a prescribed motion. `reduction` and `quantity` register functions for probes.
+`rate_type`, `finite_strain`, `hyperelastic` and `decoupled` decorate laws, `point_state` decorates states of laws, and
+`point_function` functions at a point, in which `exp`, `expm1`, `log`, `log1p` and `power` are faster than those of
+`math`; `pointwise` marks the functions that they call.
 """
 
 from pellucid.bodies.initial import InitialField
@@ -22,6 +22,7 @@ from pellucid.materials.eos.equation import EquationOfStateModel
 from pellucid.materials.hyperelastic import FiniteStrainState, HyperelasticMaterial, finite_strain, hyperelastic
 from pellucid.materials.law import rate_type
 from pellucid.materials.point_state import point_state
+from pellucid.materials.rheology import RheologyModel
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import InputFile, Vector, parameter
 from pellucid.registry import register
@@ -39,6 +40,7 @@ __all__ = [
     "Load",
     "PointMaterial",
     "PointsView",
+    "RheologyModel",
     "SignalModel",
     "SurfaceMembraneMaterial",
     "Vector",

@@ -178,7 +178,7 @@ def test_threads_and_a_checkpoint_change_no_bit():
 def begun(sim, dt):
     """Begin the solve of a step dt [s] in the present state; return the solver, with residual and diagonal."""
     viscosity = solver(sim)
-    mu, lam, stiffness = sim.bodies[0].implicit_stress
+    mu, lam, stiffness, *_ = sim.bodies[0].implicit_stress
     viscosity._n = viscosity.field.momentum.near()
     begin(viscosity._n, viscosity._nodes, dt)
     viscosity._factors[0][:] = mu, 2.0 * mu + lam + stiffness * dt
@@ -199,7 +199,7 @@ def test_fast_diagonalisation_is_symmetric_and_positive(more):
     advance(sim, 1)
     viscosity = begun(sim, 0.01)
     rows, fast, rng = viscosity._rows, viscosity._fast, np.random.default_rng(1)
-    fast.begin(0.01, 0.01, rows.inverse)
+    fast.begin(0.01, 0.01, viscosity._mean, rows.inverse)
     free = (rows.inertia > 0.0) & (np.arange(len(rows.inertia)) % 4 < 3)
     found = []
     for _ in range(2):
@@ -265,6 +265,16 @@ def test_a_membrane_in_the_liquid_is_limited_by_cells_not_by_elements():
         threads=1,
     )
     assert alone.bodies[1].step_limit().step < 0.2 * limits[0]
+
+
+def test_a_membrane_is_damped_by_the_smallest_viscosity_of_the_liquid():
+    limits = []
+    thinning = {"kind": "carreau-yasuda", "zero_viscosity": 4.0, "infinite_viscosity": 0.5, "time": 1.0, "exponent": 0.3}
+    for viscosity in ({"viscosity": 4.0}, {"viscosity": 0.5}, {"viscosity": 0.0, "rheology": thinning}):
+        liquid = CUBE | {"material": LIQUID | {"implicit_pressure": True} | viscosity}
+        table = case(liquid, CAPSULE, counts=(4, 4, 4), cell=0.25, functions="quadratic-bspline", scheme="usl")
+        limits.append(table.body[1].with_others(table.body).step_limit(0.25, False).step)
+    assert limits[2] == limits[1] < limits[0]
 
 
 @pytest.mark.parametrize(("mass", "stiffness", "viscosity"), [(1.0, 1.0, 0.0), (0.01, 4.0, 1.0), (1e-4, 100.0, 0.2)])

@@ -21,6 +21,11 @@ from pellucid.materials.law import (
 
 CELL, DT = 0.01, 1e-3
 SHOCKED = {"quadratic": 2.0, "linear": 1.0}
+RHEOLOGIES = (
+    {"kind": "carreau-yasuda", "zero_viscosity": 0.056, "infinite_viscosity": 0.0035, "time": 1.9, "exponent": 0.22},
+    {"kind": "bingham", "plastic_viscosity": 1.0, "yield_stress": 2.0, "time": 100.0},
+    {"kind": "casson", "plastic_viscosity": 1.0, "yield_stress": 2.0, "time": 100.0},
+)
 # each equation of state once, each energy update once: the combinations compile alike
 LAWS = {
     **SOLIDS,
@@ -28,6 +33,7 @@ LAWS = {
     **USERS,
     **{name: fluid(name, viscosity=3.0, artificial_viscosity=SHOCKED) for name in INVISCID},
     "iterated": fluid("mie-gruneisen", viscosity=3.0, artificial_viscosity=SHOCKED, energy_update="iterated"),
+    **{table["kind"]: fluid("tait", rheology=table) for table in RHEOLOGIES},
     "explicit": fluid("ideal-gas", viscosity=3.0, artificial_viscosity=SHOCKED, energy_update="explicit"),
 }
 

@@ -41,6 +41,7 @@ CASES = [
     f"{STEPS.with_name('drop.toml')}:30",  # surface tension, at a wall
     f"{STEPS.with_name('paddle.toml')}:130",  # rigid bodies in a fluid, across the rows, and angular momentum
     f"{STEPS.with_name('duct.toml')}:40",  # points that come in and leave, led and pushed
+    f"{STEPS.with_name('blood.toml')}:30",  # a yield stress with implicit pressure, in and out through faces
     f"{STEPS.with_name('vessel.toml')}:20",  # a wall at the surface of a region, at a plane of symmetry
     f"{STEPS.with_name('shelf.toml')}:40",  # clamps of membranes that bend, at a support and by a motion
 ]

@@ -33,7 +33,8 @@ from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
-from pellucid.materials.fluid import NewtonianFluid
+from pellucid.materials.fluid import ViscousFluid
+from pellucid.materials.rheology import UniformViscosity
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain
 from pellucid.step.part import StepPart
@@ -203,12 +204,13 @@ def _shape_of(support: "Support") -> Shape | None:
 
 
 def _viscosity_of(member: AssembledBody) -> float:
-    """Return the viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies, and if the stress of the points
-    contains no viscosity."""
+    """Return the viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies, if the stress of the points
+    contains no viscosity, and if the viscosity depends on the shear rate."""
     body = member.body
     if not (isinstance(body, MaterialPoints) and isinstance(body.transfer, Apic)):
         return 0.0
-    return float(body.law.mu) if isinstance(body.law, NewtonianFluid) else 0.0
+    viscosity = body.law.viscosity if isinstance(body.law, ViscousFluid) else None
+    return viscosity.mu if isinstance(viscosity, UniformViscosity) else 0.0
 
 
 def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:

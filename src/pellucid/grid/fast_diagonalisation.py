@@ -161,13 +161,12 @@ def _on_all_processes(rows: np.ndarray) -> np.ndarray:
 class FastDiagonalisation:
     """Preconditioner for the equations of implicit viscosity and pressure of a velocity field, see the module.
 
-    grid: the grid of the field; functions: shape functions of the liquids; density: mean density ρ in the grid [kg/m³]; stress:
-    mean parameters of the implicit stress.
+    grid: the grid of the field; functions: shape functions of the liquids; density: mean density ρ in the grid [kg/m³].
     """
 
-    def __init__(self, grid: Grid, functions: GridFunctions, density: float, stress: ImplicitStress) -> None:
-        self._grid, self._density, self._stress = grid, density, stress
-        self._dt = (0.0, 0.0)
+    def __init__(self, grid: Grid, functions: GridFunctions, density: float) -> None:
+        self._grid, self._density = grid, density
+        self._step: tuple[float, float, ImplicitStress] | None = None
         strides = grid.lattice.strides
         slab = grid.lattice.slab_axis
         self._order = [slab, *(axis for axis in range(3) if axis != slab)]  # as nodes are stored
@@ -209,17 +208,18 @@ class FastDiagonalisation:
         memory = (np.zeros(a * b * c) for a, b, c in sizes)
         return Modes(component, (steps[0], steps[1], steps[2]), (n0, n1, n2), (m0, m1, m2), *along, *memory), spectra
 
-    def begin(self, dt: float, pressing: float, inverse: np.ndarray) -> None:
+    def begin(self, dt: float, pressing: float, stress: ImplicitStress, inverse: np.ndarray) -> None:
         """Begin the solve of a step.
 
         dt: step over which viscous forces act [s]; pressing: time by which the stiffness of the pressure is multiplied [s];
-        inverse: inverse of the diagonal of the matrix, nodal rows, shape (4 nodes,); 0 where the velocity is prescribed.
+        stress: mean parameters of the implicit stress; inverse: inverse of the diagonal of the matrix, nodal rows, shape (4
+        nodes,); 0 where the velocity is prescribed.
         """
         self._inverse = _on_all_processes(inverse)
-        if self._dt == (dt, pressing):
+        if self._step == (dt, pressing, stress):
             return
-        self._dt = dt, pressing
-        mu, lam, stiffness = self._stress
+        self._step = dt, pressing, stress
+        mu, lam, stiffness, *_ = stress
         factor, volume = dt / self._grid.lattice.cell**2, self._grid.cell_volume
         for modes, spectra in self._modes:
             own = [spectrum.on_diagonal for spectrum in spectra]

@@ -6,7 +6,8 @@ With the lumped masses m_I, the velocities v*_I that result from all other force
     m_I (v_I - v*_I) + Δt (K v)_I = 0
 
 is solved by conjugate gradients, starting from the velocities at the start of the step. K is never stored: each iteration
-passes over the points. The velocity of a node is prescribed if supports or driven points constrain it completely. If driven
+passes over the points. The viscosity of a point with a rheology is that of its shear rate in the step before, so that the
+equation remains linear. The velocity of a node is prescribed if supports or driven points constrain it completely. If driven
 points or an absorbing face constrain it partly, its mass is increased. The equations are preconditioned by the diagonal of the
 matrix, or by `fast_diagonalisation` if liquids with an implicit pressure fill most of the grid.
 
@@ -25,9 +26,9 @@ in long steps:
   next step that grows.
 - Points move by u + Δt/2 L u, see `pellucid.grid.straining`. In a rotation ω straight paths spread points by (ωΔt)² in each
   step, which volumes that grow by 1 + Δt tr(L) do not follow.
-- Viscous forces are θ times those of v plus 1 - θ times those of the velocities before the step. θ is near 1/2, which is of
-  second order; as long as the explicit forces of other bodies need damping, it is 1/2 + Δt/Δt_max with the limit Δt_max of
-  these bodies, at most 1.
+- Viscous forces are θ times those of v plus 1 - θ times those of the velocities before the step. θ is 1 if a viscosity depends
+  on the shear rate, since its lag is of first order. Otherwise θ is near 1/2, which is of second order; as long as the
+  explicit forces of other bodies need damping, it is 1/2 + Δt/Δt_max with the limit Δt_max of these bodies, at most 1.
 
 Implicit Euler removes more energy from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution: the difference
 is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities v̄ of the step. Both become heat of the points;
@@ -80,6 +81,7 @@ from pellucid.grid.viscous_nodes import (
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.contract import ImplicitStress
+from pellucid.materials.rheology import SecondViscosity, UniformViscosity
 from pellucid.ranks.domain import domain
 from pellucid.state import Field
 from pellucid.step.part import StepPart
@@ -120,6 +122,10 @@ class Viscous(Protocol):
         """Parameters of the stress that is solved for."""
 
     @property
+    def point_viscosity(self) -> np.ndarray | None:
+        """Shear viscosity of each point [Pa s], shape (points,); None if all points have the same."""
+
+    @property
     def density_at_start(self) -> float:
         """Density of the material at the start [kg/m³]."""
 
@@ -133,6 +139,30 @@ class Viscous(Protocol):
     @property
     def nodal_forces(self) -> np.ndarray: ...
     def stored_array(self, name: str) -> np.ndarray: ...
+
+
+class PointViscosity:
+    """Viscosities of a fluid whose points have their own, in the diagonal of the viscous operator.
+
+    body: the fluid; viscosity: shear viscosity μ of each point [Pa s], shape (points,); second: its second viscosity; into:
+    nodal rows to which the diagonal is added, shape (4 nodes,).
+    """
+
+    def __init__(self, body: Viscous, viscosity: np.ndarray, second: SecondViscosity, into: np.ndarray) -> None:
+        self.second = second
+        self._viscosity, self._volume = viscosity, body.mapped.content.points.volume
+        self._product = np.zeros_like(viscosity)
+        factors = np.array([1.0, 2.0 + second.ratio])
+        self._diagonal = diagonal_by_viscosity(body.mapped.content, self._product, factors, into)
+
+    def add_diagonal(self) -> None:
+        """Add the diagonal of the viscosities, without the constant part of λ."""
+        np.multiply(self._viscosity, self._volume, out=self._product)
+        scatter(self._diagonal)
+
+    def bulk(self) -> np.ndarray:
+        """Return 3λ + 2μ of each point [Pa s], shape (points,)."""
+        return (3.0 * self.second.ratio + 2.0) * self._viscosity + 3.0 * self.second.constant
 
 
 class ImplicitViscosity(StepPart):
@@ -168,15 +198,17 @@ class ImplicitViscosity(StepPart):
         self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
         self._factors = [np.zeros(2) for _ in bodies]
         self._diagonals = [
-            diagonal_by_viscosity(body.mapped.content, factors, self._rows.inverse)
+            diagonal_by_viscosity(body.mapped.content, body.mapped.content.points.volume, factors, self._rows.inverse)
             for body, factors in zip(bodies, self._factors, strict=True)
         ]
+        self._point_viscosities = [self._viscosity_of_points(body) for body in bodies]
         self._of_direction = [self._pass(body, self._rows.direction) for body in bodies]
         self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
         stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
         self._presses = stiffness > 0.0
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
         self._fast = self._make_fast() if self._presses else None
+        self._mean = self._mean_stress()
         self._theta = 1.0
 
     def _make_fast(self) -> FastDiagonalisation | None:
@@ -187,21 +219,38 @@ class ImplicitViscosity(StepPart):
         whole = float(volumes.sum())
         if whole < MOSTLY * self.field.grid.volume:
             return None
-        mean = (volumes / whole) @ np.array([body.implicit_stress for body in self._bodies])
-        return FastDiagonalisation(
-            self.field.grid, self._bodies[0].functions, float(masses.sum()) / whole, ImplicitStress(*mean.tolist())
-        )
+        return FastDiagonalisation(self.field.grid, self._bodies[0].functions, float(masses.sum()) / whole)
+
+    def _mean_stress(self) -> ImplicitStress:
+        """Return the mean parameters of the implicit stress over the volumes of the liquids."""
+        volumes = np.array([float(body.stored_array("volume").sum()) for body in self._bodies])
+        stresses = []
+        for body in self._bodies:
+            mu, lam, stiffness, least, second = body.implicit_stress
+            if second is not None:
+                mu = float(np.average(body.stored_array("viscosity"), weights=body.stored_array("volume")))
+                lam = second.ratio * mu + second.constant
+            stresses.append((mu, lam, stiffness, least))
+        mean = (volumes / float(volumes.sum())) @ np.array(stresses)
+        return ImplicitStress(*mean.tolist())
+
+    def _viscosity_of_points(self, body: Viscous) -> PointViscosity | None:
+        viscosity, second = body.point_viscosity, body.implicit_stress.second
+        return None if viscosity is None or second is None else PointViscosity(body, viscosity, second, self._rows.inverse)
 
     def _pass(self, body: Viscous, velocity: np.ndarray) -> Bundle:
-        how = StressByViscosity(*body.implicit_stress), body.viscous_stress, velocity, self._rows.viscous_force
-        return straining_by_viscosity(body.mapped.content, *how)
+        mu, lam, stiffness, _, second = body.implicit_stress
+        rule = StressByViscosity(UniformViscosity(mu, lam) if second is None else second, stiffness)
+        how = body.point_viscosity, body.viscous_stress, velocity, self._rows.viscous_force
+        return straining_by_viscosity(body.mapped.content, rule, *how)
 
     def begin(self, time: float, dt: float) -> None:
         self._theta = 1.0
 
     def exert_forces(self, dt: float) -> None:
-        """Set the share of the step in which viscous forces are implicit, for a step dt [s]."""
-        if self._presses:
+        """Set the share of the step in which viscous forces are implicit, for a step dt [s]: all of it if a viscosity depends
+        on the shear rate."""
+        if self._presses and not any(self._point_viscosities):
             explicit = max((body.totals.rate for body in self._explicit), default=0.0)
             self._theta = min(0.5 + max(LEAST_DAMPING, dt * explicit), 1.0) if self.rounds[1] >= DAMPED_STEPS else 1.0
 
@@ -212,16 +261,19 @@ class ImplicitViscosity(StepPart):
         self._n, self._dt = self.field.momentum.near(), dt
         begin(self._n, self._nodes, dt)
         self._earlier_power = self._add_earlier_forces(dt) if theta < 1.0 else 0.0
+        if self._fast is not None and any(self._point_viscosities):
+            self._mean = self._mean_stress()
         rounds = self._solve(theta * dt, dt / theta)
         self._power, self._compression = (
             theta * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
         )
         add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, theta)
-        for body in self._bodies:
+        for body, own_viscosity in zip(self._bodies, self._point_viscosities, strict=True):
             add_stress(body.n_slabs, body.mapped, body.viscous_stress, theta)
-            mu, lam, stiffness = body.implicit_stress
+            mu, lam, stiffness, *_ = body.implicit_stress
             if stiffness > 0.0 and dt > 0.0:
-                own = max(3.0 * lam + 2.0 * mu, 0.0)
+                own = np.full(len(body.viscous_stress), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
+                own = np.maximum(own, 0.0)
                 keep_viscous(body.n_slabs, body.mapped, body.viscous_stress, own / (own + 3.0 * stiffness * dt / theta))
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
@@ -244,14 +296,19 @@ class ImplicitViscosity(StepPart):
 
         dt: time over which viscous forces act [s]; pressing: time by which the stiffness of the pressure is multiplied [s].
         """
-        for body, factors, diagonal in zip(self._bodies, self._factors, self._diagonals, strict=True):
-            mu, lam, stiffness = body.implicit_stress
+        for body, factors, diagonal, own_viscosity in zip(
+            self._bodies, self._factors, self._diagonals, self._point_viscosities, strict=True
+        ):
+            mu, lam, stiffness, *_ = body.implicit_stress
+            if own_viscosity is not None:
+                own_viscosity.add_diagonal()
+                mu, lam = 0.0, own_viscosity.second.constant
             factors[:] = mu, 2.0 * mu + lam + stiffness * pressing
             scatter(diagonal)
         self._map(self._of_solution, pressing)
         start(self._n, self._nodes, dt, self._lightest)
         if self._fast is not None:
-            self._fast.begin(dt, pressing, self._rows.inverse)
+            self._fast.begin(dt, pressing, self._mean, self._rows.inverse)
         sums = self._summed()
         floor = RELATIVE_ROUNDING**2 * float(sums[ROUNDING])
         if self._presses:

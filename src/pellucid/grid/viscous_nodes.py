@@ -15,10 +15,11 @@ from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathe
 from pellucid.grid.points import HEATING, OK, POWER, MappedPoints, place_of
 from pellucid.grid.stencil import gather_gradient
 from pellucid.grid.viscous_rows import ViscousRows
-from pellucid.jit import kernel, point_function
+from pellucid.jit import generic, kernel, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_for, parallel_loop
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
+from pellucid.materials.rheology import SecondViscosity, UniformViscosity
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 DESCENT, RESIDUAL, CHANGE, ROUNDING, SIZE, COLUMNS = range(6)
@@ -214,10 +215,12 @@ def sum_lag(chunk, viscous, share):
 
 
 class Read(NamedTuple):
-    """Input of the loops of implicit viscosity at one point, or the arrays of all points: position and volume."""
+    """Input of the loops of implicit viscosity at one point, or the arrays of all points: position, volume and
+    viscosity."""
 
     position: Any  # [m]
     volume: Any  # [m³]
+    viscosity: Any  # shear viscosity [Pa s]; () if all points have the same
 
 
 class Kept(NamedTuple):
@@ -229,9 +232,23 @@ class Kept(NamedTuple):
 class StressByViscosity(NamedTuple):
     """Operation at each point: computes the stress σ = 2μD + (λ + KΔt) tr(D) I from the strain rate D of the nodal velocity."""
 
-    mu: float  # μ [Pa s]
-    lam: float  # λ [Pa s]
+    viscosity: Any  # `UniformViscosity`, or the `SecondViscosity` of points with their own shear viscosities
     stiffness: float  # K = ρc² of a pressure that is solved for [Pa], 0 without
+
+
+@generic
+def implicit_viscosities(viscosity: Any, own: Any) -> tuple[float, float]:
+    """Return the viscosities μ and λ [Pa s] of a point. viscosity: `StressByViscosity.viscosity`; own: `Read.viscosity`."""
+
+
+@point_function(implicit_viscosities, UniformViscosity)
+def _of_all(viscosity, own):
+    return viscosity.mu, viscosity.lam
+
+
+@point_function(implicit_viscosities, SecondViscosity)
+def _of_point(viscosity, own):
+    return own, viscosity.ratio * own + viscosity.constant
 
 
 @point_function(gathered, StressByViscosity)
@@ -241,22 +258,29 @@ def _gradient(rule, about, lattice, nodes, p, known):
 
 @point_function(at_point, StressByViscosity)
 def _stress(task, lattice, dt, p, known, g):
-    D, two_mu = symmetric_part(g), 2.0 * task.mu
+    mu, lam = implicit_viscosities(task.viscosity, p.viscosity)
+    D, two_mu = symmetric_part(g), 2.0 * mu
     growth = D[0] + D[1] + D[2]
     pressure = -task.stiffness * dt * growth
-    bulk = task.lam * growth - pressure
+    bulk = lam * growth - pressure
     stress = (two_mu * D[0] + bulk, two_mu * D[1] + bulk, two_mu * D[2] + bulk, two_mu * D[3], two_mu * D[4], two_mu * D[5])
     compression = -p.volume * pressure * growth
     return Found(Kept(stress), (p.volume * double_dot(stress, D) - compression, compression), 0.0, float(OK))
 
 
 def straining_by_viscosity(
-    mapped: MappedPoints, rule: StressByViscosity, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
+    mapped: MappedPoints,
+    rule: StressByViscosity,
+    viscosity: np.ndarray | None,
+    stress: np.ndarray,
+    velocity: np.ndarray,
+    force: np.ndarray,
 ) -> Bundle:
     """Build the loop that computes the implicit stresses of the points of a body, and maps their forces to the nodes; the step
     [s] of the loop is Δt of `StressByViscosity`.
 
-    stress: output [Pa], shape (points, 6). velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
+    viscosity: shear viscosity of each point [Pa s], shape (points,); None if all points have the same. stress: output [Pa],
+    shape (points, 6). velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
     force: nodal rows to which the forces are added [N]. Fills the columns of the sums over points [W] with the power of
     viscosity (POWER) and with the power Σ V KΔt tr(D)² of the change of pressure (HEATING). mapped: the points.
     """
@@ -264,17 +288,18 @@ def straining_by_viscosity(
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
     gives = by_slope(InternalForce(), InternalForceRead(points.volume, stress, ()), force)
     declared = Declaration(gathers=IDENTITY, sums=(POWER, HEATING))
-    read, kept = Read(points.position, points.volume), Kept(stress)
+    read, kept = Read(points.position, points.volume, () if viscosity is None else viscosity), Kept(stress)
     return pass_points(rule, declared, mapped._replace(nodes=nodes), read, kept, gives)
 
 
-def diagonal_by_viscosity(mapped: MappedPoints, factors: np.ndarray, into: np.ndarray) -> Bundle:
+def diagonal_by_viscosity(mapped: MappedPoints, volume: np.ndarray, factors: np.ndarray, into: np.ndarray) -> Bundle:
     """Build the loop that adds the diagonal of the viscous operator of a body's points, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along
     each axis d [kg/s], to the nodal rows `into`, shape (4 nodes,).
 
-    factors: the numbers μ and 2μ + λ [Pa s], which may change between loops, shape (2,).
+    volume: V [m³], shape (points,); factors: the numbers μ and 2μ + λ [Pa s], shape (2,). Both may change between loops. For
+    points with their own viscosities, `volume` is the product μV, and the factors are 1 and 2 + λ/μ.
     """
-    return giving(mapped, BySquare(mapped.points.volume, factors, into))
+    return giving(mapped, BySquare(volume, factors, into))
 
 
 @parallel_loop()
@@ -289,13 +314,13 @@ def add_stress(s, mapped, viscous, share):
 
 
 @parallel_loop()
-def keep_viscous(s, mapped, viscous, mean):
+def keep_viscous(s, mapped, viscous, share):
     """Remove the change of pressure from the implicit stresses of the points of slab s (see `Slabs`), `viscous` [Pa], shape
-    (points, 6), so that the viscous stresses remain; mean: share of the viscous stress in the mean stress; mapped: the points
-    (`MappedPoints`)."""
+    (points, 6), so that the viscous stresses remain; share: share of the viscous stress in the mean stress of each point, shape
+    (points,); mapped: the points (`MappedPoints`)."""
     slabs, index = mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        more = (mean - 1.0) / 3.0 * (viscous[p, 0] + viscous[p, 1] + viscous[p, 2])
+        more = (share[p] - 1.0) / 3.0 * (viscous[p, 0] + viscous[p, 1] + viscous[p, 2])
         for k in range(3):
             viscous[p, k] += more

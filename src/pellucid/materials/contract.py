@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.materials.law import SQUEEZED, ZERO_GRADIENT, Law, diffusivity, signal_speed
 from pellucid.materials.point_state import PointState
+from pellucid.materials.rheology import SecondViscosity
 from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, check, parameter
 from pellucid.registry import Family
@@ -32,11 +33,14 @@ class BodyMaterial(Model):
 
 class ImplicitStress(NamedTuple):
     """Parameters of the stress σ = 2μD + (λ + KΔt) tr(D) I that a fluid adds to the stress of its law and for which the nodes
-    solve in each step Δt, with the strain rate D at the end of the step: viscosities and the stiffness of the pressure."""
+    solve in each step Δt, with the strain rate D at the end of the step: viscosities and the stiffness of the pressure. With
+    `second`, each point has its own viscosities: μ is the `viscosity` of its state, from the step before."""
 
-    mu: float  # shear viscosity μ [Pa s]
-    lam: float  # second viscosity λ [Pa s]
+    mu: float  # shear viscosity μ, at rest [Pa s]
+    lam: float  # second viscosity λ, at rest [Pa s]
     stiffness: float  # K = ρc² if the change of the pressure in the step is implicit, else 0 [Pa]
+    least: float = 0.0  # smallest shear viscosity at any shear rate [Pa s]
+    second: SecondViscosity | None = None  # λ as a function of the viscosity μ of the point; None: uniform viscosities
 
 
 class PointMaterial(BodyMaterial):

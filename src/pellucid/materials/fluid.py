@@ -1,5 +1,6 @@
 """Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I, with the pressure P and the artificial viscous pressure q.
-Source: Gan et al. 2011, eqs. 23–33."""
+Source: Gan et al. 2011, eqs. 23–33. The shear viscosity μ is a constant, or a function of the shear rate by a law of
+`pellucid.materials.rheology`."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
@@ -7,7 +8,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
-from pellucid.jit import point_function, pointwise
+from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.contract import ImplicitStress, PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, energy_of_pressure, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
@@ -23,10 +24,18 @@ from pellucid.materials.law import (
     stored_energy,
     update,
 )
-from pellucid.materials.point_state import point_state
+from pellucid.materials.point_state import PointState, point_state
+from pellucid.materials.rheology import (
+    Rheology,
+    SecondViscosity,
+    ShearThinning,
+    UniformViscosity,
+    shear_viscosity,
+    viscosities,
+)
 from pellucid.materials.trial import Operation
 from pellucid.model import Model, check, parameter
-from pellucid.tensors import Symmetric, double_dot, symmetric_part
+from pellucid.tensors import NO_STRESS, Symmetric, double_dot, symmetric_part
 
 
 class ArtificialViscosity(NamedTuple):
@@ -74,18 +83,17 @@ LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may com
 
 
 @rate_type
-class NewtonianFluid(NamedTuple):
-    """Parameters of the compressible viscous fluid: equation of state, energy update, artificial viscosity, shear and second
-    viscosity [Pa s].
+class ViscousFluid(NamedTuple):
+    """Parameters of the compressible viscous fluid: equation of state, energy update, artificial viscosity and viscosity.
 
-    The types of `eos` and `energy_update`, both NamedTuples, select the functions that compute pressure and energy.
+    The types of `eos`, `energy_update` and `viscosity`, all NamedTuples, select the functions that compute pressure, energy and
+    viscosities.
     """
 
     eos: Any
     energy_update: Any
     artificial_viscosity: ArtificialViscosity
-    mu: float
-    lam: float
+    viscosity: Any  # `UniformViscosity` or `ShearThinning`
     waves: float  # 1, or 0 if the pressure is implicit, so that pressure waves do not limit the step
 
 
@@ -95,6 +103,31 @@ class FluidState(NamedTuple):
 
     stress: Symmetric
     internal_energy: float
+
+
+@point_state(viscosity=("Pa*s", "shear viscosity at the shear rate of the last step"))
+class ShearThinningState(NamedTuple):
+    """State of a fluid point with a rheology: Cauchy stress [Pa], specific internal energy [J/kg], shear viscosity [Pa s]."""
+
+    stress: Symmetric
+    internal_energy: float
+    viscosity: float
+
+
+@generic
+def fluid_state(viscosity: Any, stress: Symmetric, energy: float, mu: float) -> PointState:
+    """Return the state of a fluid point. viscosity: `UniformViscosity` or `ShearThinning`; stress [Pa]; energy: specific
+    internal energy [J/kg]; mu: shear viscosity of the point [Pa s]."""
+
+
+@point_function(fluid_state, UniformViscosity)
+def _uniform_state(viscosity, stress, energy, mu):
+    return FluidState(stress, energy)
+
+
+@point_function(fluid_state, ShearThinning)
+def _thinning_state(viscosity, stress, energy, mu):
+    return ShearThinningState(stress, energy, mu)
 
 
 class FluidMaterial(PointMaterial):
@@ -107,6 +140,9 @@ class FluidMaterial(PointMaterial):
     pressure: float = parameter("Pa", "initial pressure", 0.0)
     eos: EquationOfState = parameter("", "equation of state")
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
+    rheology: Rheology | None = parameter(
+        "", "alternative to `viscosity`: shear viscosity as a function of the shear rate", None
+    )
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; default: Stokes' value -2μ/3", None)
     implicit_viscosity: bool = parameter(
         "", "true: solve for the viscous stress implicitly on the nodes; viscosity then does not limit the time step", False
@@ -137,10 +173,17 @@ class FluidMaterial(PointMaterial):
             raise ValueError(f'{text}; add energy_update = "closed"')
 
     @check
+    def _viscosity_is_given_once(self) -> None:
+        if self.rheology is not None and self.viscosity > 0.0:
+            text = f"viscosity = {self.viscosity:g} Pa*s and rheology both define the shear viscosity"
+            raise ValueError(f"{text}; remove one of the two")
+
+    @check
     def _viscosity_takes_energy(self) -> None:
-        least = -2.0 / 3.0 * self.viscosity
+        name = "viscosity" if self.rheology is None else "of the viscosity in the limit of infinite shear rates"
+        least = -2.0 / 3.0 * self._least_viscosity()
         if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
-            text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s"
+            text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 {name} = {least:g} Pa*s"
             raise ValueError(f"{text}: expansion would gain energy; remove `second_viscosity` to use Stokes' value")
 
     @check
@@ -220,16 +263,17 @@ class FluidMaterial(PointMaterial):
             "internal_energy": arrays["internal_energy"] + gained,
         }
 
-    def law(self) -> NewtonianFluid:
+    def law(self) -> ViscousFluid:
         """Return the law, as a NamedTuple of its parameters for the kernels. It does not contain a viscosity that is solved
         for implicitly on the nodes."""
-        mu, lam = (0.0, 0.0) if self._implicit_key else self.viscosities()
-        return NewtonianFluid(
+        viscosity: Any = UniformViscosity(*((0.0, 0.0) if self._implicit_key else self.viscosities()))
+        if self.rheology is not None:
+            viscosity = ShearThinning(self.rheology.law(), self._second_viscosity(), 0.0 if self._implicit_key else 1.0)
+        return ViscousFluid(
             self.eos.law(self.density, self.pressure),
             ENERGY_UPDATES[self.energy_update],
             self.artificial_viscosity.law(),
-            mu,
-            lam,
+            viscosity,
             0.0 if self.implicit_pressure else 1.0,
         )
 
@@ -238,7 +282,9 @@ class FluidMaterial(PointMaterial):
         None. The stiffness of the pressure is that of the initial state."""
         if self._implicit_key is None:
             return None
-        return ImplicitStress(*self.viscosities(), self.density * self.wave_speeds()[0] ** 2 if self.implicit_pressure else 0.0)
+        stiffness = self.density * self.wave_speeds()[0] ** 2 if self.implicit_pressure else 0.0
+        second = None if self.rheology is None else self._second_viscosity()
+        return ImplicitStress(*self.viscosities(), stiffness, self._least_viscosity(), second)
 
     def with_implicit_pressure(self) -> Self | None:
         smoothed = self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0
@@ -250,13 +296,22 @@ class FluidMaterial(PointMaterial):
         return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
     def viscosities(self) -> tuple[float, float]:
-        """Return the shear and second viscosities μ and λ [Pa s]."""
-        return self.viscosity, -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
+        """Return the shear and second viscosities μ and λ [Pa s] at rest, where a rheology has its largest viscosity."""
+        mu = self.viscosity if self.rheology is None else float(shear_viscosity(self.rheology.law(), 0.0))
+        return mu, -2.0 / 3.0 * mu if self.second_viscosity is None else self.second_viscosity
 
-    def initial_state(self) -> FluidState:
-        A, B = pressure_line(self.law().eos, self.density)
-        P = self.pressure
-        return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
+    def _least_viscosity(self) -> float:
+        return self.viscosity if self.rheology is None else self.rheology.least_viscosity()
+
+    def _second_viscosity(self) -> SecondViscosity:
+        given = self.second_viscosity
+        return SecondViscosity(-2.0 / 3.0, 0.0) if given is None else SecondViscosity(0.0, given)
+
+    def initial_state(self) -> FluidState | ShearThinningState:
+        law, P = self.law(), self.pressure
+        A, B = pressure_line(law.eos, self.density)
+        stress, energy = (-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0
+        return fluid_state(law.viscosity, stress, energy, self.viscosities()[0])  # type: ignore[return-value]
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
         """Return densities and states of an isentropic column in hydrostatic equilibrium; arguments and result as in
@@ -265,10 +320,13 @@ class FluidMaterial(PointMaterial):
         density, energy = states_at_rest(eos, self.density, self.initial_state().internal_energy, gravity, depth)
         stress = np.zeros((len(depth), 6))
         stress[:, :3] = -np.array([pressure(eos, *state) for state in zip(density, energy, strict=True)])[:, None]
-        return density, FluidState(stress, energy)._asdict()  # type: ignore[arg-type]
+        at_rest = np.full(len(depth), self.viscosities()[0])
+        state: Any = fluid_state(self.law().viscosity, stress, energy, at_rest)  # type: ignore[arg-type]
+        return density, state._asdict()
 
     def operations(self, law: Any) -> Mapping[Law, Sequence[Operation]]:
-        return {**super().operations(law), law.eos: (pressure_line, lowest_pressure, sound_speed)}
+        rheology = {} if self.rheology is None else {law.viscosity.rheology: (shear_viscosity,)}
+        return {**super().operations(law), law.eos: (pressure_line, lowest_pressure, sound_speed), **rheology}
 
     def wave_speeds(self) -> tuple[float, float]:
         return sound_speed(self.law().eos, self.density, self.initial_state().internal_energy), 0.0
@@ -280,14 +338,15 @@ class FluidMaterial(PointMaterial):
             yield "pressure", text, "increase the pressure, or p_infinity if the equation has one"
 
 
-@point_function(update, NewtonianFluid)
+@point_function(update, ViscousFluid)
 def _update(law, state, density, L, dt, length):
     D = symmetric_part(L)
     trD = D[0] + D[1] + D[2]
     a = sound_speed(law.eos, density, state.internal_energy)
     q = artificial_pressure(law.artificial_viscosity, density, a, trD, length)
-    bulk = law.lam * trD
-    viscous_power = 2.0 * law.mu * double_dot(D, D) + bulk * trD
+    mu, lam, point_viscosity = viscosities(law.viscosity, D)
+    bulk = lam * trD
+    viscous_power = 2.0 * mu * double_dot(D, D) + bulk * trD
     heating_q = law.artificial_viscosity.work * q
     by_density = 1.0 / density
     other_work = dt * by_density * (viscous_power - heating_q * trD)
@@ -299,7 +358,7 @@ def _update(law, state, density, L, dt, length):
     energy = new_energy(law.energy_update, law.eos, state.internal_energy, density, trD, old_work, other_work, dt)
     ahead = energy_of_pressure(law.energy_update, law.eos, energy, density, trD, old_work, other_work, dt)
     normal = bulk - pressure(law.eos, density, ahead) - q
-    two_mu = 2.0 * law.mu
+    two_mu = 2.0 * mu
     stress = (
         two_mu * D[0] + normal,
         two_mu * D[1] + normal,
@@ -308,27 +367,28 @@ def _update(law, state, density, L, dt, length):
         two_mu * D[4],
         two_mu * D[5],
     )
-    return FluidState(stress, energy)
+    return fluid_state(law.viscosity, stress, energy, point_viscosity)
 
 
-@point_function(signal_speed, NewtonianFluid)
+@point_function(signal_speed, ViscousFluid)
 def _signal_speed(law, state, density, L, length):
     a = sound_speed(law.eos, density, state.internal_energy)
     Q = artificial_speed(law.artificial_viscosity, a, L[0] + L[4] + L[8], length)
     return law.waves * (Q + sqrt(Q * Q + a * a))
 
 
-@point_function(diffusivity, NewtonianFluid)
+@point_function(diffusivity, ViscousFluid)
 def _diffusivity(law, density):
-    return (2.0 * law.mu + law.lam) * (1.0 / density)
+    mu, lam, _ = viscosities(law.viscosity, NO_STRESS)  # at rest, where viscosities are largest
+    return (2.0 * mu + lam) * (1.0 / density)
 
 
-@point_function(stored_energy, NewtonianFluid)
+@point_function(stored_energy, ViscousFluid)
 def _stored_energy(law, state, density):
     return state.internal_energy
 
 
-@point_function(artificial_heating, NewtonianFluid)
+@point_function(artificial_heating, ViscousFluid)
 def _artificial_heating(law, state, density, L, length):
     av = law.artificial_viscosity
     trD = L[0] + L[4] + L[8]
@@ -336,6 +396,6 @@ def _artificial_heating(law, state, density, L, length):
     return -av.work * artificial_pressure(av, density, a, trD, length) * trD * (1.0 / density)
 
 
-@point_function(point_pressure, NewtonianFluid)
+@point_function(point_pressure, ViscousFluid)
 def _point_pressure(law, state, density):
     return pressure(law.eos, density, state.internal_energy)

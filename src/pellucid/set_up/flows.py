@@ -171,7 +171,7 @@ def slipped_past(case: Case) -> Iterator[str]:
         material = getattr(fluid, "material", None)
         if not fluid.solves_viscosity or not isinstance(material, PointMaterial):
             continue
-        mu, lam, _ = material.implicit_stress() or (0.0, 0.0, 0.0)
+        mu, lam, *_ = material.implicit_stress() or (0.0, 0.0)
         step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
         after = [other.name for other in case.body if _acts_after(other, fluid)]
         if after:

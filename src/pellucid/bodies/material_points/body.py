@@ -91,6 +91,11 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         return self.material.implicit_stress() or ImplicitStress(0.0, 0.0, 0.0)
 
     @property
+    def point_viscosity(self) -> np.ndarray | None:
+        """Shear viscosity of each point of a fluid with a rheology [Pa s], shape (n,); None for other materials."""
+        return self.arrays.get("viscosity")
+
+    @property
     def _curving(self) -> bool:
         return self.implicit_stress.stiffness > 0.0
 

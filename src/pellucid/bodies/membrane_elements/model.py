@@ -97,7 +97,7 @@ class MembraneElementsCase(MembraneCase):
         together = [body for body in bodies if body.field == self.field]
         aware._is_shared = len(together) > 1
         solved = [stress for body in together if (stress := body.implicit_stress) is not None and stress.stiffness > 0.0]
-        aware._viscosity = min((stress.mu for stress in solved), default=None)
+        aware._viscosity = min((stress.least for stress in solved), default=None)
         return aware
 
     def in_liquid(self, cell: float) -> Callable[[float], StepLimit] | None:
