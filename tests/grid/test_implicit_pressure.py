@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from small_cases import SLIP, advance, box, case
+from small_cases import SLIP, SOLID, advance, box, case
 
 from pellucid.grid.implicit_viscosity import DAMPED_STEPS, ImplicitViscosity
 from pellucid.grid.passes.gifts import scatter
@@ -303,10 +303,11 @@ def test_the_forecast_suggests_it_where_it_pays():
         ("gas", {"eos": GAS, "pressure": 1.0}, "quadratic-bspline"),
     ):
         body = box((0, -0.5, 0), (0.5, 0.5, H), LIQUID | thick | change, (2, 2, 1), velocity=(1.0, 0, 0))
-        told[name] = [line for line in foretell_case(plane(body, functions=functions).case) if line.startswith("hint")]
+        sim = plane(body, functions=functions, output={"history": 0.05})
+        told[name] = [line for line in foretell_case(sim.case) if line.startswith("hint: body.block.material.implicit_p")]
     (hint,) = told.pop("thick")
     assert hint.startswith('hint: body.block.material.implicit_pressure = true, with time.scheme = "usl", would allow')
-    assert "31 times as long" in hint  # (c + v)/v
+    assert "up to 31 times as long" in hint  # (c + v)/v, as long as the interval of the history
     assert not any(told.values())
 
 
@@ -328,6 +329,14 @@ GAS = {"kind": "ideal-gas", "gamma": 1.4}
 def test_what_does_not_fit_is_refused(change, more, text):
     with pytest.raises(ValueError, match=text):
         slit(LIQUID | change, **more)
+
+
+@pytest.mark.parametrize("other", [{"rigid": True}, {"field": "other"}])
+def test_bodies_that_act_after_the_solve_are_refused(other):
+    lower = box((0, -0.5, 0), (0.5, 0, H), LIQUID, (2, 2, 1), name="liquid")
+    block = box((0.125, 0, 0), (0.375, 0.25, H), SOLID, (2, 2, 1), **other)
+    with pytest.raises(ValueError, match=r"implicit_pressure: the pressure is solved for before the contact with block"):
+        plane(lower, block, functions="quadratic-bspline")
 
 
 def test_cell_pressures_do_not_go_with_it():

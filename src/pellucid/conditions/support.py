@@ -373,7 +373,8 @@ def _why_no_yielding_wall(body: BodyModel, alone: bool) -> Reason | None:
     if body.moves and body.owns_nodes(alone) and not body.own_material_nodes:
         remedy = "remove this key, and model the floor as a body held by a motion, with a `field` of its own and a [[contact]]"
         return Reason(f"body {body.name} has its own nodes, for which supports have no friction and do not open", remedy)
-    if body.solves_viscosity:
+    if (stress := body.implicit_stress) is not None:
         text = f"the viscosity of body {body.name} is implicit, so walls with friction or openings are not possible"
-        return Reason(text, "remove friction and opening of the wall, or `implicit_viscosity` of the body")
+        key = "implicit_pressure" if stress.stiffness > 0.0 else "implicit_viscosity"
+        return Reason(text, f"remove friction and opening of the wall, or `{key}` of the body")
     return None

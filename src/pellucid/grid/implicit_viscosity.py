@@ -339,7 +339,7 @@ class ImplicitViscosity(StepPart):
     def after_momentum(self) -> None:
         """Let the solution strain the points, and find the longest next step: it is at most GROWTH times as long as this one,
         and the largest acceleration of a node, over a step of this length, moves it by at most half a cell."""
-        if not self._presses:
+        if not self._presses or self._dt == 0.0:
             return
         strain_by_solution(self._n, self._nodes)
         edges, nodes = self.field.momentum.advanced.edges, self.field.grid.nodes
@@ -365,16 +365,18 @@ class ImplicitViscosity(StepPart):
         return self.field.momentum.sum_of_near(self._sums)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise RunStopped if the conjugate gradient iterations for the viscous stresses did not converge in step
+        """Raise RunStopped if the conjugate gradient iterations for the implicit stresses did not converge in step
         `n_steps`, which ended at `time` [s]."""
         if self._wrong is None:
             return
         text = (
-            f"step {n_steps}, time {time:.6g} s: implicit viscosity in the velocity field `{self.field.name}` did not "
+            f"step {n_steps}, time {time:.6g} s: implicit {'pressure' if self._presses else 'viscosity'} in the velocity field "
+            f"`{self.field.name}` did not "
             f"converge: after {MOST_ROUNDS} iterations the relative error of its forces is {self._wrong:.2g}, "
             f"above {TOLERANCE:g}"
         )
-        raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
+        softer = ", or a smaller eos.sound_speed" if self._presses else ""
+        raise RunStopped(f"{text}; use a smaller time.step or time.courant{softer}", step=n_steps, time=time)
 
     def work(self) -> StepWork:
         """Return the works of the viscous stress in the last step along the mean nodal velocities [J]: the dissipation, and the

@@ -22,7 +22,7 @@ from pellucid.case.sections import parts_of
 from pellucid.compilation.reporting import kernel_key
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
-from pellucid.errors import UsageError
+from pellucid.errors import CaseError, UsageError
 from pellucid.jit import cache_folder
 from pellucid.materials.contract import PointMaterial
 from pellucid.parts.condition import Condition, is_driven
@@ -158,15 +158,8 @@ def implicit_hint(case: "Case") -> str | None:
     if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
         return None
     limit = limit_of_model(case)
-    if limit.cause in ("wave", "membrane", "viscous") and case.grid.functions.endswith("bspline"):
-        other, names = _implicit(case, methodcaller("with_implicit_pressure"))
-        longer = limit_of_model(other).step / limit.step if names else 1.0
-        if isfinite(longer) and longer >= WORTHWHILE:
-            cost = _cost_of_pressure(other, case.time.courant * limit.step * longer)
-            if longer >= GAIN * cost:
-                keys = " and ".join(f"body.{name}.material.implicit_pressure" for name in names)
-                text = f"would allow time steps {longer:.2g} times as long, at about {cost:.2g} times the cost per step"
-                return f'hint: {keys} = true, with time.scheme = "usl", {text}'
+    if limit.cause in ("wave", "membrane", "viscous") and (hint := _pressure_hint(case, limit)) is not None:
+        return hint
     if limit.cause != "viscous":
         return None
     other, names = _implicit(case, methodcaller("with_implicit_viscosity"))
@@ -175,6 +168,25 @@ def implicit_hint(case: "Case") -> str | None:
         return None
     keys = " and ".join(f"body.{name}.material.implicit_viscosity" for name in names)
     return f"hint: {keys} = true would allow time steps {longer:.2g} times as long, at two to four times the cost per step"
+
+
+def _pressure_hint(case: "Case", limit: StepLimit) -> str | None:
+    """Return a text that suggests implicit pressure if it is possible in the case, with steps up to the interval of the
+    history, and would take at most half of the run time; else None. limit: step limit of the case as it is."""
+    _, names = _implicit(case, methodcaller("with_implicit_pressure"))
+    keys = {f"body.{name}.material.implicit_pressure": True for name in names}
+    try:
+        other = case.with_settings(keys | {"time.scheme": "usl"}) if keys else case
+    except CaseError:
+        return None
+    courant = case.time.courant
+    step = min(courant * limit_of_model(other).step, case.output.rows_every(case.time.end))
+    longer = step / (courant * limit.step)
+    cost = _cost_of_pressure(other, step)
+    if longer < max(WORTHWHILE, GAIN * cost):
+        return None
+    text = f"would allow time steps up to {longer:.3g} times as long, at about {cost:.2g} times the cost per step"
+    return f'hint: {" and ".join(keys)} = true, with time.scheme = "usl", {text}'
 
 
 def _cost_of_pressure(case: "Case", step: float) -> float:
@@ -292,8 +304,10 @@ def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: floa
         text = f"time.step is {time.step / limit.step:.2g} of the stable step{by}: {limit.reason}"
         return _counted(left, time.step, text)
     if rows <= time.courant * limit.step:
-        text = "limited by output.history; bodies with their own time steps subdivide these steps according to `accuracy`"
-        return _counted(left, rows, text)
+        own = any(body.has_own_step for body in case.body)
+        more = "bodies with their own time steps subdivide these steps according to `accuracy`"
+        text = more if own else "there are more steps if the motion becomes fast enough to limit them"
+        return _counted(left, rows, f"limited by output.history; {text}")
     courant = "" if limit.cause == "contact" else f"; time.courant = {time.courant:g}"
     return _counted(left, time.courant * limit.step, f"limited by {because}{courant}")
 

@@ -42,7 +42,7 @@ class Clock:
 
     The stable step of a body is h/(c + |v|) for the cell size h, the wave speed c, which artificial viscosity increases, and
     the speed |v|, or h²ρ/(2(2μ+λ)) for the density ρ and the viscosities μ and λ. The step is also limited by the parts of
-    the step, and by the time of fall through a cell.
+    the step, and by the time of fall through a cell. Steps that are not fixed are also limited by `StepPart.longest_step`.
 
     longest: time of fall through a cell [s]; most: largest step allowed by the output, if bodies can take longer ones
     [s]; parts: parts of the step.

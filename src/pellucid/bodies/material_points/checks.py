@@ -32,11 +32,6 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:
         yield Finding((*path, "points_per_cell"), str(error))
-    stress = body.implicit_stress
-    if stress is not None and stress.stiffness > 0.0 and not grid.functions.endswith("bspline"):
-        text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
-        remedy = 'use grid.functions = "quadratic-bspline", or remove implicit_pressure'
-        yield Finding((*path, "material", "implicit_pressure"), text, remedy)
     shape, geometry = (*path, "shape"), body.shape.chosen()
     ends = zip("xyz", *geometry.bounds(), grid.thin(), strict=True)
     for axis, low, high, thin in ends if body.shape.rotate is not None else ():
@@ -200,6 +195,25 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
     except ValueError as error:
         remedy = "for a fluid, set a pressure or `hydrostatic`; stress other bodies by loads, with [settle]"
         yield Finding(here, str(error), remedy)
+
+
+def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield findings (errors of the case) for an implicit pressure with unsuitable shape functions, or with bodies that act on
+    the liquid after its pressure is solved for. path: path of the body in the data of the case; parts: all parts of the case.
+    """
+    stress, grid = body.implicit_stress, parts.grid
+    if stress is None or stress.stiffness == 0.0 or grid is None:
+        return
+    here = (*path, "material", "implicit_pressure")
+    if not grid.functions.endswith("bspline"):
+        text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
+        yield Finding(here, text, 'use grid.functions = "quadratic-bspline", or remove implicit_pressure')
+    bodies = parts.of(BodyModel)
+    after = [other.name for other in bodies if other.moves and (other.is_rigid or other.field != body.field)]
+    if after:
+        text = f"the pressure is solved for before the contact with {listed(after)}, which long steps do not resolve"
+        remedy = f"remove implicit_pressure, or place {listed(after)} in the velocity field of {body.name}, not rigid"
+        yield Finding(here, text, remedy)
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:

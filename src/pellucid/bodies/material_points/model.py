@@ -10,6 +10,7 @@ from pellucid.bodies.material_points.checks import (
     cut_problems,
     grid_problems,
     hydrostatic_problems,
+    implicit_pressure_problems,
     outside_problems,
     rigid_problems,
     stress_problems,
@@ -105,5 +106,6 @@ class MaterialPointsCase(SeededBody):
             yield from cut_problems(self, path, grid, parts)
         yield from outside_problems(self, path, parts)
         yield from cell_pressure_problems(self, path, parts)
+        yield from implicit_pressure_problems(self, path, parts)
         if not (self.rigid or is_driven(self.name, parts)):
             yield from (Finding((*path, "material", key), text, remedy) for key, text, remedy in self.material.problems())
