@@ -61,9 +61,25 @@ def advance(sim, steps):
     return sim
 
 
-def to_the_end(case, threads=1):
-    """Run a case, and return its simulation at the end."""
-    sim = Simulation(case, threads=threads)
+def finished(sim):
+    """Advance a simulation to the end of its case, and return it."""
     while not sim.clock.finished(None):
         sim.step()
     return sim
+
+
+def to_the_end(case, threads=1):
+    """Run a case, and return its simulation at the end."""
+    return finished(Simulation(case, threads=threads))
+
+
+def copied_state(sim):
+    """Return copies of the arrays of a checkpoint of a simulation, by name."""
+    return {name: array.copy() for name, array in sim.state_arrays().items()}
+
+
+def assert_same_arrays(one, two):
+    """Check that two sets of arrays by name are equal, bit for bit."""
+    assert one.keys() == two.keys()
+    for name, array in one.items():
+        assert np.array_equal(array, two[name]), name

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from small_cases import SLIP, SOLID, advance, box, case
+from small_cases import SLIP, SOLID, advance, assert_same_arrays, box, case, copied_state, finished
 
 from pellucid.grid.implicit_viscosity import DAMPED_STEPS, ImplicitViscosity
 from pellucid.grid.passes.gifts import scatter
@@ -33,7 +33,7 @@ def slit(material=LIQUID, load=PUSH, end=0.06, **more):
 
 
 def vortices(material, n=32, amplitude=0.5, threads=1, **more):
-    """Those of Taylor and Green, in a periodic box of one wavelength."""
+    """Return a simulation of Taylor-Green vortices in a periodic box of one wavelength."""
     k = 2.0 * np.pi
     waves = [((amplitude, -amplitude, 0), (k, k, 0)), ((amplitude, amplitude, 0), (k, -k, 0))]
     initial = [{"kind": "sine-wave", "amplitude": a, "wave_vector": w} for a, w in waves]
@@ -45,22 +45,6 @@ def vortices(material, n=32, amplitude=0.5, threads=1, **more):
 def solver(sim):
     (found,) = sim.parts.of(ImplicitViscosity)
     return found
-
-
-def finished(sim):
-    while not sim.clock.finished(None):
-        sim.step()
-    return sim
-
-
-def state(sim):
-    return {name: array.copy() for name, array in sim.state_arrays().items()}
-
-
-def assert_same(one, two):
-    assert one.keys() == two.keys()
-    for name, array in one.items():
-        assert np.array_equal(array, two[name]), name
 
 
 def test_a_slit_flows_with_steps_beyond_sound():
@@ -165,12 +149,12 @@ def test_a_column_at_rest_carries_its_weight():
 
 def test_threads_and_a_checkpoint_change_no_bit():
     one, two = (advance(vortices(THIN, threads=threads), 8) for threads in (1, 2))
-    assert_same(state(one), state(two))
-    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), state(one), vortices(THIN)
+    assert_same_arrays(copied_state(one), copied_state(two))
+    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), copied_state(one), vortices(THIN)
     resumed.restore(arrays, numbers)
     advance(one, 4)
     advance(resumed, 4)
-    assert_same(state(one), state(resumed))
+    assert_same_arrays(copied_state(one), copied_state(resumed))
     assert one.budget.energies() == resumed.budget.energies()
     assert one.facts() == resumed.facts()
 

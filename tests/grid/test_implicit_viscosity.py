@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import SLIP, SOLID, advance, box, case
+from small_cases import SLIP, SOLID, advance, assert_same_arrays, box, case, copied_state, finished
 
 from pellucid.errors import RunStopped
 from pellucid.grid import implicit_viscosity
@@ -30,14 +30,8 @@ def slit(material=IMPLICIT, load=PUSH, end=0.03, **more):
     return plane(box((0, -0.5, 0), (0.5, 0.5, H), material, (2, 2, 1)), load=load, end=end, **more)
 
 
-def finished(sim):
-    while not sim.clock.finished(None):
-        sim.step()
-    return sim
-
-
 def vortices(material, n=32, **more):
-    """Those of Taylor and Green."""
+    """Return a simulation of Taylor-Green vortices in a periodic box."""
     k = 2.0 * np.pi
     waves = [((0.5, -0.5, 0), (k, k, 0)), ((0.5, 0.5, 0), (k, -k, 0))]
     initial = [{"kind": "sine-wave", "amplitude": a, "wave_vector": w} for a, w in waves]
@@ -51,16 +45,6 @@ def fading(sim):
     begun = sim.kinetic_energy()
     finished(sim)
     return 0.5 * np.log(begun / sim.kinetic_energy()) / sim.time
-
-
-def state(sim):
-    return {name: array.copy() for name, array in sim.state_arrays().items()}
-
-
-def assert_same(one, two):
-    assert one.keys() == two.keys()
-    for name, array in one.items():
-        assert np.array_equal(array, two[name]), name
 
 
 def test_the_nodes_move_as_the_equation_says():
@@ -152,12 +136,12 @@ def test_a_rigid_rotation_feels_none():
 
 def test_threads_and_a_checkpoint_change_no_bit():
     one, two = (advance(slit(threads=threads), 6) for threads in (1, 2))
-    assert_same(state(one), state(two))
-    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), state(one), slit()
+    assert_same_arrays(copied_state(one), copied_state(two))
+    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), copied_state(one), slit()
     resumed.restore(arrays, numbers)
     advance(one, 6)
     advance(resumed, 6)
-    assert_same(state(one), state(resumed))
+    assert_same_arrays(copied_state(one), copied_state(resumed))
     assert one.budget.energies() == resumed.budget.energies()
     assert one.facts() == resumed.facts()
 

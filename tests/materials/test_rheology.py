@@ -7,7 +7,7 @@ import pytest
 from samples import fluid
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from small_cases import advance, box, case
+from small_cases import advance, assert_same_arrays, box, case, copied_state, finished
 
 from pellucid.grid.implicit_viscosity import ImplicitViscosity
 from pellucid.grid.passes.gifts import scatter
@@ -108,12 +108,6 @@ def channel(rheology, how, n=16, end=0.03, threads=1, **more):
     table = {"periodic": ["x"], "support": WALLS, "load": push, "end": end} | more
     body = box((0, -0.5, 0), (4.0 * h, 0.5, h), material, (2, 2, 1))
     return Simulation(case(body, counts=(4, n, 1), cell=h, lower=(0, -0.5, 0), **table), threads=threads)
-
-
-def finished(sim):
-    while not sim.clock.finished(None):
-        sim.step()
-    return sim
 
 
 def profile(sim):
@@ -225,23 +219,22 @@ def test_the_preconditioner_is_the_diagonal(second):
         assert rows.inverse[k] > 0.0
 
 
-def state(sim):
-    return {name: array.copy() for name, array in sim.state_arrays().items()}
-
-
 @pytest.mark.parametrize("how", [EXPLICIT, VISCOUS, PRESSED], ids=["explicit", "viscosity", "pressure"])
 def test_threads_and_a_checkpoint_change_no_bit(how):
     one, two = (advance(channel(CASSON, how, n=8, end=1.0, threads=threads), 6) for threads in (1, 2))
     assert np.ptp(one.bodies[0].arrays["viscosity"]) > 0.0
-    numbers, arrays, resumed = json.loads(json.dumps(one.state_numbers())), state(one), channel(CASSON, how, n=8, end=1.0)
+    numbers, arrays, resumed = (
+        json.loads(json.dumps(one.state_numbers())),
+        copied_state(one),
+        channel(CASSON, how, n=8, end=1.0),
+    )
     resumed.restore(arrays, numbers)
     advance(one, 6)
     advance(two, 6)
     advance(resumed, 6)
     for other in (two, resumed):
         assert one.budget.energies() == other.budget.energies()
-        for name, array in state(one).items():
-            assert np.array_equal(array, state(other)[name]), name
+        assert_same_arrays(copied_state(one), copied_state(other))
 
 
 def test_a_run_goes_on_from_frames():

@@ -208,7 +208,7 @@ class ImplicitViscosity(StepPart):
         self._presses = stiffness > 0.0
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
         self._fast = self._make_fast() if self._presses else None
-        self._mean = self._mean_stress()
+        self._mean = self._mean_stress() if self._fast is not None else ImplicitStress(0.0, 0.0, 0.0, 0.0)
         self._theta = 1.0
 
     def _make_fast(self) -> FastDiagonalisation | None:
@@ -243,9 +243,6 @@ class ImplicitViscosity(StepPart):
         rule = StressByViscosity(UniformViscosity(mu, lam) if second is None else second, stiffness)
         how = body.point_viscosity, body.viscous_stress, velocity, self._rows.viscous_force
         return straining_by_viscosity(body.mapped.content, rule, *how)
-
-    def begin(self, time: float, dt: float) -> None:
-        self._theta = 1.0
 
     def exert_forces(self, dt: float) -> None:
         """Set the share of the step in which viscous forces are implicit, for a step dt [s]: all of it if a viscosity depends

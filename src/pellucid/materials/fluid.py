@@ -208,7 +208,7 @@ class FluidMaterial(PointMaterial):
                 f"implicit_pressure = true, but the pressure of the equation of state {self.eos.kind!r} depends on the energy"
             )
             raise ValueError(f"{text}; use an equation of state of a liquid, such as tait, or remove implicit_pressure")
-        if self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0:
+        if self._smooths_shocks:
             text = "artificial_viscosity smooths shocks, which steps beyond the sound limit of implicit_pressure do not resolve"
             raise ValueError(f"{text}; remove artificial_viscosity or implicit_pressure")
 
@@ -216,6 +216,10 @@ class FluidMaterial(PointMaterial):
     def _implicit_key(self) -> str | None:
         names = (name for name in ("implicit_pressure", "implicit_viscosity") if getattr(self, name))
         return next(names, None)
+
+    @property
+    def _smooths_shocks(self) -> bool:
+        return self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0
 
     @property
     def keeps_heat(self) -> bool:
@@ -287,8 +291,7 @@ class FluidMaterial(PointMaterial):
         return ImplicitStress(*self.viscosities(), stiffness, self._least_viscosity(), second)
 
     def with_implicit_pressure(self) -> Self | None:
-        smoothed = self.artificial_viscosity.quadratic > 0.0 or self.artificial_viscosity.linear > 0.0
-        possible = self.keeps_heat and self.is_liquid and not (smoothed or self.implicit_pressure)
+        possible = self.keeps_heat and self.is_liquid and not (self._smooths_shocks or self.implicit_pressure)
         return self.model_copy(update={"implicit_pressure": True}) if possible else None
 
     def with_implicit_viscosity(self) -> Self | None:

@@ -16,7 +16,7 @@ from pellucid.jit.elementary import expm1, power
 from pellucid.materials.law import Law
 from pellucid.model import Model, check, parameter
 from pellucid.registry import Family, OneOf
-from pellucid.tensors import Symmetric, double_dot
+from pellucid.tensors import Symmetric, deviator, double_dot
 
 SMALLEST = 1e-300
 """Smallest argument, so that the laws are defined at rest."""
@@ -31,9 +31,8 @@ def shear_viscosity(rheology: Law, rate: float) -> float:
 @pointwise
 def shear_rate(D: Symmetric) -> float:
     """Return the shear rate γ̇ = sqrt(2 D':D') [1/s] with the deviator D' of the strain rate D [1/s]."""
-    mean = (D[0] + D[1] + D[2]) / 3.0
-    deviator = (D[0] - mean, D[1] - mean, D[2] - mean, D[3], D[4], D[5])
-    return sqrt(2.0 * double_dot(deviator, deviator))
+    of_shape = deviator(D)
+    return sqrt(2.0 * double_dot(of_shape, of_shape))
 
 
 class SecondViscosity(NamedTuple):

@@ -173,17 +173,17 @@ def implicit_hint(case: "Case") -> str | None:
 def _pressure_hint(case: "Case", limit: StepLimit) -> str | None:
     """Return a text that suggests implicit pressure if it is possible in the case, with steps up to the interval of the
     history, and would take at most half of the run time; else None. limit: step limit of the case as it is."""
-    _, names = _implicit(case, methodcaller("with_implicit_pressure"))
-    keys = {f"body.{name}.material.implicit_pressure": True for name in names}
-    try:
-        other = case.with_settings(keys | {"time.scheme": "usl"}) if keys else case
-    except CaseError:
-        return None
+    other, names = _implicit(case, methodcaller("with_implicit_pressure"))
     courant = case.time.courant
     step = min(courant * limit_of_model(other).step, case.output.rows_every(case.time.end))
     longer = step / (courant * limit.step)
     cost = _cost_of_pressure(other, step)
     if longer < max(WORTHWHILE, GAIN * cost):
+        return None
+    keys = {f"body.{name}.material.implicit_pressure": True for name in names}
+    try:
+        case.with_settings(keys | {"time.scheme": "usl"})
+    except CaseError:
         return None
     text = f"would allow time steps up to {longer:.3g} times as long, at about {cost:.2g} times the cost per step"
     return f'hint: {" and ".join(keys)} = true, with time.scheme = "usl", {text}'
