@@ -13,26 +13,36 @@ velocity along it, which would drag the fluid beyond. Nodes in the region and wi
 the wall normal to the surface. Points do not fill the last layer of cells: a node with less mass than fluid would have in
 the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
-Requirements: material points of viscous fluids with APIC and one viscosity that is not implicit; a velocity field that they
-share at most with rigid bodies; a support that holds all directions and does not end. Near a rigid body the nodes of the
-region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces, in gaps of a few cells
-and next to walls thinner than about a cell is also stopped.
+Several fluids, and fluids with a rheology: μ is the mean viscosity of the points around the node, by volume. Membranes in the
+velocity field move with the fluid.
+
+Implicit viscosity: J_i is the impulse at the velocities u° before the step. It changes in the step, and in long steps its
+delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) along the surface, with w_i = μ A_i/h for cells
+of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady flow the term vanishes.
+
+Requirements: material points of viscous fluids; a velocity field that they share at most with rigid bodies and membranes; a
+support that holds all directions and does not end. Near a rigid body the nodes of the region are clamped as in other cases, so
+that the body does not sink in. The fluid at free surfaces, in gaps of a few cells and next to walls thinner than about a cell
+is also stopped.
 """
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from pellucid.bodies.material_points.body import MaterialPoints
-from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
+from pellucid.conditions.rigid.no_slip import NoSlip
+from pellucid.conditions.wall_surface import WallSurface, find_wall
 from pellucid.energy import IMPACT, SUPPORT, StepWork
-from pellucid.geometry.region import Region, Shape, within
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.region import Region, Shape
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.actions import NodalActions
+from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import MASS_EPS
-from pellucid.grid.velocity_transfer import Apic
+from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
+from pellucid.grid.transfer import scatter_vectors
+from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.materials.fluid import ViscousFluid
 from pellucid.materials.rheology import UniformViscosity
 from pellucid.parts.assembly import AssembledBody, Assembly
@@ -42,31 +52,65 @@ from pellucid.step.part import StepPart
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-SAMPLES = 4  # samples in a cell along each axis, for the filled fraction of nodes
-MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
-BISECTIONS = 40  # bisections to find the distance from the surface
-STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 
-Inside = Callable[[np.ndarray], np.ndarray]
+class Bodies(NamedTuple):
+    """Bodies of a velocity field in which walls of this kind act."""
+
+    fluids: Sequence[MaterialPoints]  # viscous fluids
+    rigid: Sequence[AssembledBody]
+    membranes: bool  # True if the field contains membranes
 
 
-class WallSurface(NamedTuple):
-    """Surface of a region on which a fluid does not slip, described by data at the nodes near it."""
+class FluidSums(NamedTuple):
+    """Nodal sums over the points of fluids."""
 
-    node: np.ndarray  # (n,) numbers of the nodes, ascending
-    held: np.ndarray  # (n,) mask of the nodes that the support holds
-    stopped: np.ndarray  # (n,) mask of the nodes that do not move normal to the surface
-    released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
-    surface: Surface  # distance from the surface, normal and curvature at the nodes
-    filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
-    share: np.ndarray  # (n,) volume of each node divided by the volume of an interior node
-    area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
-    window: Window  # box of nodes around `node`, for interpolation at `samples`
-    samples: list[np.ndarray]  # two arrays (n, 3): positions at which the fluid's velocity is interpolated [m]
-    signs: list[np.ndarray]  # two arrays (n, 3): factors of sampled velocities, -1 along the normal of a mirror plane, else 1
-    neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
+    of_fluids: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "kg, m³, Pa s m³", "mass of fluids; their volume; their volume times viscosity")
+    ]
+
+
+class NodalFluid:
+    """Mass and viscosity of the fluids at the nodes of a velocity field. With a single fluid of one viscosity, alone in the
+    field, these are the masses of the nodes and the viscosity of the fluid; otherwise they are summed over the points in each
+    step.
+
+    bodies: bodies of the field; field: the velocity field.
+    """
+
+    def __init__(self, bodies: Bodies, actions: NodalActions) -> None:
+        self._fluids, self._nodes = bodies.fluids, actions.field.grid.nodes
+        own = [fluid.point_viscosity for fluid in self._fluids]
+        uniform = {viscosity_of(fluid) for fluid in self._fluids}
+        self._uniform = uniform.pop() if len(uniform) == 1 and all(one is None for one in own) else None
+        self._is_alone = self._uniform is not None and not bodies.membranes
+        grid = actions.field.grid
+        self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self._is_alone else ["of_fluids"]))
+        self._clear = Clearing(STEP, grid.rows, self._sums)
+
+    def find(self) -> None:
+        """Sum mass and viscosity over the points, for their positions in this step."""
+        if self._is_alone:
+            return
+        self._clear()
+        for fluid in self._fluids:
+            volume, own = fluid.arrays["volume"], fluid.point_viscosity
+            viscosity = np.full(len(volume), viscosity_of(fluid)) if own is None else own
+            values = np.stack([fluid.arrays["mass"], volume, viscosity * volume], axis=1)
+            scatter_vectors(fluid.n_slabs, fluid.mapped, values, self._sums.of_fluids)
+
+    def masses(self, node: np.ndarray) -> np.ndarray:
+        """Return the masses of fluids at nodes with the numbers `node`, shape (n,) [kg]."""
+        of_nodes = self._nodes.mass[node] if self._is_alone else self._sums.of_fluids[node, 0]
+        return domain.of_nodes(of_nodes, node)
+
+    def viscosities(self, node: np.ndarray) -> np.ndarray | float:
+        """Return the mean viscosities of the fluids at nodes [Pa s], shape (n,); a number if all are the same."""
+        if self._uniform is not None:
+            return self._uniform
+        _, volume, product = domain.of_nodes(self._sums.of_fluids[node], node).T
+        return np.divide(product, volume, out=np.zeros(len(node)), where=volume > 0.0)
 
 
 class NoSlipWall(StepPart):
@@ -74,21 +118,14 @@ class NoSlipWall(StepPart):
     of the support's region, wherever the surface lies between the nodes."""
 
     def __init__(
-        self,
-        actions: NodalActions,
-        row: int,
-        region: Geometry,
-        viscosity: float,
-        rigid: Sequence[AssembledBody],
-        faces: "Sequence[Support]",
-        assembly: Assembly,
+        self, actions: NodalActions, row: int, region: Geometry, bodies: Bodies, faces: "Sequence[Support]", assembly: Assembly
     ) -> None:
         """actions: actions on the nodes of the velocity field; row: index of the support in `faces`; region: region of the
-        support; viscosity: viscosity of the fluid [Pa s]; rigid: rigid bodies in the velocity field; faces: all supports,
-        split so that each acts on at most one face."""
-        self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
-        self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
-        self._no_slip = NoSlip(grid)
+        support; bodies: bodies in the velocity field; faces: all supports, split so that each acts on at most one face."""
+        self._actions, self._row, self._rigid, self._layout = actions, row, bodies.rigid, assembly.layout
+        self._field, grid = actions.field, actions.field.grid
+        self._fluid, self._no_slip = NodalFluid(bodies, actions), NoSlip(grid)
+        self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
         self._velocity = actions.supports.velocity[row]
         self._impulse = np.zeros(3)
         self._wall = find_wall(self._no_slip, actions, row, region, faces)
@@ -127,29 +164,69 @@ class NoSlipWall(StepPart):
                 reached[k] |= bool(np.any(np.all(np.abs(cells * cell - off[k]) <= (RIGID_REACH + 0.5) * cell, axis=1)))
         return reached
 
-    def act_on_nodes(self, dt: float) -> None:
-        """Apply the impulse of the surface traction over the step dt [s] to the fluid, and give the nodes of the region the
-        wall's velocity along the normal."""
+    def before_momentum(self, dt: float) -> None:
+        """Find the impulses of the surface traction over the step dt [s], from the velocities before the step."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
-        window, at, surface = wall.window, wall.node, wall.surface
-        of_window, old = (
-            domain.of_nodes(values, window.node)
-            for values in (nodes.mass[window.node], nodes.velocity[window.node] - nodes.velocity_increment[window.node])
-        )
-        old = np.where(of_window[:, None] > MASS_EPS, old, 0.0)
-        near, near_known, full = no_slip.sample_as_points(window, old, of_window, wall.samples[0])
-        far, far_known, _ = no_slip.sample_as_points(window, old, of_window, wall.samples[1])
+        window, at = wall.window, wall.node
+        self._fluid.find()
+        of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
+        old = np.where(of_window[:, None] > MASS_EPS, momentum / np.maximum(of_window, MASS_EPS)[:, None], 0.0)
+        constrained, supports = nodes.constrained[window.node], self._actions.supports
+        mirrored = (constrained > 0) & (supports.mirror[constrained - 1] != 0)
+        old[mirrored] = supports.velocity[(constrained - 1)[mirrored], np.nonzero(mirrored)[1]]
+        self._old = old[np.searchsorted(window.node, at)]
+        fluid = self._fluid.masses(window.node)
+        near, near_known, full = no_slip.sample_as_points(window, old, fluid, wall.samples[0])
+        far, far_known, _ = no_slip.sample_as_points(window, old, fluid, wall.samples[1])
         near, far = near * wall.signs[0] - self._velocity, far * wall.signs[1] - self._velocity
-        sure = surface.certainty * near_known
-        mass = domain.of_nodes(nodes.mass[at], at)
-        slope = no_slip.slope_of_profile(surface._replace(certainty=sure), near, far, far_known)
-        drag = np.where(self._acts[:, None], -self._viscosity * dt * wall.area[:, None] * slope, 0.0)
-        drag = self._keep_from_light(drag, mass, full)
-        lacks = self._velocity - domain.of_nodes(nodes.velocity[at], at)
+        self._sure = wall.surface.certainty * near_known
+        self._mass = of_window[np.searchsorted(window.node, at)]
+        slope = no_slip.slope_of_profile(wall.surface._replace(certainty=self._sure), near, far, far_known)
+        viscosity = self._fluid.viscosities(at)
+        drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope, 0.0)
+        self._drag = self._keep_from_light(drag, fluid[np.searchsorted(window.node, at)], full)
+        self._held, self._stopped = wall.held & self._acts, wall.stopped & self._acts
+        self._lag = viscosity * dt * wall.area * self._sure * self._acts / self._field.grid.lattice.cell * self._delays
+
+    def constrain(self, rows: ViscousRows) -> None:
+        """Take the wall into account in the equations of implicit viscosity: masses, initial velocities and velocities without
+        viscosity of the nodes; see `pellucid.grid.implicit_viscosity`."""
+        wall, at = self._wall, self._wall.node
+        inertia, target, solution, normal = (
+            values.reshape(-1, 4) for values in (rows.inertia, rows.target, rows.solution, rows.normal)
+        )
+        free = (inertia[at, :3] > 0.0) & (self._acts & (self._mass > MASS_EPS))[:, None]
+        across = np.where(self._stopped[:, None] & free, wall.surface.normal, 0.0)
+        size = np.linalg.norm(across, axis=1)[:, None]
+        across = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
+        more = inertia[at, :3] + self._lag[:, None]
+        aim = (inertia[at, :3] * target[at, :3] + self._drag + self._lag[:, None] * self._old) / np.maximum(more, MASS_EPS)
+        yields = np.where(self._held, self._sure, 1.0)[:, None]
+        aim = self._velocity + yields * (aim - self._velocity)
+        more = np.divide(more, yields, out=np.zeros_like(more), where=yields > 0.0)
+        start = np.where(yields > 0.0, solution[at, :3], self._velocity)
+        for values, new in ((target, aim), (solution, start)):
+            lacks = self._velocity - new
+            new = new + np.sum(lacks * across, axis=1)[:, None] * across
+            values[at, :3] = np.where(free, new, values[at, :3])
+        inertia[at, :3] = np.where(free, more, inertia[at, :3])
+        normal[at, :3] = across
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Apply the impulses of the surface traction to the fluid, and give the nodes of the region the wall's velocity along
+        the normal."""
+        wall, nodes = self._wall, self._field.grid.nodes
+        at, surface, mass, stopped = wall.node, wall.surface, self._mass, self._stopped
+        velocity = domain.of_nodes(nodes.velocity[at], at)
+        lacks = self._velocity - velocity
         across = np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
-        held, stopped = wall.held & self._acts, wall.stopped & self._acts
-        stop = np.where(stopped[:, None], across, 0.0) + (held * (1.0 - sure))[:, None] * (lacks - across)
-        taken = self._field.add_impulses(mass[:, None] * stop + drag, IMPACT, -1.0, at)
+        drag = self._drag + self._lag[:, None] * (self._old - velocity)
+        drag *= (mass / np.maximum(mass + self._lag, MASS_EPS))[:, None]
+        yields = np.where(self._held, self._sure, 1.0)[:, None]
+        impulse = (1.0 - yields) * mass[:, None] * (lacks - across) + (yields if self._delays else 1.0) * drag
+        if self._delays:  # along the surface, as the solver assumed
+            impulse -= np.where(stopped[:, None], np.sum(impulse * surface.normal, axis=1)[:, None] * surface.normal, 0.0)
+        taken = self._field.add_impulses(mass[:, None] * np.where(stopped[:, None], across, 0.0) + impulse, IMPACT, -1.0, at)
         strain = nodes.strain_velocity
         lacks = np.where(stopped[:, None], self._velocity - strain[at], 0.0)
         strain[at] += np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
@@ -158,8 +235,8 @@ class NoSlipWall(StepPart):
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
         """Return the impulses on the nodes [N s], shape (n, 3), after nodes whose volume is only partly filled by points
-        have passed a part of their impulse to their neighbours. impulse: before [N s], shape (n, 3); mass: of the nodes
-        [kg], shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
+        have passed a part of their impulse to their neighbours. impulse: before [N s], shape (n, 3); mass: of the fluid at
+        the nodes [kg], shape (n,); full: mass of a node full of fluid [kg], shape (n,)."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -178,24 +255,20 @@ class NoSlipWall(StepPart):
 
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
-    """Return the active no-slip walls in all velocity fields with suitable fluids (viscous, of material points, with APIC);
-    supports: all supports, split so that each acts on at most one face."""
-    walls = []
+    """Return the active no-slip walls in all velocity fields with suitable bodies; supports: all supports, split so that each
+    acts on at most one face."""
+    found: list[NoSlipWall] = []
     for actions in assembly.actions:
-        members = [member for member in assembly.bodies.values() if member.actions is actions]
-        rigid = [member for member in members if member.model.is_rigid]
-        fluids = [member for member in members if not member.model.is_rigid]
-        viscosities = {_viscosity_of(member) for member in fluids}
-        viscosity = viscosities.pop() if len(viscosities) == 1 else 0.0
-        if viscosity == 0.0:
-            continue
-        for row, support in enumerate(supports):
+        bodies, walls = _bodies_of(actions, assembly), []
+        for row, support in enumerate(supports) if bodies is not None else []:
             shape = None if support.body is not None or support.until is not None else _shape_of(support)
             if shape is None or not support.holds_all():
                 continue
-            wall = NoSlipWall(actions, row, shape.geometry(), viscosity, rigid, supports, assembly)
+            wall = NoSlipWall(actions, row, shape.geometry(), bodies, supports, assembly)
             walls += [wall] if wall.acts_anywhere else []
-    return walls
+        actions.field.walls = walls
+        found += walls
+    return found
 
 
 def _shape_of(support: "Support") -> Shape | None:
@@ -203,155 +276,32 @@ def _shape_of(support: "Support") -> Shape | None:
     return region.shape if isinstance(region, Region) and not region.needs_mesh else None
 
 
-def _viscosity_of(member: AssembledBody) -> float:
-    """Return the viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies, if the stress of the points
-    contains no viscosity, and if the viscosity depends on the shear rate."""
-    body = member.body
-    if not (isinstance(body, MaterialPoints) and isinstance(body.transfer, Apic)):
-        return 0.0
+def _bodies_of(actions: NodalActions, assembly: Assembly) -> Bodies | None:
+    """Return the bodies of a velocity field; None if there is a body other than viscous fluids, rigid bodies and membranes, or
+    no fluid."""
+    fluids, rigid, membranes = [], [], False
+    for member in assembly.bodies.values():
+        if member.actions is not actions:
+            continue
+        if member.model.is_rigid:
+            rigid.append(member)
+        elif member.model.is_surface:
+            membranes = True
+        elif isinstance(member.body, MaterialPoints) and _is_viscous(member.body):
+            fluids.append(member.body)
+        else:
+            return None
+    return Bodies(fluids, rigid, membranes) if fluids else None
+
+
+def _is_viscous(body: MaterialPoints) -> bool:
+    return body.point_viscosity is not None or viscosity_of(body) > 0.0
+
+
+def viscosity_of(body: MaterialPoints) -> float:
+    """Return the viscosity [Pa s] that all points of a body have; 0 for bodies without viscosity, and if it depends on the
+    shear rate."""
+    if body.solves_viscosity:
+        return body.implicit_stress.mu
     viscosity = body.law.viscosity if isinstance(body.law, ViscousFluid) else None
     return viscosity.mu if isinstance(viscosity, UniformViscosity) else 0.0
-
-
-def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
-    """Return the surface of a region, described at the nodes near it that are free or that the support with index `row`
-    constrains. no_slip: computes surfaces on the grid; actions, faces: as in `NoSlipWall.__init__`."""
-    grid = actions.field.grid
-    lattice, periods = grid.lattice, grid.periods
-    x, y, z = grid.thin
-    active: ActiveAxes = (not x, not y, not z)
-    cell, axes = lattice.cell, np.flatnonzero(active)
-    index, place = grid.where()
-    order = np.argsort(index)
-    index, place = index[order], place[order]
-    lower = np.array(lattice.lower)
-    upper = lower + cell * np.array(lattice.counts)
-    ends = np.stack([np.abs(place - lower) < 0.5 * cell, np.abs(place - upper) < 0.5 * cell], axis=2)
-    ends &= np.array(active)[:, None] & ~np.array(grid.periodic)[:, None]
-    by_faces, clamped, mirrors = np.zeros((len(place), 3), bool), np.zeros(len(place), bool), np.zeros((3, 2), bool)
-    for support in faces:  # nodes on planes of symmetry stay constrained; the fluid is mirrored there
-        if (face := support.face()) is not None and support.body is None:
-            on, along = ends[:, face[0], face[1]], np.array(support.axes())
-            along = along & np.array(active)
-            if along[face[0]] and support.velocity[face[0]] == 0.0 and along.sum() == 1:
-                by_faces[on, face[0]] = mirrors[face] = True
-            else:
-                clamped |= on & along.any()
-    marks = grid.nodes.constrained[index]
-    open_axes = np.array(active) & ~by_faces
-    held = np.all((marks == row + 1) | ~open_axes, axis=1) & open_axes.any(axis=1) & ~clamped
-    free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
-
-    def contains(at: np.ndarray) -> np.ndarray:
-        return within(region, _mirrored(at, lower, upper, mirrors)[0], active, periods)
-
-    half = 0.5 * (DEGREES[grid.case.functions] + 1)
-    inside = contains(place)
-    mixed = np.zeros(len(place), bool)
-    for steps in np.ndindex(*np.where(active, 5, 1)):
-        by = np.where(active, np.array(steps) - 2, 0) * cell
-        mixed |= contains(place + by) != inside
-    chosen = np.flatnonzero(mixed & (held | free))
-    filled, slope = _find_shares(no_slip, contains, place[chosen], cell, half, active)
-    steepness = np.linalg.norm(slope, axis=1)
-    keep = (steepness > LEAST_SLOPE) & (filled > 0.0) & (filled < 1.0)
-    chosen, filled, slope, steepness = chosen[keep], filled[keep], slope[keep], steepness[keep]
-    normal, most = -slope / steepness[:, None], half * cell * np.sqrt(len(axes))
-    distance, found = _distances(contains, place[chosen], normal, most)
-    # few samples fill nodes far outside: the normal is found again on the surface
-    slope = _find_shares(no_slip, contains, place[chosen] - distance[:, None] * normal, cell, half, active)[1]
-    steepness_there = np.linalg.norm(slope, axis=1)
-    normal = -slope / np.maximum(steepness_there, LEAST_SLOPE)[:, None]
-    distance, again = _distances(contains, place[chosen], normal, most)
-    found &= again
-    node = index[chosen]
-    of_plane = no_slip.functions(np.zeros(1))[0]
-    certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
-    window = no_slip.find_window(node)
-    surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
-    of_grid = no_slip.share_in_grid(node)
-    area = steepness / cell * grid.cell_volume * of_grid
-    places = [place[chosen] + (height - distance)[:, None] * normal for height in no_slip.heights]
-    samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
-    released = held[chosen, None] & open_axes[chosen] & (marks[chosen] == row + 1)
-    neighbours = _neighbours(no_slip, node, active)
-    stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
-    return WallSurface(
-        node, held[chosen], stopped, released, surface, filled, of_grid, area, window, list(samples), list(signs), neighbours
-    )
-
-
-def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions `place` [m], shape (n, 3), mirrored into the domain at planes of symmetry, and the factors of
-    the velocity components at the mirrored positions: -1 along the normals of these planes, else 1, shape (n, 3). lower,
-    upper: corners of the domain [m]; mirrors: mask of the faces that are planes of symmetry, shape (3, 2), by axis and end."""
-    place, signs = place.copy(), np.ones(place.shape)
-    for axis, end in np.argwhere(mirrors):
-        face = (lower, upper)[end][axis]
-        beyond = (place[:, axis] < face) if end == 0 else (place[:, axis] > face)
-        place[beyond, axis], signs[beyond, axis] = 2.0 * face - place[beyond, axis], -signs[beyond, axis]
-    return place, signs
-
-
-def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
-    """Return a sparse matrix of shape (n, n): in each row the weights of the neighbours of a node, at most one cell away
-    along each active axis, without the node itself. no_slip: finds nodes at an offset; node: sorted node numbers, shape
-    (n,)."""
-    rows, columns, weights = [], [], []
-    for steps in np.ndindex(*np.where(active, 3, 1)):
-        by = np.where(active, np.array(steps) - 1, 0)
-        if not (by.any() and len(node)):
-            continue
-        there, inside = no_slip.find_next(node, by)
-        column = np.minimum(np.searchsorted(node, there), len(node) - 1)
-        row = np.flatnonzero(inside & (node[column] == there) & (there != node))
-        rows.append(row)
-        columns.append(column[row])
-        weights.append(np.full(len(row), 0.5 ** np.abs(by).sum()))
-    entries = [np.concatenate(parts) if parts else np.zeros(0, int) for parts in (weights, rows, columns)]
-    return csr_array((entries[0], (entries[1], entries[2])), shape=(len(node), len(node)))
-
-
-def _find_shares(
-    no_slip: NoSlip, contains: Inside, place: np.ndarray, cell: float, half: float, active: ActiveAxes
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for a node at each position, the fraction of its volume that a region fills, shape (n,), and the gradient of
-    this fraction, shape (n, 3) [1/cell].
-
-    no_slip: provides the shape functions; contains: function that returns which positions lie in the region; place:
-    positions [m], shape (n, 3); cell: cell size [m]; half: half of the width of the shape functions in cells; active:
-    axes along which the grid is more than one cell thick.
-    """
-    axes = np.flatnonzero(active)
-    offsets = (np.arange(-half * SAMPLES, half * SAMPLES) + 0.5) / SAMPLES
-    weight, rise = no_slip.functions(offsets)
-    lattice = np.stack(np.meshgrid(*(offsets if on else [0.0] for on in active), indexing="ij"), axis=-1).reshape(-1, 3)
-    along, ones = [np.searchsorted(offsets, lattice[:, d]) for d in range(3)], np.ones(len(lattice))
-    weights = [weight[along[d]] if active[d] else ones for d in range(3)]
-    shares = np.prod(weights, axis=0) / SAMPLES ** len(axes)
-    slopes = np.zeros((len(lattice), 3))
-    for d in axes:  # relative to a sample, the position is on the other side
-        others = [weights[e] for e in range(3) if e != d]
-        slopes[:, d] = -rise[along[d]] * np.prod(others, axis=0) / SAMPLES ** len(axes)
-    filled, slope = np.zeros(len(place)), np.zeros((len(place), 3))
-    at_once = max(1, MOST_PLACES // len(lattice))
-    for k in range(0, len(place), at_once):
-        these = place[k : k + at_once, None] + cell * lattice
-        inside = contains(these.reshape(-1, 3)).reshape(len(these), -1).astype(float)
-        filled[k : k + at_once], slope[k : k + at_once] = inside @ shares, inside @ slopes
-    return filled, slope
-
-
-def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signed distances of the positions `place` [m], shape (n, 3), from the surface of a region along given unit
-    normals, shape (n, 3): in metres, positive outside. Also return a mask of the positions that have a surface within the
-    distance `most` [m]. contains: function that returns which positions lie in the region."""
-    inside = contains(place)
-    sign = np.where(inside, 1.0, -1.0)
-    low, high = np.zeros(len(place)), np.full(len(place), most)
-    found = contains(place + (sign * high)[:, None] * normal) != inside
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        same = contains(place + (sign * middle)[:, None] * normal) == inside
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return -sign * 0.5 * (low + high), found

@@ -189,6 +189,8 @@ class ImplicitViscosity(StepPart):
         self.field, self._bodies, self._explicit = field, bodies, explicit
         self._columns = [layout.column(heat) for heat in (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)]
         self._rows = allocate(ViscousRows, field.grid.n_nodes)
+        if not field.walls:
+            self._rows = self._rows._replace(normal=np.zeros(0))
         masses = (body.stored_array("mass") for body in bodies)
         self._lightest = min(float(np.min(mass, where=mass > 0.0, initial=inf)) for mass in masses)
         self.rounds = [0, 0, 0]
@@ -207,19 +209,15 @@ class ImplicitViscosity(StepPart):
         stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
         self._presses = stiffness > 0.0
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
-        self._fast = self._make_fast() if self._presses else None
-        self._mean = self._mean_stress() if self._fast is not None else ImplicitStress(0.0, 0.0, 0.0, 0.0)
+        self._full = self._density() if self._presses else 0.0
+        self._fast: FastDiagonalisation | None = None
+        self._mean = self._mean_stress() if self._full > 0.0 else ImplicitStress(0.0, 0.0, 0.0, 0.0)
         self._theta = 1.0
 
-    def _make_fast(self) -> FastDiagonalisation | None:
-        """Return the preconditioner of a grid that the liquids mostly fill; None for other grids."""
-        volumes, masses = (
-            np.array([float(body.stored_array(name).sum()) for body in self._bodies]) for name in ("volume", "mass")
-        )
-        whole = float(volumes.sum())
-        if whole < MOSTLY * self.field.grid.volume:
-            return None
-        return FastDiagonalisation(self.field.grid, self._bodies[0].functions, float(masses.sum()) / whole)
+    def _density(self) -> float:
+        """Return the mean density of the liquids in a grid that they mostly fill [kg/m³]; 0 in other grids."""
+        volume, mass = (sum(float(body.stored_array(name).sum()) for body in self._bodies) for name in ("volume", "mass"))
+        return mass / volume if volume >= MOSTLY * self.field.grid.volume else 0.0
 
     def _mean_stress(self) -> ImplicitStress:
         """Return the mean parameters of the implicit stress over the volumes of the liquids."""
@@ -256,10 +254,13 @@ class ImplicitViscosity(StepPart):
         forces."""
         theta = self._theta
         self._n, self._dt = self.field.momentum.near(), dt
-        begin(self._n, self._nodes, dt)
+        self._begin(dt)
         self._earlier_power = self._add_earlier_forces(dt) if theta < 1.0 else 0.0
-        if self._fast is not None and any(self._point_viscosities):
-            self._mean = self._mean_stress()
+        if self._full > 0.0:
+            if self._fast is None:  # not before: walls free nodes that supports constrain at the start
+                self._fast = FastDiagonalisation(self.field.grid, self._bodies[0].functions, self._full)
+            if any(self._point_viscosities):
+                self._mean = self._mean_stress()
         rounds = self._solve(theta * dt, dt / theta)
         self._power, self._compression = (
             theta * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
@@ -274,6 +275,12 @@ class ImplicitViscosity(StepPart):
                 keep_viscous(body.n_slabs, body.mapped, body.viscous_stress, own / (own + 3.0 * stiffness * dt / theta))
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
+    def _begin(self, dt: float) -> None:
+        """Find the masses and velocities of the equations for a step dt [s]."""
+        begin(self._n, self._nodes, dt)
+        for wall in self.field.walls:
+            wall.constrain(self._rows)
+
     def _add_earlier_forces(self, dt: float) -> float:
         """Add the explicit share of the viscous forces, of the nodal velocities before the step, to the nodal forces and
         stresses; return their power [W]."""
@@ -284,7 +291,7 @@ class ImplicitViscosity(StepPart):
         for body in self._bodies:
             add_stress(body.n_slabs, body.mapped, body.viscous_stress, share)
         keep_forces(self._n, self._nodes, share)
-        begin(self._n, self._nodes, dt)
+        self._begin(dt)
         return power
 
     def _solve(self, dt: float, pressing: float) -> int:

@@ -1,7 +1,7 @@
 """A velocity field: grid nodes shared by some bodies, and their momentum."""
 
-from collections.abc import Iterable, Mapping
-from typing import Annotated, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pellucid.grid.nodal_conditions import ExternalAction, Supports, free_axes
 from pellucid.grid.nodal_fields import STEP, SUM, allocate, rows, with_memory
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.second_increments import SecondIncrements
+from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import kernel
 from pellucid.ranks.domain import domain
 
@@ -22,6 +23,14 @@ class FieldNodes(NamedTuple):
     separate_forces: Annotated[
         np.ndarray, rows(SUM, STEP, "N", "internal forces of bodies that keep heat, until momentum is advanced")
     ]
+
+
+class ShapedWall(Protocol):
+    """Interface of a wall that acts on the nodes near the surface of a shape, and that implicit viscosity must take into
+    account."""
+
+    def constrain(self, rows: ViscousRows) -> None:
+        """Change the masses and velocities of the nodes in the equations of implicit viscosity, for the step at hand."""
 
 
 class VelocityField:
@@ -39,6 +48,8 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid) -> None:
         self.name, self.grid = name, grid
+        self.walls: Sequence[ShapedWall] = ()
+        """Walls that act on the nodes near the surface of a shape."""
         self._own = allocate(FieldNodes, 0)
         self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False

@@ -15,7 +15,7 @@ from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathe
 from pellucid.grid.points import HEATING, OK, POWER, MappedPoints, place_of
 from pellucid.grid.stencil import gather_gradient
 from pellucid.grid.viscous_rows import ViscousRows
-from pellucid.jit import generic, kernel, point_function
+from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_for, parallel_loop
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
@@ -74,6 +74,16 @@ def begin(n, viscous, dt):
     parallel_for(_begin_chunk, n, viscous, dt)
 
 
+@pointwise
+def along_wall(own, k, vector):
+    """Return a vector of the node whose rows start at k without its component along the normal of a wall that prescribes the
+    velocity along this normal; own: `ViscousRows`, without memory for normals in a field without such walls."""
+    if len(own.normal) == 0:
+        return vector
+    normal = load(own.normal, k)
+    return vector - total(normal * vector) * normal
+
+
 @parallel_loop()
 def start(chunk, viscous, dt, lightest):
     """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the
@@ -90,15 +100,17 @@ def start(chunk, viscous, dt, lightest):
             off = v - own.target[k]
             if m > 0.0:
                 diagonal, weight = m + dt * own.inverse[k], 1.0 / max(m, lightest)
-                r = dt * own.viscous_force[k] - m * off
                 own.inverse[k], own.weight[k] = 1.0 / diagonal, weight
-                residual += weight * r * r
                 change += m * off * off
                 whole += m * v * v
                 rounding += weight * (diagonal * v) ** 2
-                own.residual[k], own.direction[k] = r, 0.0
+                own.residual[k], own.direction[k] = dt * own.viscous_force[k] - m * off, 0.0
             else:
                 own.inverse[k] = own.weight[k] = own.residual[k] = own.direction[k] = own.preconditioned[k] = 0.0
+        if len(own.normal) > 0:
+            store(own.residual, 4 * I, along_wall(own, 4 * I, load(own.residual, 4 * I)))
+        for k in range(4 * I, 4 * I + 3):
+            residual += own.weight[k] * own.residual[k] * own.residual[k]
     sums = viscous.sums
     sums[chunk, RESIDUAL], sums[chunk, CHANGE] = residual, change
     sums[chunk, ROUNDING], sums[chunk, SIZE] = rounding, whole
@@ -131,7 +143,7 @@ def move(chunk, viscous, dt, step):
         k = 4 * I
         p, m = load(own.direction, k), load(own.inertia, k)
         v = load(own.solution, k) + step * p
-        r = load(own.residual, k) - step * (m * p - dt * load(own.viscous_force, k))
+        r = along_wall(own, k, load(own.residual, k) - step * (m * p - dt * load(own.viscous_force, k)))
         off = v - load(own.target, k)
         store(own.solution, k, v)
         store(own.residual, k, r)
@@ -152,10 +164,13 @@ def precondition(chunk, viscous):
 
 @parallel_loop()
 def sum_descent(chunk, viscous):
-    """Compute the residual times the preconditioned residual of a chunk of nodes [J]; viscous: `ViscousNodes`."""
+    """Compute the residual times the preconditioned residual of a chunk of nodes [J], after the preconditioned residual has lost
+    its component along the normals of walls; viscous: `ViscousNodes`."""
     own, descent = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
-        descent += load(own.residual, 4 * I) * load(own.preconditioned, 4 * I)
+        z = along_wall(own, 4 * I, load(own.preconditioned, 4 * I))
+        store(own.preconditioned, 4 * I, z)
+        descent += load(own.residual, 4 * I) * z
     viscous.sums[chunk, DESCENT] = total(descent)
 
 

@@ -20,3 +20,6 @@ class ViscousRows(NamedTuple):
     weight: Annotated[np.ndarray, rows(FOUND, RUN, "1/kg", "weight of the squared residual in its norm")]
     earlier_force: Annotated[np.ndarray, rows(FOUND, RUN, "N", "explicit share of the viscous force")]
     viscous_force: Annotated[np.ndarray, rows(SUM, RUN, "N", "viscous force of the search direction, finally of the solution")]
+    normal: Annotated[
+        np.ndarray, rows(FOUND, RUN, "", "unit normal along which a wall prescribes the velocity; zero for other nodes")
+    ]
