@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from math import hypot
 from pathlib import Path as FilePath
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -31,7 +31,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.rotating_frame import RotatingFrame
-from pellucid.conditions.support import Support
+from pellucid.conditions.support import Support, kept_out_of_walls
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
@@ -243,6 +243,11 @@ class Case(Model):
         if found:
             raise Disagreement(found)
         return data
+
+    @model_validator(mode="after")
+    def _keep_fluids_out_of_walls(self) -> Self:
+        object.__setattr__(self, "body", tuple(kept_out_of_walls(self.body, self.support)))
+        return self
 
     @check
     def _parts_fit_together(self) -> None:

@@ -33,9 +33,9 @@ import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.rigid.no_slip import NoSlip
-from pellucid.conditions.wall_surface import WallSurface, find_wall
+from pellucid.conditions.support import walls_act_among
+from pellucid.conditions.wall_surface import find_wall
 from pellucid.energy import IMPACT, SUPPORT, StepWork
-from pellucid.geometry.region import Region, Shape
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
@@ -261,8 +261,8 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoS
     for actions in assembly.actions:
         bodies, walls = _bodies_of(actions, assembly), []
         for row, support in enumerate(supports) if bodies is not None else []:
-            shape = None if support.body is not None or support.until is not None else _shape_of(support)
-            if shape is None or not support.holds_all():
+            shape = support.wall_of_fluids()
+            if shape is None:
                 continue
             wall = NoSlipWall(actions, row, shape.geometry(), bodies, supports, assembly)
             walls += [wall] if wall.acts_anywhere else []
@@ -271,31 +271,14 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoS
     return found
 
 
-def _shape_of(support: "Support") -> Shape | None:
-    region = support.region()
-    return region.shape if isinstance(region, Region) and not region.needs_mesh else None
-
-
 def _bodies_of(actions: NodalActions, assembly: Assembly) -> Bodies | None:
-    """Return the bodies of a velocity field; None if there is a body other than viscous fluids, rigid bodies and membranes, or
-    no fluid."""
-    fluids, rigid, membranes = [], [], False
-    for member in assembly.bodies.values():
-        if member.actions is not actions:
-            continue
-        if member.model.is_rigid:
-            rigid.append(member)
-        elif member.model.is_surface:
-            membranes = True
-        elif isinstance(member.body, MaterialPoints) and _is_viscous(member.body):
-            fluids.append(member.body)
-        else:
-            return None
-    return Bodies(fluids, rigid, membranes) if fluids else None
-
-
-def _is_viscous(body: MaterialPoints) -> bool:
-    return body.point_viscosity is not None or viscosity_of(body) > 0.0
+    """Return the bodies of a velocity field in which walls of this kind act; None for other velocity fields."""
+    members = [member for member in assembly.bodies.values() if member.actions is actions]
+    if not walls_act_among([member.model for member in members]):
+        return None
+    fluids = [member.body for member in members if member.model.shear_viscosity > 0.0]
+    rigid = [member for member in members if member.model.is_rigid]
+    return Bodies(fluids, rigid, any(member.model.is_surface for member in members))
 
 
 def viscosity_of(body: MaterialPoints) -> float:

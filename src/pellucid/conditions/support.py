@@ -10,7 +10,17 @@ from pydantic import field_validator
 
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason, listed
-from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Selectable, Where, chosen_nodes, faults, needs_mesh
+from pellucid.geometry.region import (
+    CONSTRAINS_NOTHING,
+    NOWHERE,
+    Region,
+    Selectable,
+    Shape,
+    Where,
+    chosen_nodes,
+    faults,
+    needs_mesh,
+)
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
@@ -318,6 +328,14 @@ class Support(Condition):
         """Return True if the support constrains nodes in all directions."""
         return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
 
+    def wall_of_fluids(self) -> Shape | None:
+        """Return the shape on whose surface viscous fluids do not slip, see `pellucid.conditions.no_slip_walls`; None if the
+        support makes no such wall."""
+        region = self.region()
+        if not isinstance(region, Region) or region.needs_mesh or self.body is not None or self.until is not None:
+            return None
+        return region.shape if self.holds_all() else None
+
     def wall_friction(self) -> float:
         """Return the friction coefficient of the wall; 0 without friction, infinite for `stick`."""
         return inf if self.stick else self.friction or 0.0
@@ -357,6 +375,23 @@ class Support(Condition):
         if isinstance(self.where, tuple):
             raise ValueError(f"a support of the faces {listed(self.where)} is on more than one face; call on_each_face() first")
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
+
+
+def walls_act_among(bodies: Sequence[BodyModel]) -> bool:
+    """Return True if viscous fluids do not slip on the shapes of supports in the velocity field of these bodies: there are
+    viscous fluids and, beside them, only rigid bodies and membranes."""
+    viscous = [body.shear_viscosity > 0.0 for body in bodies]
+    return any(viscous) and all(flows or body.is_rigid or body.is_surface for flows, body in zip(viscous, bodies, strict=True))
+
+
+def kept_out_of_walls(bodies: Sequence[BodyModel], supports: Sequence[Support]) -> list[BodyModel]:
+    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports on which they do not slip."""
+    walls = [shape.geometry() for support in supports if (shape := support.wall_of_fluids()) is not None]
+    fields: dict[str, list[BodyModel]] = {}
+    for body in bodies:
+        fields.setdefault(body.field, []).append(body)
+    among = {name: walls_act_among(of_field) for name, of_field in fields.items()}
+    return [body.keep_out_of(walls) if walls and among[body.field] else body for body in bodies]
 
 
 def on_each_face(supports: Sequence[Support]) -> list[Support]:

@@ -8,7 +8,7 @@ field with its key to `Shape`."""
 
 from collections.abc import Iterator, Mapping
 from itertools import product
-from math import acos, ceil, cos, degrees, floor, radians
+from math import acos, ceil, cos, degrees, floor, isinf, radians
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import Rotated, Rotations, plane_problems, rotate_parameter
 from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
-from pellucid.geometry.surfaces.surface import Inside
+from pellucid.geometry.surfaces.surface import Inside, Outside
 from pellucid.model import Vector, check, parameter
 from pellucid.units import in_degrees
 
@@ -87,7 +87,9 @@ class Region(Shape):
     criteria."""
 
     what: ClassVar[str] = "a region"
+    beside: ClassVar[tuple[str, ...]] = ("rotate", "set_", "normal", "within")
 
+    outside: Outside | None = None
     set_: str | None = parameter("", "named set of nodes or faces in the mesh file of the body", None, alias="set")
     normal: Vector | None = parameter(
         "", "direction of the outward normal; selects the surface whose normal differs from it by at most `within`", None
@@ -101,14 +103,14 @@ class Region(Shape):
     def _exactly_one(cls, data: Any) -> Any:
         """Require at least one key and at most one shape."""
         if isinstance(data, dict):
-            shapes = [name for name in Shape.alternatives() if data.get(name) is not None]
+            shapes = [name for name in cls.alternatives() if data.get(name) is not None]
             if len(shapes) > 1:
                 raise ValueError(f"{cls.what} can have only one shape, but {listed(shapes)} are given: keep one of them")
             if data.get("rotate") is not None and not shapes:
                 raise ValueError("`rotate` needs a shape, and this region has none: add a shape, or remove `rotate`")
             if not data.keys() - {"within"}:
                 raise ValueError(
-                    f"{cls.what} is a table with a shape ({listed(Shape.alternatives())}), a named `set` or a `normal`, "
+                    f"{cls.what} is a table with a shape ({listed(cls.alternatives())}), a named `set` or a `normal`, "
                     "for example { normal = [0, 0, 1], within = 30 }"
                 )
         return data
@@ -129,9 +131,9 @@ class Region(Shape):
 
     @property
     def shape(self) -> Shape | None:
-        """The shape of the region, or None."""
-        name = next((name for name in Shape.alternatives() if getattr(self, name) is not None), None)
-        return None if name is None else Shape(**{name: getattr(self, name)}, rotate=self.rotate)
+        """The shape of the region, as a region without other criteria, or None."""
+        name = next((name for name in self.alternatives() if getattr(self, name) is not None), None)
+        return None if name is None else Region(**{name: getattr(self, name)}, rotate=self.rotate)
 
     def nodes(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
         """Return a mask of the nodes of a body (`of`) that the region selects, shape (n,). The extent of shapes along axes
@@ -284,11 +286,13 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
     is periodic.
 
     periods: periods of the grid [m], 0 if not periodic; body, place: lower and upper corners [m] of the body and of the
-    box.
+    box. A box without ends overlaps the body itself only.
     """
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):
-        first, last = (0, 0) if period == 0.0 else (ceil((lower - high) / period), floor((upper - low) / period))
+        first, last = (
+            (0, 0) if period == 0.0 or isinf(upper) else (ceil((lower - high) / period), floor((upper - low) / period))
+        )
         ways.append(period * np.arange(first, last + 1))
     return (np.array(way) for way in product(*ways))
 

@@ -164,8 +164,8 @@ def precondition(chunk, viscous):
 
 @parallel_loop()
 def sum_descent(chunk, viscous):
-    """Compute the residual times the preconditioned residual of a chunk of nodes [J], after the preconditioned residual has lost
-    its component along the normals of walls; viscous: `ViscousNodes`."""
+    """Compute the residual times the preconditioned residual of a chunk of nodes [J], without the component of the latter along
+    the normals of walls; viscous: `ViscousNodes`."""
     own, descent = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         z = along_wall(own, 4 * I, load(own.preconditioned, 4 * I))

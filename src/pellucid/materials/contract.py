@@ -69,6 +69,10 @@ class PointMaterial(BodyMaterial):
     def initial_state(self) -> PointState:
         """Return the initial state (stress, energy, ...) that every point has at the start."""
 
+    def shear_viscosity(self) -> float:
+        """Return the shear viscosity of a fluid at rest [Pa s]; 0 for other materials."""
+        return 0.0
+
     def implicit_stress(self) -> ImplicitStress | None:
         """Return the parameters of the stress of a fluid that is solved for on the nodes instead of computed by its law; None
         for other materials."""

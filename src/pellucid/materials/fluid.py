@@ -298,6 +298,9 @@ class FluidMaterial(PointMaterial):
         possible = self.keeps_heat and self._implicit_key is None and max(self.viscosities()) > 0.0
         return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
+    def shear_viscosity(self) -> float:
+        return self.viscosities()[0]
+
     def viscosities(self) -> tuple[float, float]:
         """Return the shear and second viscosities μ and λ [Pa s] at rest, where a rheology has its largest viscosity."""
         mu = self.viscosity if self.rheology is None else float(shear_viscosity(self.rheology.law(), 0.0))

@@ -2,11 +2,12 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import Selectable
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.materials.contract import BodyMaterial, ImplicitStress
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
@@ -107,6 +108,16 @@ class BodyModel(StartOfBody):
     def is_fluid(self) -> bool:
         """True for a fluid, whose contact is on the nodes of the grid."""
         return False
+
+    @property
+    def shear_viscosity(self) -> float:
+        """Shear viscosity of a fluid at rest [Pa s]; 0 for other bodies."""
+        return 0.0
+
+    def keep_out_of(self, walls: Sequence[Geometry]) -> Self:
+        """Return a copy of the settings of a fluid that leaves out the parts of the body inside walls; of other bodies, the
+        settings themselves."""
+        return self
 
     @property
     def remedy_for_node_contact(self) -> str:

@@ -124,7 +124,7 @@ def _volume(body: object, case: Case) -> float:
         return 0.0
     x, y, z = (not thin for thin in case.thin)
     measure = body.occupied().measure((x, y, z))
-    measure -= sum(other.measure((x, y, z)) for other in body.with_others(case.body).left_out)
+    measure -= sum(other.measure((x, y, z)) for other in body.with_others(case.body).excluded)
     return float(max(measure, 0.0) * case.grid.slice_thickness() ** sum(case.thin))
 
 

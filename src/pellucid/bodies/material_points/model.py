@@ -55,6 +55,10 @@ class MaterialPointsCase(SeededBody):
         return self.material.flows
 
     @property
+    def shear_viscosity(self) -> float:
+        return self.material.shear_viscosity() if self.is_fluid and not self.rigid else 0.0
+
+    @property
     def probed(self) -> tuple[str, ...]:
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
 

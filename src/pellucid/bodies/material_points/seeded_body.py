@@ -87,10 +87,11 @@ class SeededBody(DampedModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
+    _walls: tuple[Geometry, ...] = PrivateAttr(())
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = ZERO) -> np.ndarray:
         inside = super().contains(places, active, periods)
-        for other in self.left_out:
+        for other in (*self.excluded, *self._walls):
             inside &= ~within(other, places, active, periods)
         return inside
 
@@ -105,8 +106,15 @@ class SeededBody(DampedModel):
         aware._excluded = tuple(region for name in self.outside if (region := places[name].occupied()) is not None)
         return aware
 
+    def keep_out_of(self, walls: Sequence[Geometry]) -> Self:
+        if not walls:
+            return self
+        aware = self.model_copy()
+        aware._walls = tuple(walls)
+        return aware
+
     @property
-    def left_out(self) -> tuple[Geometry, ...]:
+    def excluded(self) -> tuple[Geometry, ...]:
         """Regions of other bodies that are excluded from the shape. Only the model returned by `with_others` contains them."""
         if len(self._excluded) < len(self.outside):
             raise RuntimeError(
@@ -114,10 +122,21 @@ class SeededBody(DampedModel):
             )
         return self._excluded
 
+    def left_out(self, grid: GridCase) -> tuple[Geometry, ...]:
+        """Return the regions that are excluded from the shape: of other bodies, and of walls that contain points of the shape
+        on this grid."""
+        if not self._walls:
+            return self.excluded
+        x, y, z = (not thin for thin in grid.thin())
+        per_cell = points_along_axes(self.points_per_cell, grid.thin())
+        places = seed(self.shape.geometry(), grid, per_cell).position
+        walls = (wall for wall in self._walls if within(wall, places, (x, y, z), grid.periods()).any())
+        return (*self.excluded, *walls)
+
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
-        """Return the excluded regions of other bodies, including their periodic images that intersect the shape."""
+        """Return the excluded regions, including their periodic images that intersect the shape."""
         found: list[Geometry] = []
-        for other in self.left_out:
+        for other in self.left_out(grid):
             for way in images(grid.periods(), other.bounds(), self.bounds()):
                 x, y, z = way.tolist()
                 found.append(Shifted(shape=other, by=(x, y, z)) if way.any() else other)

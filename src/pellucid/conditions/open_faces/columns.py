@@ -118,4 +118,4 @@ def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase
     """Return the columns of points of an opening in a face, and the shape of the opening: `through` if given, else the shape
     of the body. model: model of the body of material points."""
     shape = (through or model.shape).geometry()
-    return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape
+    return columns(shape, () if through else model.left_out(grid), model.points_per_cell, grid, face), shape

@@ -109,6 +109,30 @@ class Inside(Geometry):
         return edges_of_triangles(self.surface.triangulate())
 
 
+class Outside(Inside):
+    """The region outside a closed triangulated surface, such as that of a channel, for grids without thin axes. On a grid with
+    periodic axes the surface must extend beyond the grid along these axes."""
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
+    def centre(self) -> np.ndarray:
+        lower, upper = super().bounds()
+        return np.asarray(0.5 * (lower + upper))
+
+    def reach(self, direction: np.ndarray) -> float:
+        return np.inf
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        lower, upper = super().bounds()
+        found = np.all((points >= lower) & (points <= upper), axis=1)
+        found[found] = inside(points[found], *self.surface.triangulate())
+        return ~found
+
+    def measure(self, active: ActiveAxes) -> float:
+        return np.inf
+
+
 def closed_triangles(surface: Surface) -> Triangulation:
     """Return the triangulation of a surface, with outward normals. Raises ValueError with the first fault of the mesh if the
     surface is not closed."""
