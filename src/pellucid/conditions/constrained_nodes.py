@@ -135,8 +135,8 @@ def constrain_nodes(
     numbers: Sequence[int] = (),
 ) -> Supports:
     """Mark the constrained directions of the grid nodes; return the velocities and wall data of the supports, one row for
-    each support, plus a last row for axes along which the grid is one cell thick and for other axes at rest, such as those along
-    an open face under a pressure, which stay constrained.
+    each support, plus a last row for axes at rest without a support: those along which the grid is one cell thick, and those
+    that other conditions constrain before (`constrained`), which are kept.
 
     For the precedence of supports see `find_owners`. elsewhere: indices of supports (each on at most one face) that
     constrain nodes of bodies and may contain no grid node; gone: indices of supports that have ended; numbers: indices of

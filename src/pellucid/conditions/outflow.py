@@ -23,8 +23,8 @@ class Outflow(GivenFlow, Condition):
     """Faces of the grid through which material points leave: a point that crosses such a face is removed, and the run
     continues.
 
-    A `pressure` acts on the end of the fluid at the face; with `velocity` or `flow_rate`, points leave with this prescribed
-    flow.
+    At a `pressure` a fluid flows out or in, as the flow requires; with `velocity` or `flow_rate`, points leave with this
+    prescribed flow.
     """
 
     name: str | None = name_parameter("name of the outflow, for probes of its force (quantity `reaction`)", None)
@@ -53,15 +53,6 @@ class Outflow(GivenFlow, Condition):
                 "there is nothing to change in time: add `pressure`, `velocity` or `flow_rate`, or remove `rise` and "
                 "`amplitude`"
             )
-
-    @property
-    def is_led(self) -> bool:
-        """True if the points leave with a prescribed flow (velocity or flow rate)."""
-        return len(self.sizes()) > 0
-
-    def _allows_turning(self) -> bool:
-        """Return True unless a flow is prescribed: `amplitude` may then be negative, since a pressure may have either sign."""
-        return not self.is_led
 
     def opens_face(self, face: str) -> bool:
         return face in self.where

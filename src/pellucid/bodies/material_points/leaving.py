@@ -138,7 +138,10 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
                 f"step {n_steps}, time {time:.6g} s: the grid is full: no points can be added to the {there} points "
                 f"of body `{self.name}`"
             )
-            remedy = "add an [[outflow]], or enlarge the grid"
+            remedy = (
+                "add an [[outflow]], or enlarge the grid; a gas enters at its initial pressure: set it to the pressure at the "
+                "face"
+            )
             raise RunStopped(f"{text}; {remedy}", step=n_steps, time=time, body=self.name)
         self.storage.complete_all()
         for name, array in self.arrays.items():

@@ -17,15 +17,15 @@ from pellucid.step.part import StepPart
 
 
 class Inflow(GivenFlow, Condition):
-    """A face of the grid through which points enter a fluid, with a prescribed velocity or pressure in the layer of cells
-    there."""
+    """A face of the grid through which points enter a fluid, with a prescribed velocity in the layer of cells there; under a
+    pressure, points enter or leave as the flow requires."""
 
     name: str | None = name_parameter("name of the inflow, for probes of its force (quantity `reaction`)", None)
     where: Face = parameter("", "face of the grid")
     body: str = parameter("", "name of the entering fluid of material points; it enters in its initial state")
 
     pressure: float | None = parameter(
-        "Pa", "alternative: pressure that drives the inflow; a negative pressure holds it back", None
+        "Pa", "alternative: pressure at the face, changed in time by `rise` and `amplitude`; the fluid may flow back", None
     )
 
     @check
@@ -41,11 +41,6 @@ class Inflow(GivenFlow, Condition):
 
     def load_channel(self) -> str | None:
         return None if self.pressure is None else INFLOW_WORK.name
-
-    def _allows_turning(self) -> bool:
-        """Return True for an inflow under a pressure: its `amplitude` may be negative, since a pressure may have either
-        sign."""
-        return self.pressure is not None
 
     def channels(self) -> Sequence[Channel]:
         return (INFLOW_ENERGY, *([INFLOW_WORK, IMPACT_HEAT] if self.pressure is None else [OUTFLOW_ENERGY]))

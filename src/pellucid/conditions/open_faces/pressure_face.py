@@ -135,7 +135,8 @@ class FaceNodes:
         layer = body.grid.lattice.counts[face.axis] if face.is_upper else 0
         self.stored = self._across.stored + layer * body.grid.lattice.strides[face.axis]
         self._order = np.argsort(self.stored)
-        curving = getattr(body, "implicit_stress").stiffness > 0.0
+        stress = member.model.implicit_stress
+        curving = stress is not None and stress.stiffness > 0.0
         self._velocity = nodes.strain_velocity if curving else nodes.velocity
 
     def velocity_at_columns(self) -> np.ndarray:
@@ -146,8 +147,8 @@ class FaceNodes:
 
 
 MARGIN = 0.05
-"""Distance from the face at which a point enters, as a fraction of the point spacing: an oscillation over this distance moves no
-point in and out."""
+"""Distance from the face at which a point enters, as a fraction of the point spacing: oscillations over this distance move no
+points in and out."""
 
 
 class PressureFlow(Protocol):
@@ -168,9 +169,9 @@ class PressureFlow(Protocol):
 class PressureFace(StepPart):
     """Face of the grid at which a pressure acts on fluids in a run.
 
-    Points of the bodies that cross the face leave; where the flow is into the grid, points of one fluid enter: the first of the
-    bodies that reaches the face at the start. The room of a column (`EnteringColumns`) changes by the flow at the face, which is
-    that of the nodes, and by the points that leave.
+    Points of the bodies that cross the face leave. Where the flow is into the grid, points of one fluid enter: of the first of
+    the bodies that reaches the face at the start. The room of a column (`EnteringColumns`) changes by the nodal velocities at
+    the face, and by the points that leave.
     """
 
     def __init__(
@@ -180,7 +181,8 @@ class PressureFace(StepPart):
         may cross it; channel: entry of the energy balance for the work of the pressure; path: path of the flow in the case, for
         messages."""
         self._flow, self._path, self._members = flow, path, [assembly.bodies[name] for name in bodies]
-        self._ends = [EndOfFluid(member, face, assembly.load_column(member.body.name, channel.name)) for member in self._members]
+        columns = [assembly.load_column(name, channel.name) for name in bodies]
+        self._ends = [EndOfFluid(member, face, column) for member, column in zip(self._members, columns, strict=True)]
         self._face = self._ends[0].face
         self._columns: EnteringColumns | None = None
         for member in self._members:
