@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from pellucid.conditions.open_faces.outlet_pressure import EndNodes
-from pellucid.conditions.open_faces.strip import StripNodes
+from pellucid.conditions.open_faces.pressure_face import EndNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
@@ -30,7 +29,6 @@ SETS: dict[type[Any], str] = {
     ViscousRows: "of implicit viscosity",
     SurfaceFields: "of a fluid with surface tension",
     EndNodes: "of a fluid that leaves or comes in under a pressure",
-    StripNodes: "",
     FullCells: "of cells, by their first nodes",
     BodySums: "of a rigid body on the grid",
     SharedNodes: "of two velocity fields in contact",

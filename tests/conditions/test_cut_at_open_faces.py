@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pellucid.case.reading import loads
-from pellucid.errors import CaseError, RunStopped
+from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
 BALL = """\
@@ -89,7 +89,7 @@ time = { end = 0.5, transfer = "apic" }
 name = "blood"
 shape = { box = { lower = [0, 0, 0], upper = [2, 2, 0] } }
 points_per_cell = [2, 2, 1]
-material = { kind = "fluid", density = 1, viscosity = 1, eos = { kind = "tait", sound_speed = 20, carries_tension = true } }
+material = { kind = "fluid", density = 1, viscosity = 1, eos = { kind = "tait", sound_speed = 80, carries_tension = true } }
 [[support]]
 where = ["y-lower", "y-upper"]
 """
@@ -99,7 +99,6 @@ ENDS = f"""
 where = "x-lower"
 body = "blood"
 pressure = 32
-profile = "parabolic"
 {SWING}
 [[outflow]]
 where = "x-upper"
@@ -114,16 +113,18 @@ acceleration = [16, 0, 0]
 """
 
 
-def test_a_flow_that_reverses_is_driven_by_a_force_in_a_periodic_grid():
-    """As the message of the stop says: 32 Pa over 1 kg/m³ and 2 m are 16 m/s²."""
-    with pytest.raises(RunStopped, match=r'backflow.*`grid.periodic = \["x"\]`.*"body-force" with an `amplitude`'):
-        momenta_along(SLIT + ENDS)
+def test_a_flow_that_reverses_between_open_faces_is_that_of_a_force_in_a_periodic_grid():
+    """32 Pa over 1 kg/m³ and 2 m are 16 m/s²: momenta within 5 % of the largest."""
+    between = momenta_along(SLIT + ENDS)
     along = momenta_along(SLIT.replace("cell = 0.25 }", 'cell = 0.25, periodic = ["x"] }') + PERIODIC)
-    assert max(along) > 0.1
-    assert min(along) < -0.1
+    times = np.linspace(0.0, 0.5, 51)
+    one, other = (np.interp(times, *np.transpose(momenta)) for momenta in (between, along))
+    assert one.max() > 0.1
+    assert one.min() < -0.1
+    assert np.abs(one - other).max() < 0.05 * np.abs(other).max()
 
 
 def momenta_along(text):
-    """Of each step, along the slit [kg m/s]."""
+    """Time [s] and momentum along the slit [kg m/s] of each step."""
     simulation = Simulation(loads(text), threads=1)
-    return [step.momentum()[0] for step in simulation]
+    return [(step.time, step.momentum()[0]) for step in simulation]

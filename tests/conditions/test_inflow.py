@@ -87,23 +87,27 @@ def test_a_fluid_at_rest_is_pushed_through_and_balances():
 def channel(given, **more):
     """A slit of ten cells, whose walls hold the fluid; it begins as it will be."""
     cell, liquid = 0.1, {"kind": "fluid", "density": 1.0, "pressure": 0.0, "viscosity": 0.1}
-    tait = {"kind": "tait", "sound_speed": 15.0, "exponent": 7}
+    tait = {"kind": "tait", "sound_speed": 30.0, "exponent": 7}
     fluid = box((0, 0, 0), (2, 1, cell), liquid | {"eos": tait}, (2, 2, 1), name="fluid", velocity=(1, 0, 0))
     walls = [{"where": "y-lower"}, {"where": "y-upper"}]
     tables = case(
-        fluid, counts=(20, 10, 1), cell=cell, support=walls, thickness=1.0, **({"transfer": "apic", "end": 5.0} | more)
+        fluid, counts=(20, 10, 1), cell=cell, support=walls, thickness=1.0, **({"transfer": "apic", "end": 6.0} | more)
     ).to_data()
-    tables["inflow"] = [{"where": "x-lower", "body": "fluid", "profile": "parabolic"} | given]
+    tables["inflow"] = [{"where": "x-lower", "body": "fluid"} | given]
     return Case.model_validate(tables | {"outflow": [{"where": ["x-upper"], "pressure": 0.0}]})
 
 
-@pytest.mark.parametrize(("given", "error"), [({"flow_rate": 1.0}, 0.01), ({"pressure": 2.4}, 0.02)], ids=["flow", "pressure"])
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [({"flow_rate": 1.0, "profile": "parabolic"}, 0.01), ({"pressure": 2.4}, 0.02)],
+    ids=["flow", "pressure"],
+)
 def test_poiseuille_between_an_inflow_and_an_outflow(given, error):
     """Of the mean over some swings of sound: velocity 6 y (1 - y), of the pressure that falls by 12 μ U/H² on unit length."""
     sim, found = Simulation(channel(given), threads=1), []
     while not sim.clock.finished(None):
         sim.step()
-        if sim.time > 2.0 and sim.n_steps % 5 == 0:
+        if sim.time > 4.0 and sim.n_steps % 5 == 0:
             x, v, p = (sim.bodies[0].field(name) for name in ("position", "velocity", "pressure"))
             within = (x[:, 0] > 0.6) & (x[:, 0] < 1.6)
             shape = x[within, 1] * (1.0 - x[within, 1])
@@ -170,10 +174,10 @@ def test_threads_do_not_change_a_bit():
     assert fingerprint(one) == fingerprint(two)
 
 
-@pytest.mark.parametrize("inflow", [{}, {"velocity": None, "pressure": 1.4}], ids=["velocity", "pressure"])
+@pytest.mark.parametrize("inflow", [UNEVEN["inflow"], {"velocity": None, "pressure": 1.4}], ids=["velocity", "pressure"])
 def test_a_checkpoint_goes_on_bit_for_bit(inflow):
     """With the part of a layer that has come in, from wherever points that left have given rows to others."""
-    tables = plug(**UNEVEN | {"inflow": UNEVEN["inflow"] | inflow})
+    tables = plug(**UNEVEN | {"inflow": inflow})
     straight = advance(Simulation(tables, threads=1), 22)
     assert straight.budget.left_points > 0
     arrays = {name: array.copy() for name, array in straight.state_arrays().items()}
@@ -200,14 +204,6 @@ def test_a_run_goes_on_and_on_beyond_its_end(tmp_path):
     assert np.isfinite(last["density"]).all()
     assert np.array_equal(last["position"], long.fields("fluid")["position"])
     resume_case(tmp_path / "half", settings={"time.end": 3.5}, report=False)
-
-
-def test_backflow_at_an_outlet_is_named():
-    tables = plug(speed=0.0, outflow={"pressure": 3.0}, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
-    with pytest.raises(
-        RunStopped, match=r"backflow at the outflow through x-upper .*body fluid.*reduce `outflow.0.pressure`.*body-force"
-    ):
-        to_the_end(Case.model_validate(tables))
 
 
 def test_a_closed_grid_fills_up():
@@ -363,15 +359,7 @@ def test_a_given_flow_rate_comes_in_through_a_round_opening():
     assert np.hypot(*(x[:, 1:] - 4.0).T).max() < 3.0
 
 
-def test_backflow_at_an_inflow_is_named():
-    tables = plug(speed=0.0, inflow={"velocity": None, "pressure": 0.1}, outflow={"pressure": 1.5}).to_data()
-    with pytest.raises(
-        RunStopped, match=r"backflow at the inflow through x-lower .*body fluid.*raise `inflow.0.pressure`.*body-force"
-    ):
-        to_the_end(Case.model_validate(tables))
-
-
-def test_a_jet_that_has_passed_is_no_backflow():
+def test_a_jet_that_has_passed_leaves_a_dry_outlet():
     """A drop that leaves through an outlet with a pressure leaves it dry, and the run goes on."""
     drop = box((8, 0, 0), (10, 3, 1), GAS, (2, 2, 1), name="fluid", velocity=(4, 0, 0))
     tables = case(drop, counts=(10, 3, 1), support=TUBE, end=4.0, energy={"warn": 9.0, "stop": 10.0}).to_data()

@@ -8,7 +8,7 @@ from pellucid.conditions.open_faces.given_flow import GivenFlow
 from pellucid.conditions.open_faces.inflow import Inflow, face_problems, why_no_outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
-from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel, Passed
+from pellucid.energy import IMPACT_HEAT, INFLOW_ENERGY, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.model import check, name_parameter, one_or_several, parameter
 from pellucid.parts.annotations import Assembly
@@ -23,8 +23,8 @@ class Outflow(GivenFlow, Condition):
     """Faces of the grid through which material points leave: a point that crosses such a face is removed, and the run
     continues.
 
-    A `pressure` acts on the end of the fluid at the face; with `velocity` or `flow_rate`, points leave with this prescribed
-    flow.
+    At a `pressure` a fluid flows out or in, as the flow requires; with `velocity` or `flow_rate`, points leave with this
+    prescribed flow.
     """
 
     name: str | None = name_parameter("name of the outflow, for probes of its force (quantity `reaction`)", None)
@@ -54,15 +54,6 @@ class Outflow(GivenFlow, Condition):
                 "`amplitude`"
             )
 
-    @property
-    def is_led(self) -> bool:
-        """True if the points leave with a prescribed flow (velocity or flow rate)."""
-        return len(self.sizes()) > 0
-
-    def _allows_turning(self) -> bool:
-        """Return True unless a flow is prescribed: `amplitude` may then be negative, since a pressure may have either sign."""
-        return not self.is_led
-
     def opens_face(self, face: str) -> bool:
         return face in self.where
 
@@ -70,7 +61,8 @@ class Outflow(GivenFlow, Condition):
         return None if self.pressure is None else OUTFLOW_WORK.name
 
     def channels(self) -> Sequence[Channel]:
-        return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
+        led, pressed = self.is_led, self.pressure is not None
+        return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if led else []), *([INFLOW_ENERGY] if pressed else []))
 
     def why_not_steady(self) -> Reason | None:
         """Return the reason why no steady state can be computed with a prescribed flow: there is no equilibrium."""
@@ -99,15 +91,19 @@ class Outflow(GivenFlow, Condition):
                     losing[name].open_faces(ends)
                     bodies.append(name)
             active += outflow._acting(bodies, assembly, f"outflow.{outflow.name or number}")
-        return [*active, LeavingPoints([losing[name] for name in assembly.bodies if name in losing])] if losing else active
+        if not losing:
+            return active
+        from pellucid.conditions.open_faces.entering import LeavingPoints
+
+        return [LeavingPoints([losing[name] for name in assembly.bodies if name in losing]), *active]
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[StepPart]:
         """Return the active conditions that apply the pressure or the prescribed flow at the faces to bodies (names); path:
         path of the outflow in the case, for messages."""
-        if self.pressure is not None:
-            from pellucid.conditions.open_faces.outlet_pressure import OutletPressure
+        if self.pressure is not None and bodies:
+            from pellucid.conditions.open_faces.pressure_face import PressureFace
 
-            return [OutletPressure(self, bodies, assembly, path)]
+            return [PressureFace(self, face, bodies, OUTFLOW_WORK, assembly, path) for face in self.where]
         if self.is_led:
             from pellucid.conditions.open_faces.leading_out import LeadingOut
 
@@ -155,16 +151,6 @@ class Outflow(GivenFlow, Condition):
                 "and have no cell_pressure"
             )
             yield Finding(path[:-1], text, "remove this outflow")
-
-
-class LeavingPoints(StepPart):
-    """Removes points that crossed open faces of the grid in a step from bodies."""
-
-    def __init__(self, bodies: Sequence[LosesPoints]) -> None:
-        self._bodies = bodies
-
-    def leave(self) -> list[Passed]:
-        return [left for body in self._bodies if (left := body.let_leave()) is not None]
 
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:

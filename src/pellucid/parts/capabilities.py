@@ -247,6 +247,9 @@ class HasPointsAtWalls(Protocol):
 class LosesPoints(Protocol):
     """A body whose points can leave through faces of the grid."""
 
+    just_left: tuple[np.ndarray, np.ndarray]
+    """Positions beyond the faces [m], shape (n, 3), and volumes [m³], shape (n,), of the points that left in this step."""
+
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Allow points to leave through faces of the grid; each face is an axis (0, 1, 2) and an end (0 lower, 1 upper)."""
 

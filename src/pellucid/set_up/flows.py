@@ -31,6 +31,7 @@ def flow_warnings(case: Case) -> Iterator[str]:
     """Yield warnings about inflows without an outlet and about openings that have no effect."""
     yield from _without_way_out(case)
     yield from _absorbing_at_inflows(case)
+    yield from _profiles_without_effect(case)
     yield from _closed_vents(case)
 
 
@@ -49,6 +50,16 @@ def _absorbing_at_inflows(case: Case) -> Iterator[str]:
                     f"absorbing number {number + 1} has no effect at the face {inflow.where}: {label} prescribes the "
                     "velocity of this face and reflects waves. Remove the face from `where` of the [[absorbing]]."
                 )
+
+
+def _profiles_without_effect(case: Case) -> Iterator[str]:
+    """Yield a warning for each inflow under a pressure that has a velocity profile."""
+    for number, inflow in enumerate(parts_of(case).of(Inflow)):
+        if inflow.pressure is not None and inflow.profile != "uniform":
+            yield (
+                f"{_label('inflow', inflow.name, number)}: `profile` has no effect with `pressure`: the velocity profile "
+                "results from the flow, also when it reverses. Remove `profile`."
+            )
 
 
 def _without_way_out(case: Case) -> Iterator[str]:

@@ -27,6 +27,7 @@ from pellucid.reductions import ordered_sum
 from pellucid.state import FIELDS
 
 NOBODY = np.zeros(0, dtype=bool)
+NOWHERE, NOTHING = np.zeros((0, 3)), np.zeros(0)
 
 
 class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
@@ -38,6 +39,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
     _gravity: Vector
     _open_faces: "OpenFaces | None" = None
     _leaving, _takes_in = NOBODY, False
+    just_left = NOWHERE, NOTHING
 
     @property
     def may_leave(self) -> bool:  # type: ignore[override]
@@ -56,6 +58,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         """Raise `RunStopped` if a point has a fault, such as a position outside the grid. Points that left through open faces
         are no faults; they are removed when the step is recorded.
         """
+        self.just_left = NOWHERE, NOTHING
         fault = self.storage.slabs.fault if self._open_faces is None else domain.complete(self.storage.slabs.fault)
         if (
             self._open_faces is not None
@@ -83,6 +86,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         of_lost = domain.complete(self.storage.slabs.of_lost)
         power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(of_lost)[POWER])
         left, affine = taken_along(there, stored, gone, power)
+        self.just_left = there["position"][gone], there["volume"][gone]
         speed = np.linalg.norm(there["velocity"][gone], axis=1)
         self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))
         self.totals.give(left, affine)
@@ -134,7 +138,10 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
                 f"step {n_steps}, time {time:.6g} s: the grid is full: no points can be added to the {there} points "
                 f"of body `{self.name}`"
             )
-            remedy = "add an [[outflow]], or enlarge the grid"
+            remedy = (
+                "add an [[outflow]], or enlarge the grid; a gas enters at its initial pressure: set it to the pressure at the "
+                "face"
+            )
             raise RunStopped(f"{text}; {remedy}", step=n_steps, time=time, body=self.name)
         self.storage.complete_all()
         for name, array in self.arrays.items():

@@ -38,15 +38,6 @@ class OpenFace(NamedTuple):
         """Direction into the grid along the axis of the face, 1 or -1."""
         return -1.0 if self.is_upper else 1.0
 
-    @property
-    def when_flow_reverses(self) -> str:
-        """Text for messages that advises how to compute a flow that reverses its direction at an open face."""
-        return (
-            f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
-            'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '
-            "the flows at both faces"
-        )
-
     def nodes(self, grid: GridCase) -> np.ndarray:
         """Return the positions of the nodes of the face [m], shape (n, 3)."""
         axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]

@@ -1,4 +1,4 @@
-"""Data model of a prescribed flow through a face of the grid: its magnitude, profile and change in time."""
+"""Data model of a flow through a face of the grid: its magnitude, profile and change in time."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal, TypeGuard
@@ -69,7 +69,8 @@ Profile = Literal["uniform", "parabolic"]
 
 
 class GivenFlow(ChangesInTime):
-    """Prescribed flow through a face of the grid: its magnitude, its profile across the opening, and its change in time."""
+    """Flow through a face of the grid: its magnitude and profile across the opening if they are prescribed, and the change of
+    the flow or of a pressure in time."""
 
     velocity: float | None = parameter("m/s", "mean velocity through the opening, in the direction of the flow", None, ge=0)
     flow_rate: float | None = parameter(
@@ -80,7 +81,8 @@ class GivenFlow(ChangesInTime):
     )
     profile: Profile = parameter(
         "",
-        "velocity profile across the opening: uniform, or the profile of steady laminar flow in a slit, duct or tube",
+        "velocity profile of a prescribed flow: uniform, or that of steady laminar flow in a slit, duct or tube. Under a "
+        "`pressure` the profile results from the flow",
         "uniform",
     )
     through: Shape | None = parameter(
@@ -89,13 +91,14 @@ class GivenFlow(ChangesInTime):
 
     @check
     def _flows_one_way(self) -> None:
-        if self.amplitude is not None and self.amplitude.smallest < 0.0 and not self._allows_turning():
+        if self.amplitude is not None and self.amplitude.smallest < 0.0 and self.is_led:
             text = f"`amplitude` has the fraction {self.amplitude.smallest:g}, but a prescribed flow cannot reverse"
             raise ValueError(f"{text}; use shares of 0 or more")
 
-    def _allows_turning(self) -> bool:
-        """Return True if the flow may reverse its direction in the run, so that `amplitude` may be negative."""
-        return False
+    @property
+    def is_led(self) -> bool:
+        """True if the flow is prescribed (velocity or flow rate)."""
+        return len(self.sizes()) > 0
 
     def sizes(self) -> list[str]:
         """Return the names of the given keys that define the magnitude of the flow (`velocity`, `flow_rate`)."""
@@ -116,12 +119,13 @@ class GivenFlow(ChangesInTime):
         if grid is None:
             return
         place = OpenFace.of(face, grid)
-        if self.profile == "parabolic" and not any(walled_axes(grid, face)):
+        has_profile = self.is_led and self.profile == "parabolic"
+        if has_profile and not any(walled_axes(grid, face)):
             text = f"the face {face} has no side walls: along every other axis the grid is one cell thick or periodic"
             yield Finding((*path, "profile"), text, 'use profile = "uniform"')
         if reason := self._why_shut(place, grid, body):
             yield Finding((*path, "where" if self.through is None else "through"), *reason)
-        elif self.profile == "parabolic" and (reason := self._why_no_profile(place, body)):
+        elif has_profile and (reason := self._why_no_profile(place, body)):
             yield Finding((*path, "profile"), *reason)
         if self._is_closed(place, grid, parts):
             text = f"supports constrain all nodes of the opening in the face {face}: nothing can flow through it"

@@ -1,33 +1,31 @@
 """Data model of an inflow: a face of the grid through which points enter a fluid."""
 
 from collections.abc import Iterator, Sequence
-from typing import ClassVar
 
 from pellucid.conditions.open_faces.given_flow import GivenFlow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
-from pellucid.energy import IMPACT_HEAT, INFLOW_ENERGY, INFLOW_WORK, Channel
+from pellucid.energy import IMPACT_HEAT, INFLOW_ENERGY, INFLOW_WORK, OUTFLOW_ENERGY, Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import LosesPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
 
 
 class Inflow(GivenFlow, Condition):
-    """A face of the grid through which points enter a fluid, with a prescribed velocity or pressure in the layer of cells
-    there."""
-
-    losses: ClassVar[Sequence[Channel]] = (INFLOW_ENERGY, INFLOW_WORK, IMPACT_HEAT)
+    """A face of the grid through which points enter a fluid, with a prescribed velocity in the layer of cells there; under a
+    pressure, points enter or leave as the flow requires."""
 
     name: str | None = name_parameter("name of the inflow, for probes of its force (quantity `reaction`)", None)
     where: Face = parameter("", "face of the grid")
     body: str = parameter("", "name of the entering fluid of material points; it enters in its initial state")
 
     pressure: float | None = parameter(
-        "Pa", "alternative: pressure that drives the inflow; a negative pressure holds it back", None
+        "Pa", "alternative: pressure at the face, changed in time by `rise` and `amplitude`; the fluid may flow back", None
     )
 
     @check
@@ -44,19 +42,29 @@ class Inflow(GivenFlow, Condition):
     def load_channel(self) -> str | None:
         return None if self.pressure is None else INFLOW_WORK.name
 
-    def _allows_turning(self) -> bool:
-        """Return True for an inflow under a pressure: its `amplitude` may be negative, since a pressure may have either
-        sign."""
-        return self.pressure is not None
+    def channels(self) -> Sequence[Channel]:
+        return (INFLOW_ENERGY, *([INFLOW_WORK, IMPACT_HEAT] if self.pressure is None else [OUTFLOW_ENERGY]))
 
     @classmethod
     def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[StepPart]:
-        from pellucid.conditions.open_faces.entering import entering
+        """Return the parts through which points enter, and those that remove points which leave again through a face under a
+        pressure."""
+        from pellucid.conditions.open_faces.entering import LeavingPoints, PrescribedInflow
+        from pellucid.conditions.open_faces.pressure_face import PressureFace
 
-        return entering(conditions, assembly)
+        active, losing = list[StepPart](), list[LosesPoints]()
+        for number, inflow in enumerate(conditions):
+            path = f"inflow.{inflow.name or number}"
+            if inflow.pressure is None:
+                active.append(PrescribedInflow(inflow, assembly, path))
+                continue
+            losing.append(assembly.bodies[inflow.body].offers(LosesPoints))
+            losing[-1].open_faces([("xyz".index(inflow.where[0]), int(inflow.where.endswith("upper")))])
+            active.append(PressureFace(inflow, inflow.where, [inflow.body], INFLOW_WORK, assembly, path))
+        return [LeavingPoints(losing), *active] if losing else active
 
     def reaction(self) -> str | None:
-        return self.name
+        return self.name if self.pressure is None else None
 
     def why_not_steady(self) -> Reason | None:
         """Return the reason why no steady state can be computed: with an inflow there is no equilibrium."""
