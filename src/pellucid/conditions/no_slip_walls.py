@@ -178,10 +178,11 @@ class NoSlipWall(StepPart):
         fluid = self._fluid.masses(window.node)
         near, near_known, full = no_slip.sample_as_points(window, old, fluid, wall.samples[0])
         far, far_known, _ = no_slip.sample_as_points(window, old, fluid, wall.samples[1])
-        near, far = near * wall.signs[0] - self._velocity, far * wall.signs[1] - self._velocity
+        far = np.where(wall.facing[:, None], wall.opposite, far * wall.signs[1]) - self._velocity
+        near, far_known = near * wall.signs[0] - self._velocity, np.where(wall.facing, 1.0, far_known)
         self._sure = wall.surface.certainty * near_known
         self._mass = of_window[np.searchsorted(window.node, at)]
-        slope = no_slip.slope_of_profile(wall.surface._replace(certainty=self._sure), near, far, far_known)
+        slope = no_slip.slope_of_profile(wall.surface._replace(certainty=self._sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
         drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope, 0.0)
         self._drag = self._keep_from_light(drag, fluid[np.searchsorted(window.node, at)], full)

@@ -1,7 +1,7 @@
 """Surface of a region of the grid at which a fluid does not slip, described at the nodes near it."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -10,6 +10,7 @@ from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surf
 from pellucid.geometry.region import within
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
+from pellucid.model import Vector
 
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 SAMPLES = 4  # samples in a cell along each axis, for the filled fraction of nodes
 MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
 BISECTIONS = 40  # bisections to find the distance from the surface
+PER_CELL = 4  # positions in a cell at which opposite walls are looked for
+NEAR_A_WALL = 2.0  # cells from another wall within which the velocity of the fluid is not interpolated
 STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 
 Inside = Callable[[np.ndarray], np.ndarray]
@@ -34,7 +37,10 @@ class WallSurface(NamedTuple):
     share: np.ndarray  # (n,) volume of each node divided by the volume of an interior node
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
     window: Window  # box of nodes around `node`, for interpolation at `samples`
-    samples: list[np.ndarray]  # two arrays (n, 3): positions at which the fluid's velocity is interpolated [m]
+    heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
+    facing: np.ndarray  # (n,) mask of the nodes for which the second is the distance of another wall
+    opposite: np.ndarray  # (n, 3) velocity of that wall [m/s]
+    samples: list[np.ndarray]  # two arrays (n, 3): positions at these distances [m]
     signs: list[np.ndarray]  # two arrays (n, 3): factors of sampled velocities, -1 along the normal of a mirror plane, else 1
     neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
 
@@ -97,14 +103,71 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
     of_grid = no_slip.share_in_grid(node)
     area = steepness / cell * grid.cell_volume * of_grid
-    places = [place[chosen] + (height - distance)[:, None] * normal for height in no_slip.heights]
+    on_surface = place[chosen] - distance[:, None] * normal
+    walls = Walls(faces, active, periods, lower, upper, mirrors)
+    gap, opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
+    facing = np.isfinite(gap)
+    heights = [
+        np.where(facing, np.minimum(no_slip.heights[0], 0.5 * gap), no_slip.heights[0]),
+        np.where(facing, gap, no_slip.heights[1]),
+    ]
+    places = [on_surface + height[:, None] * normal for height in heights]
     samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
     released = held[chosen, None] & open_axes[chosen] & (marks[chosen] == row + 1)
     neighbours = _neighbours(no_slip, node, active)
     stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
-    return WallSurface(
-        node, held[chosen], stopped, released, surface, filled, of_grid, area, window, list(samples), list(signs), neighbours
-    )
+    state = (node, held[chosen], stopped, released, surface, filled, of_grid, area, window)
+    return WallSurface(*state, heights, facing, opposite, list(samples), list(signs), neighbours)
+
+
+class Walls:
+    """All walls of a velocity field on which fluids do not slip: shapes of supports, and faces that supports hold.
+
+    faces: all supports, split so that each acts on at most one face; active: axes along which the grid is more than one cell
+    thick; periods: of the grid [m]; lower, upper: corners of the grid [m]; mirrors: as in `_mirrored`.
+    """
+
+    def __init__(
+        self,
+        faces: "Sequence[Support]",
+        active: ActiveAxes,
+        periods: Vector,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        mirrors: np.ndarray,
+    ) -> None:
+        self._active, self._periods, self._ends, self._mirrors = active, periods, (lower, upper), mirrors
+        self._shapes = [(shape.geometry(), one.velocity) for one in faces if (shape := one.wall_of_fluids()) is not None]
+        self._faces = [
+            (*face, one.velocity)
+            for one in faces
+            if (face := one.face()) is not None and one.body is None and one.until is None and one.holds_all()
+        ]
+
+    def find_opposite(self, start: np.ndarray, normal: np.ndarray, cell: float, most: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distances of the walls that lie opposite the surface of a wall, along its normals, shape (n,) [m],
+        infinite if there is none within the distance `most` [m], and their velocities, shape (n, 3) [m/s]. start: positions on
+        the surface [m], shape (n, 3); normal: unit normals, shape (n, 3); cell: cell size [m]."""
+        gap, velocity = np.full(len(start), np.inf), np.zeros((len(start), 3))
+        for step in np.arange(1, round(most / cell * PER_CELL) + 1):
+            high = cell * step / PER_CELL
+            for wall in (*self._shapes, *self._faces):
+                new = np.flatnonzero(np.isinf(gap) & self._contains(wall, start + high * normal))
+                low, up = np.full(len(new), high - cell / PER_CELL), np.full(len(new), high)
+                for _ in range(BISECTIONS):
+                    middle = 0.5 * (low + up)
+                    there = self._contains(wall, start[new] + middle[:, None] * normal[new])
+                    low, up = np.where(there, low, middle), np.where(there, middle, up)
+                first = step == 1  # rounding may place the start inside its own wall
+                gap[new], velocity[new] = np.where(first, 0.0, up), wall[-1]
+        return np.where(gap > 0.0, gap, np.inf), velocity
+
+    def _contains(self, wall: tuple[Any, ...], place: np.ndarray) -> np.ndarray:
+        place = _mirrored(place, *self._ends, self._mirrors)[0]
+        if len(wall) == 2:
+            return within(wall[0], place, self._active, self._periods)
+        axis, end, _ = wall
+        return place[:, axis] > self._ends[1][axis] if end else place[:, axis] < self._ends[0][axis]
 
 
 def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

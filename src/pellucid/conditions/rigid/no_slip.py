@@ -18,6 +18,7 @@ farther away by h²κ v/2, where h is the cell size and v the variance of the sh
 surface.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -285,11 +286,14 @@ class NoSlip:
         along = np.sum(profile * surface.normal, axis=1)[:, None] * surface.normal
         return surface.certainty[:, None] * (profile - along)
 
-    def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
+    def slope_of_profile(
+        self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray, heights: Sequence[np.ndarray]
+    ) -> np.ndarray:
         """Return the normal derivative, on the surface, of the tangential velocity of the fluid relative to the body [1/s],
-        shape (n, 3). Arguments and profile as in `continue_profile`, but the profile is corrected for the curvature of
-        convex surfaces only: in a tube it is that of Poiseuille flow."""
-        a, b = self.heights
+        shape (n, 3). Arguments and profile as in `continue_profile`, but for each node its own `heights`, two arrays of shape
+        (n,) [m]. The profile is corrected for the curvature of convex surfaces only: in a tube it is that of Poiseuille
+        flow."""
+        a, b = (height[:, None] for height in heights)
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
         slope = near / a - a * far_known[:, None] * (far / b - near / a) / (b - a)
