@@ -33,7 +33,6 @@ import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.rigid.no_slip import NoSlip
-from pellucid.conditions.support import walls_act_among
 from pellucid.conditions.wall_surface import find_wall
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.geometry.shapes.contract import Geometry
@@ -58,7 +57,7 @@ RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes st
 class Bodies(NamedTuple):
     """Bodies of a velocity field in which walls of this kind act."""
 
-    fluids: Sequence[MaterialPoints]  # viscous fluids
+    fluids: Sequence[MaterialPoints]
     rigid: Sequence[AssembledBody]
     membranes: bool  # True if the field contains membranes
 
@@ -126,7 +125,7 @@ class NoSlipWall(StepPart):
         self._field, grid = actions.field, actions.field.grid
         self._fluid, self._no_slip = NodalFluid(bodies, actions), NoSlip(grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
-        self._velocity = actions.supports.velocity[row]
+        self._velocity, self._slips = actions.supports.velocity[row], faces[row].slips()
         self._impulse = np.zeros(3)
         self._wall = find_wall(self._no_slip, actions, row, region, faces)
         self._marks = grid.nodes.constrained[self._wall.node].copy()
@@ -168,6 +167,12 @@ class NoSlipWall(StepPart):
         """Find the impulses of the surface traction over the step dt [s], from the velocities before the step."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
         window, at = wall.window, wall.node
+        self._held, self._stopped = wall.held & self._acts, wall.stopped & self._acts
+        if self._slips:
+            self._mass = domain.of_nodes(nodes.mass[at], at)
+            self._sure, self._old = wall.surface.certainty, np.zeros((len(at), 3))
+            self._drag, self._lag = self._old, np.zeros(len(at))
+            return
         self._fluid.find()
         of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
         old = np.where(of_window[:, None] > MASS_EPS, momentum / np.maximum(of_window, MASS_EPS)[:, None], 0.0)
@@ -186,7 +191,6 @@ class NoSlipWall(StepPart):
         viscosity = self._fluid.viscosities(at)
         drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope, 0.0)
         self._drag = self._keep_from_light(drag, fluid[np.searchsorted(window.node, at)], full)
-        self._held, self._stopped = wall.held & self._acts, wall.stopped & self._acts
         self._lag = viscosity * dt * wall.area * self._sure * self._acts / self._field.grid.lattice.cell * self._delays
 
     def constrain(self, rows: ViscousRows) -> None:
@@ -260,24 +264,22 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoS
     acts on at most one face."""
     found: list[NoSlipWall] = []
     for actions in assembly.actions:
-        bodies, walls = _bodies_of(actions, assembly), []
-        for row, support in enumerate(supports) if bodies is not None else []:
-            shape = support.wall_of_fluids()
+        members = [member for member in assembly.bodies.values() if member.actions is actions]
+        models, walls = [member.model for member in members], []
+        for row, support in enumerate(supports):
+            shape = support.wall_of_fluids() if support.acts_as_wall_among(models) else None
             if shape is None:
                 continue
-            wall = NoSlipWall(actions, row, shape.geometry(), bodies, supports, assembly)
+            wall = NoSlipWall(actions, row, shape.geometry(), _sorted(members), supports, assembly)
             walls += [wall] if wall.acts_anywhere else []
         actions.field.walls = walls
         found += walls
     return found
 
 
-def _bodies_of(actions: NodalActions, assembly: Assembly) -> Bodies | None:
-    """Return the bodies of a velocity field in which walls of this kind act; None for other velocity fields."""
-    members = [member for member in assembly.bodies.values() if member.actions is actions]
-    if not walls_act_among([member.model for member in members]):
-        return None
-    fluids = [member.body for member in members if member.model.shear_viscosity > 0.0]
+def _sorted(members: Sequence[AssembledBody]) -> Bodies:
+    """Return the bodies of a velocity field by their kind."""
+    fluids = [member.body for member in members if isinstance(member.body, MaterialPoints) and not member.model.is_rigid]
     rigid = [member for member in members if member.model.is_rigid]
     return Bodies(fluids, rigid, any(member.model.is_surface for member in members))
 

@@ -103,8 +103,11 @@ class Support(Condition):
 
     @check
     def _normal_needs_a_face(self) -> None:
-        if self.fix == "normal" and not self.faces():
-            raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
+        if self.fix == "normal" and not self.faces() and self.wall_of_fluids() is None:
+            raise ValueError(
+                'fix = "normal" needs a face of the grid as `where`, such as "x-lower", or a shape without the keys `body` and '
+                "`until`"
+            )
 
     def _wall_keys(self) -> list[str]:
         """Return the names of the given keys that make the support a wall with friction or an opening wall (which bodies can
@@ -117,6 +120,7 @@ class Support(Condition):
         invalid keys of friction or opening. path: location of the condition in the case; parts: all parts of the case."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
+        yield from self._slip_problems((*path, "fix"), parts)
         yield from self._velocity_problems(path, parts)
         yield from self._wetting_problems((*path, "contact_angle"), parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
@@ -139,6 +143,20 @@ class Support(Condition):
             yield from plane_problems(self.where.rotate, (*path, "where"), parts.active_axes)
             if self.where.box is not None and (shape := self.where.shape) is not None:
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
+
+    def _slip_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Yield a finding about a shape on which fluids slip in a case with bodies that cannot slip on it. path: location in
+        the case for the finding; parts: all parts of the case."""
+        bodies = parts.of(BodyModel)
+        if not self.slips() or not parts.are_sound(BodyModel):
+            return
+        for body in bodies:
+            of_field = [other for other in bodies if other.field == body.field]
+            if not (self.acts_as_wall_among(of_field) or body.owns_nodes(is_alone(body, parts))):
+                text = f"only fluids, and membranes and rigid bodies with them, slip on a shape, but not body {body.name}"
+                remedy = "remove `fix`, so that bodies stick to the shape, use a face of the grid, or a [[wall]] for contact"
+                yield Finding(path, text, remedy)
+                return
 
     def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield findings about faces that do not exist or are named twice. path: location in the case for the findings;
@@ -201,7 +219,7 @@ class Support(Condition):
         """Yield findings about keys of friction or opening that contradict each other, on supports that are not walls, or
         for bodies that they cannot act on. path: location of the condition in the case; parts: all parts of the case."""
         keys = self._wall_keys()
-        if keys and self.fix != "normal":
+        if keys and (self.fix != "normal" or not self.faces()):
             text = (
                 "only a wall, i.e. a face of the grid constrained along its normal, can have friction or open; this "
                 "support is a clamp"
@@ -329,12 +347,26 @@ class Support(Condition):
         return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
 
     def wall_of_fluids(self) -> Shape | None:
-        """Return the shape on whose surface viscous fluids do not slip, see `pellucid.conditions.no_slip_walls`; None if the
-        support makes no such wall."""
+        """Return the shape whose surface stops fluids, see `pellucid.conditions.no_slip_walls`; None if the support makes no
+        such wall."""
         region = self.region()
         if not isinstance(region, Region) or region.needs_mesh or self.body is not None or self.until is not None:
             return None
-        return region.shape if self.holds_all() else None
+        return region.shape if self.holds_all() or self.slips() else None
+
+    def slips(self) -> bool:
+        """Return True for a shape on whose surface fluids slip."""
+        return self.fix == "normal" and not self.faces()
+
+    def acts_as_wall_among(self, bodies: Sequence[BodyModel]) -> bool:
+        """Return True if the shape of the support stops the fluids of a velocity field with these bodies at its surface: the
+        field has fluids, which must be viscous unless they slip on the shape, and beside them only rigid bodies and
+        membranes."""
+        if self.wall_of_fluids() is None:
+            return False
+        flows = [body.is_fluid and not body.is_rigid and (self.slips() or body.shear_viscosity > 0.0) for body in bodies]
+        rest = (body for one, body in zip(flows, bodies, strict=True) if not one)
+        return any(flows) and all(body.is_rigid or body.is_surface for body in rest)
 
     def wall_friction(self) -> float:
         """Return the friction coefficient of the wall; 0 without friction, infinite for `stick`."""
@@ -365,8 +397,8 @@ class Support(Condition):
     def axes(self) -> tuple[bool, bool, bool]:
         """Return for x, y and z True if the support constrains this direction."""
         face = self.face()
-        if self.fix == "normal" and face is not None:
-            return face[0] == 0, face[0] == 1, face[0] == 2
+        if self.fix == "normal":
+            return (True, True, True) if face is None else (face[0] == 0, face[0] == 1, face[0] == 2)
         return "x" in self.fix, "y" in self.fix, "z" in self.fix
 
     def face(self) -> tuple[int, int] | None:
@@ -377,21 +409,14 @@ class Support(Condition):
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
 
 
-def walls_act_among(bodies: Sequence[BodyModel]) -> bool:
-    """Return True if viscous fluids do not slip on the shapes of supports in the velocity field of these bodies: there are
-    viscous fluids and, beside them, only rigid bodies and membranes."""
-    viscous = [body.shear_viscosity > 0.0 for body in bodies]
-    return any(viscous) and all(flows or body.is_rigid or body.is_surface for flows, body in zip(viscous, bodies, strict=True))
-
-
 def kept_out_of_walls(bodies: Sequence[BodyModel], supports: Sequence[Support]) -> list[BodyModel]:
-    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports on which they do not slip."""
-    walls = [shape.geometry() for support in supports if (shape := support.wall_of_fluids()) is not None]
-    fields: dict[str, list[BodyModel]] = {}
+    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports that stop them."""
+    kept = []
     for body in bodies:
-        fields.setdefault(body.field, []).append(body)
-    among = {name: walls_act_among(of_field) for name, of_field in fields.items()}
-    return [body.keep_out_of(walls) if walls and among[body.field] else body for body in bodies]
+        of_field = [other for other in bodies if other.field == body.field]
+        walls = [one.wall_of_fluids() for one in supports if body.is_fluid and one.acts_as_wall_among(of_field)]
+        kept.append(body.keep_out_of([shape.geometry() for shape in walls if shape is not None]))
+    return kept
 
 
 def on_each_face(supports: Sequence[Support]) -> list[Support]:
