@@ -1,0 +1,1 @@
+"""Slow and confined flows of liquids with exact solutions."""
