@@ -19,7 +19,11 @@ def tube() -> None:
     """Write the mean velocity of a liquid in a round tube after the start, in units of the steady one; the unit of time is the
     square of the radius divided by the kinematic viscosity (Szymanski 1932)."""
     root, time = jn_zeros(0, 200)[:, None], np.linspace(0.0, 1.5, 61)
-    write("round-tube-start", time__s=time, mean_velocity__m_per_s=1.0 - 32.0 * np.sum(np.exp(-(root**2) * time) / root**4, axis=0))
+    write(
+        "round-tube-start",
+        time__s=time,
+        mean_velocity__m_per_s=1.0 - 32.0 * np.sum(np.exp(-(root**2) * time) / root**4, axis=0),
+    )
 
 
 def speed_in_array(share: float, radius: float, force: float, viscosity: float) -> float:
