@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, to_the_end
 
+import pellucid
 from pellucid.case import Case
 from pellucid.set_up.flows import flow_warnings
 from pellucid.simulation.simulation import Simulation
@@ -129,6 +130,17 @@ def test_a_checkpoint_continues_a_reversed_flow_bit_for_bit(more):
         advance(sim, 10)
     assert straight.budget.entered_points > 0
     assert_same_arrays(copied_state(straight), copied_state(other))
+
+
+def test_another_run_starts_from_one_with_a_pressure_outlet(tmp_path):
+    """Points that entered are there, and more can enter."""
+    tables = tube(0.7, 1.3, end=3.0).to_data() | {"inflow": [], "output": {"frames": 1.0}}
+    tables["outflow"].append({"where": ["x-lower"], "pressure": 0.7})
+    first = pellucid.run(Case.model_validate(tables), out=tmp_path / "first", report=False)
+    assert first.summary["inflow"]["points"] > 0
+    second = pellucid.run(Case.model_validate(tables | {"start": {"path": str(tmp_path / "first")}}))
+    assert second.fields("gas", 0.0)["mass"].sum() == pytest.approx(first.fields("gas")["mass"].sum(), rel=1e-12)
+    assert second.summary["conservation"]["mass"] < 1e-14
 
 
 def test_threads_do_not_change_a_reversed_flow():

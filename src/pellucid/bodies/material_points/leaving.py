@@ -112,6 +112,11 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         self._bind()
         self._make_bundles()
 
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        if self._takes_in:
+            self.storage.shared.first[-1] = self.n_points  # loading moves rows of points without mass behind the others
+        super().load_state(state)
+
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         return arrays_at(self._model, position, volume, self._gravity)
 
