@@ -8,6 +8,7 @@ from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copie
 
 import pellucid
 from pellucid.case import Case
+from pellucid.errors import CaseError
 from pellucid.set_up.flows import flow_warnings
 from pellucid.simulation.simulation import Simulation
 
@@ -156,6 +157,17 @@ def test_other_bodies_do_not_enter():
     sim = to_the_end(Case.model_validate(tables))
     assert sim.budget.entered_points == 0
     assert sim.budget.left_points > 0
+
+
+@pytest.mark.parametrize("inlet", [{"pressure": 1.0}, {"velocity": 1.0}])
+def test_an_opening_that_another_body_fills_is_refused(inlet):
+    tables = tube(1.0, 1.0).to_data()
+    plug = box((0, 0, 0), (1, 3, 1), GAS, (2, 2, 1), name="plug")
+    tables["body"] = [tables["body"][0] | {"outside": ["plug"]}, plug]
+    tables["inflow"] = [{"where": "x-lower", "body": "gas"} | inlet]
+    words = "no point of body gas could enter through the face x-lower: other bodies fill it"
+    with pytest.raises(CaseError, match=words):
+        Simulation(Case.model_validate(tables))
 
 
 def test_a_profile_without_effect_is_reported():

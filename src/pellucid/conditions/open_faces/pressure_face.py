@@ -205,13 +205,14 @@ class PressureFace(StepPart):
             remedy = "extend a body to the face, or remove `pressure`"
             raise CaseError(Problem(text, f"{self._path}.pressure", remedy=remedy))
         for member in self._members:
-            if member.actions is not None:
+            if member.model.is_fluid and member.actions is not None:
                 self._hold_sideways(member.actions)
         if self._columns is not None:
             self._columns.find_state()
 
     def _hold_sideways(self, actions: NodalActions) -> None:
-        """Constrain the nodes of the face, or of the opening in it, along all axes except the normal, unless supports do."""
+        """Constrain the nodes of the face, or of the opening `through` in it, along all axes except the normal, unless supports
+        do."""
         grid = actions.field.grid
         index, place = grid.where()
         at_face = np.abs(self._face.depth(place)) < ROUNDING * grid.lattice.cell
