@@ -175,3 +175,16 @@ def test_a_profile_without_effect_is_reported():
     assert text.startswith("inflow number 1: `profile` has no effect with `pressure`")
     assert not list(flow_warnings(channel({"pressure": 1.0})))
     assert not list(flow_warnings(channel({"velocity": 1.0, "profile": "parabolic"})))
+
+
+def test_a_tension_beyond_the_equation_of_state_is_reported_and_does_not_stop_the_run():
+    """Tait: at least -ρc²/7 = -57 Pa, so that the liquid at the inlet expands; new points have half of the density."""
+    swing = {"amplitude": {"times": [0.0, 0.1, 0.2, 0.3], "shares": [-1.0, -1.0, 1.0, -1.0]}}
+    tables = channel({"pressure": 64.0} | swing, sound_speed=20.0, end=0.35)
+    (text,) = flow_warnings(tables)
+    assert "inflow number 1: its pressure falls to -64 Pa, but a pressure of body fluid cannot be below -57.14 Pa" in text
+    with pytest.warns(UserWarning, match="cannot be below"):
+        sim = to_the_end(tables)
+    assert sim.budget.entered_points > 0
+    state = {"mass": np.ones(1), "volume": np.ones(1), "stress": np.zeros((1, 6)), "internal_energy": np.zeros(1)}
+    assert tables.body[0].material.pressed(state, -64.0)["mass"] == pytest.approx(0.5)
