@@ -238,7 +238,7 @@ class PressureFace(StepPart):
         if columns is None:
             return ()
         for member in self._members:
-            position, volume = member.offers(LosesPoints).just_left
+            position, volume = member.offers(LosesPoints).just_left()
             beyond = self._face.depth(position) < 0.0
             columns.give_way(position[beyond], volume[beyond])
         columns.limit_room(self._velocity <= 0.0)
