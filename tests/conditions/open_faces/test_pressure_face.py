@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, to_the_end
+from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, finished, to_the_end
 
 import pellucid
 from pellucid.case import Case
@@ -148,6 +148,20 @@ def test_threads_do_not_change_a_reversed_flow():
     one, two = (advance(Simulation(tube(0.7, 1.3), threads=n), 40) for n in (1, 2))
     assert one.budget.entered_points > 0
     assert_same_arrays(copied_state(one), copied_state(two))
+
+
+def test_the_face_stays_constrained_along_itself_when_a_support_ends():
+    """Also its node at the wall that is let go."""
+    tables = channel({"pressure": 1.0}, end=0.03).to_data()
+    tables["support"][1]["until"] = 0.01
+    sim = Simulation(Case.model_validate(tables), threads=1)
+    grid = sim.velocity_fields[0].grid
+    index, place = grid.where()
+    nodes = index[(place[:, 0] == 0.0) & (place[:, 1] > 0.5)]
+    assert np.count_nonzero(grid.nodes.constrained[nodes, 0]) == 1
+    finished(sim)
+    assert not grid.nodes.constrained[nodes, 0].any()
+    assert grid.nodes.constrained[nodes, 1].all()
 
 
 def test_other_bodies_do_not_enter():
