@@ -135,8 +135,7 @@ def constrain_nodes(
     numbers: Sequence[int] = (),
 ) -> Supports:
     """Mark the constrained directions of the grid nodes; return the velocities and wall data of the supports, one row for
-    each support, plus a last row for axes at rest without a support: those along which the grid is one cell thick, and those
-    that other conditions constrain before (`constrained`), which are kept.
+    each support, plus a last row for axes along which the grid is one cell thick.
 
     For the precedence of supports see `find_owners`. elsewhere: indices of supports (each on at most one face) that
     constrain nodes of bodies and may contain no grid node; gone: indices of supports that have ended; numbers: indices of
@@ -152,13 +151,10 @@ def constrain_nodes(
             wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
             raise CaseError(Problem(text, f"support.{numbers[row] if numbers else row}.where", remedy=wider))
         on_nodes.append(on_those(support, inside))
-    at_rest = len(supports) + 1
-    kept = constrained == at_rest
     constrained.fill(0)
     constrained[index] = find_owners(on_nodes, len(position), gone)
-    constrained[kept & (constrained == 0)] = at_rest
     for axis in np.flatnonzero(grid.thin):
-        constrained[:, axis] = at_rest
+        constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
     faces = [support.face() is not None for support in supports]
     return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))

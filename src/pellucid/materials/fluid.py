@@ -79,7 +79,7 @@ def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: floa
 
 
 SOFT = 0.03  # of its volume that a liquid may lose on the mean before a run warns
-LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may come to, in those at the start
+LEAST, MOST = 0.5, 1e2  # densities of a liquid under pressures that it may come to, in those at the start
 
 
 @rate_type
@@ -253,7 +253,7 @@ class FluidMaterial(PointMaterial):
         eos, before = self.law().eos, arrays["mass"] / arrays["volume"]
         of_each, number = np.unique(before, return_inverse=True)
         old = np.array([pressure(eos, density, 0.0) for density in of_each.tolist()])
-        new = np.maximum(old + more, lowest_pressure(eos))
+        new = np.maximum(old + more, max(lowest_pressure(eos), pressure_line(eos, LEAST * self.density)[0]))
         after = [
             brentq(lambda x, p: pressure_line(eos, x)[0] - p, LEAST * self.density, MOST * self.density, (p,)) for p in new
         ]

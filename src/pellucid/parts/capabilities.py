@@ -247,15 +247,16 @@ class HasPointsAtWalls(Protocol):
 class LosesPoints(Protocol):
     """A body whose points can leave through faces of the grid."""
 
-    just_left: tuple[np.ndarray, np.ndarray]
-    """Positions beyond the faces [m], shape (n, 3), and volumes [m³], shape (n,), of the points that left in this step."""
-
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Allow points to leave through faces of the grid; each face is an axis (0, 1, 2) and an end (0 lower, 1 upper)."""
 
     def let_leave(self) -> "Passed | None":
         """Remove the points that left through the open faces in the last step, and return their number, mass, momentum and
         energies; None if no point left."""
+
+    def just_left(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the positions beyond the faces [m], shape (n, 3), and the volumes [m³], shape (n,), of the points that left in
+        this step."""
 
 
 @runtime_checkable

@@ -1,6 +1,6 @@
 """Warnings about flows: no outlet, vents that never open, absorbing faces without effect, liquids that slip along bodies."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from pellucid.parts.condition import Condition
 from pellucid.step.limit import spread_in_cells
 
 SQUEEZED = 0.02  # of the volume of a liquid, which its compression may take up
+VACUUM = 1e-6  # density, in that at the start, whose pressure is the lowest of an equation of state
 INSTANTS = 1001  # at which the volume that has come in is known
 
 
@@ -32,6 +33,7 @@ def flow_warnings(case: Case) -> Iterator[str]:
     yield from _without_way_out(case)
     yield from _absorbing_at_inflows(case)
     yield from _profiles_without_effect(case)
+    yield from _impossible_tensions(case)
     yield from _closed_vents(case)
 
 
@@ -60,6 +62,30 @@ def _profiles_without_effect(case: Case) -> Iterator[str]:
                 f"{_label('inflow', inflow.name, number)}: `profile` has no effect with `pressure`: the velocity profile "
                 "results from the flow, also when it reverses. Remove `profile`."
             )
+
+
+def _impossible_tensions(case: Case) -> Iterator[str]:
+    """Yield a warning for each pressure at a face that falls below the lowest pressure of a liquid there."""
+    from pellucid.materials.eos.equation import pressure_line
+
+    parts = parts_of(case)
+    materials = {body.name: body.material for body in case.body if isinstance(body, SeededBody)}
+    liquids = {name: one for name, one in materials.items() if isinstance(one, FluidMaterial) and one.is_liquid}
+    ins, outs = enumerate(parts.of(Inflow)), enumerate(parts.of(Outflow))
+    flows: list[tuple[str, Inflow | Outflow, Sequence[str]]] = [
+        *((_label("inflow", flow.name, number), flow, [flow.body]) for number, flow in ins),
+        *((_label("outflow", flow.name, number), flow, flow.body) for number, flow in outs),
+    ]
+    for label, flow, names in flows:
+        least = min(share * (flow.pressure or 0.0) for share in flow.extreme_shares())
+        for name, liquid in liquids.items():
+            lowest = pressure_line(liquid.law().eos, VACUUM * liquid.density)[0]
+            if least < lowest and (not names or name in names):
+                yield (
+                    f"{label}: its pressure falls to {least:.4g} Pa, but a pressure of body {name} cannot be below "
+                    f"{lowest:.4g} Pa by its equation of state: it would expand without limit. Set a larger `eos.sound_speed`, "
+                    "or a higher pressure."
+                )
 
 
 def _without_way_out(case: Case) -> Iterator[str]:

@@ -28,6 +28,7 @@ from pellucid.progress import Progress
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
+from pellucid.set_up.smoothing import smoothing_warnings
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
@@ -128,6 +129,8 @@ class Simulation:
         if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
+        for text in smoothing_warnings(case, self._on_grid, dt):
+            warnings.warn(text, stacklevel=2)
         if own_steps:
             self._begin(dt)
             for own in self.bodies:

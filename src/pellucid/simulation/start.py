@@ -7,6 +7,7 @@ import numpy as np
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
+from pellucid.parts.capabilities import GainsPoints
 from pellucid.parts.start_of_body import Standing
 from pellucid.simulation.assembly import Built
 
@@ -42,6 +43,9 @@ def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> N
     """
     for name, state in start.items():
         body, field = built[name]
+        more = len(state["id"]) - body.n_points
+        if more > 0 and isinstance(body, GainsPoints) and not np.all(state["mass"]):  # rows for points that enter
+            body.make_room(more, body.stored_array("position").mean(axis=0))
         if len(state["id"]) != body.n_points:
             text = f"body {name} has {body.n_points} points, but {len(state['id'])} in the earlier run"
             remedy = "Define the body as in the earlier run, or remove it from start.body."

@@ -4,9 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, to_the_end
+from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, finished, to_the_end
 
+import pellucid
 from pellucid.case import Case
+from pellucid.errors import CaseError
 from pellucid.set_up.flows import flow_warnings
 from pellucid.simulation.simulation import Simulation
 
@@ -131,10 +133,35 @@ def test_a_checkpoint_continues_a_reversed_flow_bit_for_bit(more):
     assert_same_arrays(copied_state(straight), copied_state(other))
 
 
+def test_another_run_starts_from_one_with_a_pressure_outlet(tmp_path):
+    """Points that entered are there, and more can enter."""
+    tables = tube(0.7, 1.3, end=3.0).to_data() | {"inflow": [], "output": {"frames": 1.0}}
+    tables["outflow"].append({"where": ["x-lower"], "pressure": 0.7})
+    first = pellucid.run(Case.model_validate(tables), out=tmp_path / "first", report=False)
+    assert first.summary["inflow"]["points"] > 0
+    second = pellucid.run(Case.model_validate(tables | {"start": {"path": str(tmp_path / "first")}}))
+    assert second.fields("gas", 0.0)["mass"].sum() == pytest.approx(first.fields("gas")["mass"].sum(), rel=1e-12)
+    assert second.summary["conservation"]["mass"] < 1e-14
+
+
 def test_threads_do_not_change_a_reversed_flow():
     one, two = (advance(Simulation(tube(0.7, 1.3), threads=n), 40) for n in (1, 2))
     assert one.budget.entered_points > 0
     assert_same_arrays(copied_state(one), copied_state(two))
+
+
+def test_the_face_stays_constrained_along_itself_when_a_support_ends():
+    """Also its node at the wall that is let go."""
+    tables = channel({"pressure": 1.0}, end=0.03).to_data()
+    tables["support"][1]["until"] = 0.01
+    sim = Simulation(Case.model_validate(tables), threads=1)
+    grid = sim.velocity_fields[0].grid
+    index, place = grid.where()
+    nodes = index[(place[:, 0] == 0.0) & (place[:, 1] > 0.5)]
+    assert np.count_nonzero(grid.nodes.constrained[nodes, 0]) == 1
+    finished(sim)
+    assert not grid.nodes.constrained[nodes, 0].any()
+    assert grid.nodes.constrained[nodes, 1].all()
 
 
 def test_other_bodies_do_not_enter():
@@ -146,8 +173,32 @@ def test_other_bodies_do_not_enter():
     assert sim.budget.left_points > 0
 
 
+@pytest.mark.parametrize("inlet", [{"pressure": 1.0}, {"velocity": 1.0}])
+def test_an_opening_that_another_body_fills_is_refused(inlet):
+    tables = tube(1.0, 1.0).to_data()
+    plug = box((0, 0, 0), (1, 3, 1), GAS, (2, 2, 1), name="plug")
+    tables["body"] = [tables["body"][0] | {"outside": ["plug"]}, plug]
+    tables["inflow"] = [{"where": "x-lower", "body": "gas"} | inlet]
+    words = "no point of body gas could enter through the face x-lower: other bodies fill it"
+    with pytest.raises(CaseError, match=words):
+        Simulation(Case.model_validate(tables))
+
+
 def test_a_profile_without_effect_is_reported():
     (text,) = flow_warnings(channel({"pressure": 1.0, "profile": "parabolic"}))
     assert text.startswith("inflow number 1: `profile` has no effect with `pressure`")
     assert not list(flow_warnings(channel({"pressure": 1.0})))
     assert not list(flow_warnings(channel({"velocity": 1.0, "profile": "parabolic"})))
+
+
+def test_a_tension_beyond_the_equation_of_state_is_reported_and_does_not_stop_the_run():
+    """Tait: at least -ρc²/7 = -57 Pa, so that the liquid at the inlet expands; new points have half of the density."""
+    swing = {"amplitude": {"times": [0.0, 0.1, 0.2, 0.3], "shares": [-1.0, -1.0, 1.0, -1.0]}}
+    tables = channel({"pressure": 64.0} | swing, sound_speed=20.0, end=0.35)
+    (text,) = flow_warnings(tables)
+    assert "inflow number 1: its pressure falls to -64 Pa, but a pressure of body fluid cannot be below -57.14 Pa" in text
+    with pytest.warns(UserWarning, match="cannot be below"):
+        sim = to_the_end(tables)
+    assert sim.budget.entered_points > 0
+    state = {"mass": np.ones(1), "volume": np.ones(1), "stress": np.zeros((1, 6)), "internal_energy": np.zeros(1)}
+    assert tables.body[0].material.pressed(state, -64.0)["mass"] == pytest.approx(0.5)

@@ -39,7 +39,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
     _gravity: Vector
     _open_faces: "OpenFaces | None" = None
     _leaving, _takes_in = NOBODY, False
-    just_left = NOWHERE, NOTHING
+    _just_left = NOWHERE, NOTHING
 
     @property
     def may_leave(self) -> bool:  # type: ignore[override]
@@ -58,7 +58,7 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         """Raise `RunStopped` if a point has a fault, such as a position outside the grid. Points that left through open faces
         are no faults; they are removed when the step is recorded.
         """
-        self.just_left = NOWHERE, NOTHING
+        self._just_left = NOWHERE, NOTHING
         fault = self.storage.slabs.fault if self._open_faces is None else domain.complete(self.storage.slabs.fault)
         if (
             self._open_faces is not None
@@ -86,13 +86,16 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         of_lost = domain.complete(self.storage.slabs.of_lost)
         power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(of_lost)[POWER])
         left, affine = taken_along(there, stored, gone, power)
-        self.just_left = there["position"][gone], there["volume"][gone]
+        self._just_left = there["position"][gone], there["volume"][gone]
         speed = np.linalg.norm(there["velocity"][gone], axis=1)
         self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))
         self.totals.give(left, affine)
         empty(there, gone, self.grid.lattice)
         self.storage.put_behind(gone)
         return left
+
+    def just_left(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._just_left
 
     @property
     def n_told(self) -> int:
@@ -111,6 +114,11 @@ class OpenPoints(PointsOnGrid, LosesPoints, GainsPoints):
         self.constant_fields = ("id",)
         self._bind()
         self._make_bundles()
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        if self._takes_in:
+            self.storage.shared.first[-1] = self.n_points  # loading moves rows of points without mass behind the others
+        super().load_state(state)
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         return arrays_at(self._model, position, volume, self._gravity)

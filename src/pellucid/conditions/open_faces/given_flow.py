@@ -108,6 +108,12 @@ class GivenFlow(ChangesInTime):
         """Return the largest fraction of the flow, as `amplitude` defines it, at any time."""
         return 1.0 if self.amplitude is None else self.amplitude.largest
 
+    def extreme_shares(self) -> tuple[float, float]:
+        """Return the smallest and the largest fraction of the flow or pressure at any time."""
+        if self.amplitude is not None:
+            return self.amplitude.smallest, self.amplitude.largest
+        return 0.0 if self.rise > 0.0 else 1.0, 1.0
+
     def opening_problems(self, face: str, path: Path, parts: Parts, body: Any = None) -> Iterator[Finding]:
         """Yield findings about an opening that does not reach the face (its name), is closed by supports, or has an unknown
         profile.

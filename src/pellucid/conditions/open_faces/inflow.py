@@ -49,7 +49,7 @@ class Inflow(GivenFlow, Condition):
     def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[StepPart]:
         """Return the parts through which points enter, and those that remove points which leave again through a face under a
         pressure."""
-        from pellucid.conditions.open_faces.entering import LeavingPoints, PrescribedInflow
+        from pellucid.conditions.open_faces.entering import LeavingPoints, PrescribedInflow, inflow_opening
         from pellucid.conditions.open_faces.pressure_face import PressureFace
 
         active, losing = list[StepPart](), list[LosesPoints]()
@@ -58,6 +58,7 @@ class Inflow(GivenFlow, Condition):
             if inflow.pressure is None:
                 active.append(PrescribedInflow(inflow, assembly, path))
                 continue
+            inflow_opening(inflow, assembly.bodies[inflow.body], path)  # an opening that is filled is an error of the case
             losing.append(assembly.bodies[inflow.body].offers(LosesPoints))
             losing[-1].open_faces([("xyz".index(inflow.where[0]), int(inflow.where.endswith("upper")))])
             active.append(PressureFace(inflow, inflow.where, [inflow.body], INFLOW_WORK, assembly, path))

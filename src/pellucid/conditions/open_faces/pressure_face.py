@@ -28,7 +28,7 @@ from pellucid.energy import FIRST_LOAD, Channel, Passed
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import listed
 from pellucid.geometry.region import Shape
-from pellucid.grid.actions import NodalActions
+from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import ROW, STEP, SUM, allocate, rows
 from pellucid.grid.passes.gifts import by_slope, given, giving, scatter
 from pellucid.jit import point_function
@@ -204,24 +204,33 @@ class PressureFace(StepPart):
             )
             remedy = "extend a body to the face, or remove `pressure`"
             raise CaseError(Problem(text, f"{self._path}.pressure", remedy=remedy))
-        for member in self._members:
-            if member.actions is not None:
-                self._hold_sideways(member.actions)
+        self._at_face = [
+            (member.actions, self._nodes_at_face(member.actions.field.grid))
+            for member in self._members
+            if member.model.is_fluid and member.actions is not None
+        ]
+        self._hold_sideways()
         if self._columns is not None:
             self._columns.find_state()
 
-    def _hold_sideways(self, actions: NodalActions) -> None:
-        """Constrain the nodes of the face, or of the opening in it, along all axes except the normal, unless supports do."""
-        grid = actions.field.grid
+    def _nodes_at_face(self, grid: Grid) -> np.ndarray:
+        """Return the indices of the nodes of the face, or of the opening `through` in it."""
         index, place = grid.where()
         at_face = np.abs(self._face.depth(place)) < ROUNDING * grid.lattice.cell
         if self._flow.through is not None:
             at_face &= np.isin(index, self._nodes.stored)
-        held = grid.nodes.constrained[index[at_face]]
-        held[(held == 0) & (np.arange(3) != self._face.axis)] = len(actions.supports.velocity)
-        grid.nodes.constrained[index[at_face]] = held
+        return np.asarray(index[at_face])
+
+    def _hold_sideways(self) -> None:
+        """Constrain the nodes of the face along all axes except the normal, unless supports do."""
+        for actions, nodes in self._at_face:
+            constrained = actions.field.grid.nodes.constrained
+            held = constrained[nodes]
+            held[(held == 0) & (np.arange(3) != self._face.axis)] = len(actions.supports.velocity)  # the row of thin axes
+            constrained[nodes] = held
 
     def begin(self, time: float, dt: float) -> None:
+        self._hold_sideways()  # supports may have ended
         self._pressure = self._flow.share(time + 0.5 * dt) * (self._flow.pressure or 0.0)
         for end in self._ends:
             end.push(self._pressure)
@@ -237,7 +246,7 @@ class PressureFace(StepPart):
         if columns is None:
             return ()
         for member in self._members:
-            position, volume = member.offers(LosesPoints).just_left
+            position, volume = member.offers(LosesPoints).just_left()
             beyond = self._face.depth(position) < 0.0
             columns.give_way(position[beyond], volume[beyond])
         columns.limit_room(self._velocity <= 0.0)
