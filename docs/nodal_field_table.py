@@ -7,6 +7,7 @@ from pellucid.conditions.open_faces.pressure_face import EndNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
+from pellucid.grid.even_points import EvenCells
 from pellucid.grid.lattice import NodeFlags, Nodes
 from pellucid.grid.momentum import AdvancedNodes
 from pellucid.grid.nodal_conditions import ExternalAction, YieldingWalls
@@ -30,6 +31,7 @@ SETS: dict[type[Any], str] = {
     SurfaceFields: "of a fluid with surface tension",
     EndNodes: "of a fluid that leaves or comes in under a pressure",
     FullCells: "of cells, by their first nodes",
+    EvenCells: "",
     BodySums: "of a rigid body on the grid",
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",

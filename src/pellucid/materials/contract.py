@@ -56,6 +56,11 @@ class PointMaterial(BodyMaterial):
     """True for a fluid: its pressure alone can hold it in hydrostatic equilibrium, which `at_rest` computes."""
 
     @property
+    def keeps_points_even(self) -> bool:
+        """True if density and spacing of the points of a liquid are corrected, see `pellucid.grid.even_points`."""
+        return False
+
+    @property
     def keeps_heat(self) -> bool:
         """True if the `internal_energy` of points receives exactly the kinetic energy lost to internal forces and transfers;
         if False, the law computes the energy from its own stress."""

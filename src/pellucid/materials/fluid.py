@@ -152,6 +152,11 @@ class FluidMaterial(PointMaterial):
         "true: solve for pressure and viscosity of a liquid implicitly on the nodes; sound then does not limit the time step",
         False,
     )
+    even_points: bool = parameter(
+        "",
+        "true: correct densities and positions of the points of a liquid in confined flow, so that both stay even",
+        False,
+    )
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
         "", "method of integrating the energy equation of the points in time", "conservative"
@@ -211,6 +216,23 @@ class FluidMaterial(PointMaterial):
         if self._smooths_shocks:
             text = "artificial_viscosity smooths shocks, which steps beyond the sound limit of implicit_pressure do not resolve"
             raise ValueError(f"{text}; remove artificial_viscosity or implicit_pressure")
+
+    @check
+    def _even_points_are_of_a_liquid(self) -> None:
+        if self.even_points and not (self.is_liquid and self.keeps_heat):
+            reason = (
+                f"energy_update = {self.energy_update!r}"
+                if self.is_liquid
+                else f"the pressure of the equation of state {self.eos.kind!r} depends on the energy"
+            )
+            raise ValueError(
+                f'even_points = true, but {reason}; use a liquid, such as tait, with energy_update = "conservative", '
+                "or remove even_points"
+            )
+
+    @property
+    def keeps_points_even(self) -> bool:
+        return self.even_points
 
     @property
     def _implicit_key(self) -> str | None:

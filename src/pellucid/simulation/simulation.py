@@ -16,6 +16,7 @@ from pellucid.contact.touch import OverlappingStart
 from pellucid.energy import EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import RunStopped, UsageError
 from pellucid.grid.actions import NodalActions
+from pellucid.grid.even_points import even_points
 from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.lattice import Grid
@@ -109,6 +110,7 @@ class Simulation:
         for field, bodies in self._on_grid.items():
             self.parts.add(cell_pressures(field, bodies))
             self.parts.add(implicit_viscosity(field, bodies, layout))
+            self.parts.add(even_points(field, bodies))
         self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:
             self.parts.add([TransferHeat(self._on_grid, self.parts, case.time.scheme != "usf")])

@@ -18,6 +18,7 @@ from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
+from pellucid.grid.transfer import sum_momentum
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -79,6 +80,23 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
     def fills_cells(self) -> bool:
         """True if mean pressures of full cells act on the body: `cell_pressure` is on and no motion prescribes the body."""
         return self._model.cell_pressure and self.constraint is None
+
+    @property
+    def keeps_even(self) -> bool:
+        """True if density and spacing of the points are corrected, see `pellucid.grid.even_points`."""
+        return self.material.keeps_points_even and self._strains
+
+    def remove_momentum(self, gained: np.ndarray) -> None:
+        """Subtract the momentum `gained` [N s], shape (3,), from the points in proportion to their masses, and take the kinetic
+        energy that the body gained since its momentum was last summed from the internal energy."""
+        before = self.totals.kinetic
+        self.storage.present("velocity")[...] -= gained / self.mass
+        self.storage.complete("velocity")
+        sum_momentum(self.n_slabs, self.mapped)
+        self._collect_momentum_sums(self.storage.sums())
+        won = self.totals.kinetic - before
+        self.storage.present("internal_energy")[...] -= won / self.mass
+        self.totals.stored -= won
 
     @property
     def solves_viscosity(self) -> bool:

@@ -216,6 +216,16 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
         yield Finding(here, text, remedy)
 
 
+def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield a finding (an error of the case) for `even_points` without the affine velocity fields of APIC. path: path of the
+    body in the data of the case; parts: all parts of the case.
+    """
+    time = next(iter(parts.sections["time"].items), None)
+    if body.material.keeps_points_even and (transfer := getattr(time, "transfer", "apic")) != "apic":
+        text = f'points that move take the velocity of their new place, which the transfer "{transfer}" does not know'
+        yield Finding((*path, "material", "even_points"), text, 'use time.transfer = "apic", or remove even_points')
+
+
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
     """Yield findings (errors of the case) for names under `outside` that are unknown or repeated, name the body itself, or
     name bodies that cannot be excluded. path: path of the body in the data of the case; parts: all parts of the case.

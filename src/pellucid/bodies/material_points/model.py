@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 from pellucid.bodies.initial import initial_problems, plane_velocity_problems
 from pellucid.bodies.material_points.checks import (
     cell_pressure_problems,
+    even_points_problems,
     cut_problems,
     grid_problems,
     hydrostatic_problems,
@@ -111,5 +112,6 @@ class MaterialPointsCase(SeededBody):
         yield from outside_problems(self, path, parts)
         yield from cell_pressure_problems(self, path, parts)
         yield from implicit_pressure_problems(self, path, parts)
+        yield from even_points_problems(self, path, parts)
         if not (self.rigid or is_driven(self.name, parts)):
             yield from (Finding((*path, "material", key), text, remedy) for key, text, remedy in self.material.problems())

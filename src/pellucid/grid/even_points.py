@@ -1,0 +1,265 @@
+"""Even density and spacing of the points of a liquid.
+
+The density of a point, m/V, follows the divergence of the velocity at the point. The nodes resist only its mean over some
+points: single densities drift without a force, and with them the pressures. Where the velocity of the grid varies within a
+cell, as at the corner below a moving lid, points also gather or leave gaps, so that the sum of their volumes in a cell differs
+from the volume of the cell, and integrals over the points are wrong. Before each step, with linear functions N that are 1 at
+the centre of a cell and constant between the last centre and a wall:
+
+1. The specific volume V/m of the points loses the part that the cells cannot represent: (1 - S)² V/m, where S maps means over
+   the cells back to the points, S s = Σ_c N_c Σ_q m_q N_c s_q / Σ_q m_q N_c. The total volume and linear fields remain. The
+   squared operator leaves waves of some cells almost unchanged.
+2. The volumes approach the space that the points have, with the relative error e_c = Σ_p V_p N_c/V_c - 1 of the cells: V is
+   multiplied by 1 - FILLING r e, where r is the step times the largest speed per cell. The pressure then drives points from
+   crowded to sparse cells, and no cell gains or loses volume in the course of time.
+3. Points move by -SPREADING r h² ∇e, at most by LARGEST_SHIFT of a cell along an axis. They take the velocity of their new
+   place, v + C δ, with the affine field C of APIC, so that the field of velocities remains. (Position correction: Baumgarten &
+   Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589; shifting by Fick's law: Lind et al. 2012, J. Comput. Phys. 231, 1499.)
+
+Momentum and energy are conserved: the mean of m C δ is subtracted from the velocities of the points, and the change of the
+kinetic energy is taken from their internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts
+as filled if a cell within two cells has no points: the surface of the liquid is there, or a wall that cuts cells.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy import floor, uintp
+
+from pellucid.approximants import GridFunctions
+from pellucid.approximants.grid_functions import LinearFunctions
+from pellucid.grid.folding import cell_in_period, in_period
+from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
+from pellucid.grid.passes.moving import displacement, move_points, moving
+from pellucid.grid.point_storage import PointStorage
+from pellucid.grid.points import place_of
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit import point_function, pointwise
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
+from pellucid.ranks.domain import domain
+from pellucid.reductions import ordered_sum
+from pellucid.step.part import StepPart
+
+FILLING, SPREADING = 5.0, 0.5
+"""Relative correction of volumes, and diffusivity of the points in h², while the fastest point crosses a cell."""
+LARGEST_SHIFT = 0.1
+"""Largest shift along an axis in a step [cells]."""
+
+
+class EvenCells(NamedTuple):
+    """Values of cells for the correction of densities and positions, by the storage index of the first node of the cell."""
+
+    mass: Annotated[np.ndarray, NodalField(1, SUM, STEP, "kg", "mass of the points of a liquid")]
+    sums: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "sum of volumes, or of parts of volumes, of points")]
+    mean: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "m3/kg", "`sums` divided by `mass`")]
+    error: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "", "volume of all points divided by that of the cell, minus 1")]
+
+
+class Shift(NamedTuple):
+    """Rule for `move_points`: each point moves by its row of `shift` [m], shape (points, 3)."""
+
+    shift: np.ndarray
+
+
+@point_function(displacement, Shift)
+def _by_shift(rule, mapped, p, dt):
+    return rule.shift[p, 0], rule.shift[p, 1], rule.shift[p, 2]
+
+
+@pointwise
+def _between(lattice, axis, x):
+    """Return the offsets in memory of the two cells between whose centres a coordinate x [m] lies, and the share of the second
+    cell; both are the same cell between the last centre and a wall."""
+    n, stride, folding = lattice.counts[axis], lattice.strides[axis], lattice.folding
+    u = in_period(folding, axis, (x - lattice.lower[axis]) * lattice.inverse_cell) - 0.5
+    i = int(floor(u))
+    lower, upper = cell_in_period(folding, axis, i), cell_in_period(folding, axis, i + 1)
+    return max(lower, 0) * stride, min(upper, n - 1) * stride, u - i
+
+
+@pointwise
+def _around(lattice, position, p):
+    """Return for each axis the result of `_between` for point p of `position` [m], shape (points, 3)."""
+    x, y, z = position[p, 0], position[p, 1], position[p, 2]
+    return _between(lattice, 0, x), _between(lattice, 1, y), _between(lattice, 2, z)
+
+
+@pointwise
+def _interpolate(around, cells):
+    """Return a value of cells at a point, and its derivatives along the axes [1/cell]; around: result of `_around`."""
+    (i, k, f), (j, l, g), (m, n, w) = around
+    a, b, c = 1.0 - f, 1.0 - g, 1.0 - w
+    v0, v1, v2, v3 = cells[uintp(i + j + m)], cells[uintp(i + j + n)], cells[uintp(i + l + m)], cells[uintp(i + l + n)]
+    v4, v5, v6, v7 = cells[uintp(k + j + m)], cells[uintp(k + j + n)], cells[uintp(k + l + m)], cells[uintp(k + l + n)]
+    q0, q1, q2, q3 = c * v0 + w * v1, c * v2 + w * v3, c * v4 + w * v5, c * v6 + w * v7
+    lower, upper = b * q0 + g * q1, b * q2 + g * q3
+    along_z = a * (b * (v1 - v0) + g * (v3 - v2)) + f * (b * (v5 - v4) + g * (v7 - v6))
+    return a * lower + f * upper, upper - lower, a * (q1 - q0) + f * (q3 - q2), along_z
+
+
+@parallel_loop_by_colour(gives="cells")
+def sum_cells(s, mapped, values, cells):
+    """Add a value of each point of slab s to the cells around it, `cells`, by the linear functions of the cells."""
+    slabs = mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(mapped.index, q)
+        (i, k, f), (j, l, g), (m, n, w) = _around(mapped.lattice, mapped.points.position, p)
+        value = values[p]
+        lower, upper = (1.0 - f) * value, f * value
+        for start, part in ((i, lower), (k, upper)):
+            for row, share in ((start + j, (1.0 - g) * part), (start + l, g * part)):
+                cells[uintp(row + m)] += (1.0 - w) * share
+                cells[uintp(row + n)] += w * share
+
+
+@parallel_loop()
+def subtract_means(s, mapped, mean, values):
+    """Compute V/m minus the mean of the cells at each point of slab s, times the mass, in `values` [m³], shape (points,)."""
+    points, slabs = mapped.points, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(mapped.index, q)
+        found, _, _, _ = _interpolate(_around(mapped.lattice, points.position, p), mean)
+        values[p] = points.volume[p] - points.mass[p] * found
+
+
+@parallel_loop()
+def correct_points(s, mapped, C, cells, values, filling, spreading, shift, sums):
+    """Correct volumes and velocities of the points of slab s, and compute their shifts.
+
+    C: affine fields of the points [1/s], shape (points, 10); values: see `subtract_means`; filling, spreading: factors of the
+    step; shift: [m], shape (points, 3); sums: momentum that the slab gains [N s], shape (slabs, 3).
+    """
+    points, slabs, lattice = mapped.points, mapped.slabs, mapped.lattice
+    x, v = points.position, points.velocity
+    px = py = pz = 0.0
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(mapped.index, q)
+        around, m = _around(lattice, x, p), points.mass[p]
+        mean, _, _, _ = _interpolate(around, cells.mean)
+        e, ex, ey, ez = _interpolate(around, cells.error)
+        points.volume[p] = (points.volume[p] - (values[p] - m * mean)) * (1.0 - filling * e)
+        dx = lattice.cell * min(max(-spreading * ex, -LARGEST_SHIFT), LARGEST_SHIFT)
+        dy = lattice.cell * min(max(-spreading * ey, -LARGEST_SHIFT), LARGEST_SHIFT)
+        dz = lattice.cell * min(max(-spreading * ez, -LARGEST_SHIFT), LARGEST_SHIFT)
+        vx = C[p, 0] * dx + C[p, 1] * dy + C[p, 2] * dz
+        vy = C[p, 3] * dx + C[p, 4] * dy + C[p, 5] * dz
+        vz = C[p, 6] * dx + C[p, 7] * dy + C[p, 8] * dz
+        shift[p, 0], shift[p, 1], shift[p, 2] = dx, dy, dz
+        v[p, 0] += vx
+        v[p, 1] += vy
+        v[p, 2] += vz
+        px += m * vx
+        py += m * vy
+        pz += m * vz
+    sums[s, 0], sums[s, 1], sums[s, 2] = px, py, pz
+
+
+@runtime_checkable
+class FillsSpace(Protocol):
+    """Interface of a body of material points whose points `EvenPoints` reads, and corrects if the body `keeps_even`."""
+
+    n_slabs: int  # number of slabs into which the points are divided
+    mapped: Bundle  # the points, bundle of `MappedPoints`
+    storage: PointStorage
+    arrays: dict[str, np.ndarray]
+
+    @property
+    def keeps_even(self) -> bool:
+        """True if density and spacing of the points are corrected."""
+
+    @property
+    def functions(self) -> GridFunctions: ...
+    def fastest(self) -> float: ...
+    def remove_momentum(self, gained: np.ndarray) -> None: ...
+
+
+class EvenPoints(StepPart):
+    """Correction of densities and positions of the points of liquids in a velocity field, see `pellucid.grid.even_points`.
+
+    field: the velocity field; bodies: the liquids to correct; others: all bodies of material points in the field.
+    """
+
+    def __init__(self, field: VelocityField, bodies: Sequence[FillsSpace], others: Sequence[FillsSpace]) -> None:
+        grid = self._grid = field.grid
+        self._bodies, self._others = bodies, others
+        counts, strides = grid.lattice.counts, grid.lattice.strides
+        x, y, z = (np.arange(n) * stride for n, stride in zip(counts, strides, strict=True))
+        self._index = x[:, None, None] + y[None, :, None] + z[None, None, :]
+        self._cells = allocate(EvenCells, grid.n_nodes)
+        self._values = {body: np.zeros(len(body.arrays["mass"])) for body in bodies}
+        self._shifts = {body: np.zeros((len(body.arrays["mass"]), 3)) for body in bodies}
+        self._moving = {body: moving(body.mapped.content, Shift(shift)) for body, shift in self._shifts.items()}
+
+    def begin(self, time: float, dt: float) -> None:
+        if dt == 0.0:
+            return
+        rate = dt * max(body.fastest() for body in self._bodies) * self._grid.lattice.inverse_cell
+        for body in self._others:
+            if isinstance(body.functions, LinearFunctions):  # cells around strayed points may belong to two slabs
+                body.storage.sort()
+        self._find_errors()
+        for body in self._bodies:
+            self._correct(body, min(FILLING * rate, 1.0), min(SPREADING * rate, 0.25))
+
+    def _sum(self, body: FillsSpace, values: np.ndarray, cells: np.ndarray) -> None:
+        sum_cells(body.n_slabs, body.mapped, values, cells)
+
+    def _find_errors(self) -> None:
+        """Compute the relative error of the volume of the points of each cell; 0 where it is negative near the surface."""
+        total = self._cells.sums
+        total.fill(0.0)
+        for body in self._others:
+            self._sum(body, body.arrays["volume"], total)
+        domain.spread(total)
+        filled = total[self._index]
+        error = filled / self._grid.cell_volume - 1.0
+        if np.any(empty := filled == 0.0):
+            np.maximum(error, 0.0, out=error, where=self._near(empty))
+        self._cells.error[self._index] = error
+
+    def _near(self, found: np.ndarray) -> np.ndarray:
+        """Return a mask of the cells that have a cell of the mask `found` within two cells."""
+        for axis, (thin, periodic) in enumerate(zip(self._grid.thin, self._grid.periodic, strict=True)):
+            if thin:
+                continue
+            before, found = found, found.copy()
+            for distance in (-2, -1, 1, 2):
+                moved = np.roll(before, distance, axis)
+                if not periodic:
+                    np.moveaxis(moved, axis, 0)[slice(0, distance) if distance > 0 else slice(distance, None)] = False
+                found |= moved
+        return found
+
+    def _correct(self, body: FillsSpace, filling: float, spreading: float) -> None:
+        cells, values, affine = self._cells, self._values[body], body.arrays["affine"]
+        cells.mass.fill(0.0)
+        self._sum(body, body.arrays["mass"], cells.mass)
+        domain.spread(cells.mass)
+        self._find_mean(body, body.arrays["volume"])
+        subtract_means(body.n_slabs, body.mapped, cells.mean, values)
+        self._find_mean(body, values)
+        sums = np.zeros((body.n_slabs, 3))
+        correct_points(body.n_slabs, body.mapped, affine, cells, values, filling, spreading, self._shifts[body], sums)
+        move_points(self._moving[body], 0.0)
+        body.storage.complete("position", "volume")
+        body.remove_momentum(ordered_sum(domain.complete(sums)))
+
+    def _find_mean(self, body: FillsSpace, values: np.ndarray) -> None:
+        """Compute the sums of values of the points over the cells [m³], divided by the masses of the points."""
+        cells = self._cells
+        cells.sums.fill(0.0)
+        self._sum(body, values, cells.sums)
+        domain.spread(cells.sums)
+        np.divide(cells.sums, cells.mass, out=cells.mean, where=cells.mass > 0.0)
+
+
+def even_points(field: VelocityField, bodies: Iterable[Any]) -> list[EvenPoints]:
+    """Return the correction of the points of the liquids of a velocity field in a list, or none if no liquid has it.
+
+    bodies: all bodies of the field on the grid.
+    """
+    several = [body for body in bodies if isinstance(body, FillsSpace)]
+    liquids = [body for body in several if body.keeps_even]
+    return [EvenPoints(field, liquids, several)] if liquids else []

@@ -1,0 +1,126 @@
+"""Even density and spacing of the points of a liquid: what the correction removes, what it conserves and where it acts."""
+
+import json
+
+import numpy as np
+import pytest
+from small_cases import GAS, SLIP, advance, assert_same_arrays, box, case, copied_state, finished, place, simulation
+
+from pellucid.errors import RunStopped
+from pellucid.grid.even_points import FILLING, EvenPoints
+from pellucid.simulation.simulation import Simulation
+
+N = 16
+TAIT = {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}
+LIQUID = {"kind": "fluid", "density": 1.0, "viscosity": 0.01, "eos": TAIT, "even_points": True}
+LID = [{"where": "y-upper", "velocity": (1, 0, 0)}, {"where": ["x-lower", "x-upper", "y-lower"]}]
+
+
+def full_box(material=LIQUID, functions="trilinear", threads=1, **more):
+    body = box((0, 0, 0), (1, 1, 1 / N), material, (2, 2, 1), "water", **more.pop("body", {}))
+    table = {"counts": (N, N, 1), "cell": 1 / N, "functions": functions, "transfer": "apic", "support": SLIP[:4]}
+    return Simulation(case(body, **table | more), threads=threads)
+
+
+def part_of(sim):
+    (found,) = sim.parts.of(EvenPoints)
+    return found
+
+
+def spread(sim):
+    """Return the difference between the 1st and the 99th percentile of the densities over their median."""
+    least, middle, most = np.percentile(sim.bodies[0].field("density"), [1, 50, 99])
+    return (most - least) / middle
+
+
+def test_densities_that_cells_cannot_represent_disappear():
+    """Without motion the correction acts on densities alone: their noise falls, their sum and linear fields remain."""
+    sim = full_box()
+    water, generator = sim.bodies[0], np.random.default_rng(1)
+    volume, x = water.arrays["volume"], water.arrays["position"]
+    linear = volume[0] * (1.0 + 0.01 * x[:, 0] - 0.02 * x[:, 1])
+    inside = np.all((x[:, :2] > 4 / N) & (x[:, :2] < 1 - 4 / N), axis=1)
+    volume[:] = linear
+    part_of(sim).begin(0.0, 0.01)
+    assert volume[inside] == pytest.approx(linear[inside], rel=1e-12)
+    noise = generator.uniform(-0.1, 0.1, len(volume)) * volume[0]
+    volume[:] = linear + noise
+    total = volume.sum()
+    part_of(sim).begin(0.0, 0.01)
+    assert np.std((volume - linear)[inside]) < 0.6 * np.std(noise[inside])
+    assert volume.sum() == pytest.approx(total, rel=1e-13)
+
+
+def test_crowded_points_spread_at_the_pace_of_the_flow():
+    """A crowd one wave long: in the time in which the fastest point crosses a cell volumes approach the space of the points
+    by FILLING, and the points move apart. Momentum and energy remain."""
+    sim = full_box(body={"velocity": (0.3, 0.1, 0)})
+    water = sim.bodies[0]
+    x = water.arrays["position"]
+    moved = np.stack((0.02 * np.sin(2 * np.pi * x[:, 0]), 0 * x[:, 0], 0 * x[:, 0]), axis=1)
+    place(water, x - moved)
+    sim = advance(sim, 1)
+    part, dt = part_of(sim), 1e-3
+    part._find_errors()
+    before = part._cells.error[part._index].copy()
+    energy, momentum = water.totals.kinetic + water.totals.stored, water.totals.momentum.copy()
+    rate = dt * water.fastest() * N
+    part.begin(0.0, dt)
+    part._find_errors()
+    after = part._cells.error[part._index]
+    fitted = np.sum(after * before) / np.sum(before**2)
+    assert np.std(before) > 0.05
+    assert 1.0 - 1.3 * FILLING * rate < fitted < 1.0 - 0.95 * FILLING * rate
+    assert water.totals.kinetic + water.totals.stored == pytest.approx(energy, rel=1e-14)
+    assert water.totals.momentum == pytest.approx(momentum, abs=1e-15)
+
+
+def test_a_free_block_flies_as_without():
+    """There is a surface near each of its cells that is not full: nothing pulls its points outwards."""
+    body = box((0.2, 0.2, 0), (0.7, 0.7, 1 / N), LIQUID, (2, 2, 1), "water", velocity=(0.5, 0.25, 0))
+    how = {"counts": (2 * N, N, 1), "cell": 1 / N, "functions": "quadratic-bspline", "transfer": "apic"}
+    plain = body | {"material": LIQUID | {"even_points": False}}
+    found, expected = (advance(simulation(one, **how), 100) for one in (body, plain))
+    for name in ("position", "velocity", "density"):
+        assert found.bodies[0].field(name) == pytest.approx(expected.bodies[0].field(name), abs=1e-10)
+
+
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_densities_below_a_moving_lid_stay_even(functions):
+    """Lid-driven cavity, Re 100, until the lid has moved by some ten cells."""
+    even = advance(full_box(support=LID, functions=functions), 450)
+    plain = advance(full_box(LIQUID | {"even_points": False}, support=LID, functions=functions), 450)
+    assert spread(even) < 0.06
+    assert spread(plain) > 2.0 * spread(even)
+    conservation = even.budget.conservation()
+    assert abs(conservation["energy"]) < 1e-13
+    assert conservation["momentum"] < 1e-13
+
+
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_same_bits_on_two_threads_and_after_a_stop(functions):
+    one, two = (advance(full_box(support=LID, functions=functions, threads=n), 80) for n in (1, 2))
+    assert_same_arrays(copied_state(one), copied_state(two))
+    numbers, resumed = json.loads(json.dumps(one.state_numbers())), full_box(support=LID, functions=functions)
+    resumed.restore(copied_state(one), numbers)
+    assert_same_arrays(copied_state(advance(one, 40)), copied_state(advance(resumed, 40)))
+
+
+def test_it_is_for_liquids_with_apic():
+    with pytest.raises(ValueError, match=r"even_points = true, but .*depends on the energy; use a liquid"):
+        full_box(GAS | {"even_points": True})
+    with pytest.raises(ValueError, match=r"even_points = true, but energy_update = 'closed'"):
+        full_box(LIQUID | {"energy_update": "closed"})
+    with pytest.raises(ValueError, match=r"even_points: points that move take the velocity .* the transfer \"flip\""):
+        full_box(transfer="flip")
+
+
+def test_implicit_pressure_passes_the_corners_of_a_lid():
+    """Without the correction volumes of points at the corners of the lid become negative."""
+    implicit = LIQUID | {"implicit_pressure": True}
+    how = {"support": LID, "functions": "quadratic-bspline", "scheme": "usl", "end": 4.0, "output": {"history": 0.1}}
+    even = finished(full_box(implicit, **how))
+    assert spread(even) < 0.15
+    assert abs(even.budget.conservation()["energy"]) < 1e-13
+    with pytest.raises(RunStopped, match="its volume would become zero or negative"):
+        finished(full_box(implicit | {"even_points": False}, **how))
