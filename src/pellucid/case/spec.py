@@ -246,7 +246,9 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _keep_fluids_out_of_walls(self) -> Self:
-        object.__setattr__(self, "body", tuple(kept_out_of_walls(self.body, self.support)))
+        x, y, z = self.thin
+        kept = kept_out_of_walls(self.body, self.support, (not x, not y, not z))
+        object.__setattr__(self, "body", tuple(kept))
         return self
 
     @check

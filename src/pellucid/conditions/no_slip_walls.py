@@ -21,9 +21,9 @@ delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) 
 of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady flow the term vanishes.
 
 Requirements: material points of viscous fluids; a velocity field that they share at most with rigid bodies and membranes; a
-support that holds all directions and does not end. Near a rigid body the nodes of the region are clamped as in other cases, so
-that the body does not sink in. The fluid at free surfaces, in gaps of a few cells and next to walls thinner than about a cell
-is also stopped.
+support that does not end. A support that holds only some axes stops and drags fluids along these. Near a rigid body the nodes
+of the region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces and next to walls
+thinner than about a cell is also stopped.
 """
 
 from collections.abc import Sequence
@@ -126,6 +126,7 @@ class NoSlipWall(StepPart):
         self._fluid, self._no_slip = NodalFluid(bodies, actions), NoSlip(grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
         self._velocity, self._slips = actions.supports.velocity[row], faces[row].slips()
+        self._axes = np.array(faces[row].axes(), float)
         self._impulse = np.zeros(3)
         self._wall = find_wall(self._no_slip, actions, row, region, faces)
         self._marks = grid.nodes.constrained[self._wall.node].copy()
@@ -167,11 +168,11 @@ class NoSlipWall(StepPart):
         """Find the impulses of the surface traction over the step dt [s], from the velocities before the step."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
         window, at = wall.window, wall.node
-        self._held, self._stopped = wall.held & self._acts, wall.stopped & self._acts
+        self._held, self._across = wall.held & self._acts, wall.across * self._acts[:, None]
         if self._slips:
             self._mass = domain.of_nodes(nodes.mass[at], at)
             self._sure, self._old = wall.surface.certainty, np.zeros((len(at), 3))
-            self._drag, self._lag = self._old, np.zeros(len(at))
+            self._drag, self._lag = self._old, np.zeros((len(at), 3))
             return
         self._fluid.find()
         of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
@@ -189,24 +190,25 @@ class NoSlipWall(StepPart):
         self._mass = of_window[np.searchsorted(window.node, at)]
         slope = no_slip.slope_of_profile(wall.surface._replace(certainty=self._sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
-        drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope, 0.0)
+        drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope * self._axes, 0.0)
         self._drag = self._keep_from_light(drag, fluid[np.searchsorted(window.node, at)], full)
-        self._lag = viscosity * dt * wall.area * self._sure * self._acts / self._field.grid.lattice.cell * self._delays
+        lag = viscosity * dt * wall.area * self._sure * self._acts / self._field.grid.lattice.cell * self._delays
+        self._lag = lag[:, None] * self._axes
 
     def constrain(self, rows: ViscousRows) -> None:
         """Take the wall into account in the equations of implicit viscosity: masses, initial velocities and velocities without
         viscosity of the nodes; see `pellucid.grid.implicit_viscosity`."""
-        wall, at = self._wall, self._wall.node
+        at = self._wall.node
         inertia, target, solution, normal = (
             values.reshape(-1, 4) for values in (rows.inertia, rows.target, rows.solution, rows.normal)
         )
         free = (inertia[at, :3] > 0.0) & (self._acts & (self._mass > MASS_EPS))[:, None]
-        across = np.where(self._stopped[:, None] & free, wall.surface.normal, 0.0)
+        across = np.where(free, self._across, 0.0)
         size = np.linalg.norm(across, axis=1)[:, None]
         across = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
-        more = inertia[at, :3] + self._lag[:, None]
-        aim = (inertia[at, :3] * target[at, :3] + self._drag + self._lag[:, None] * self._old) / np.maximum(more, MASS_EPS)
-        yields = np.where(self._held, self._sure, 1.0)[:, None]
+        more = inertia[at, :3] + self._lag
+        aim = (inertia[at, :3] * target[at, :3] + self._drag + self._lag * self._old) / np.maximum(more, MASS_EPS)
+        yields = 1.0 - self._axes * np.where(self._held, 1.0 - self._sure, 0.0)[:, None]
         aim = self._velocity + yields * (aim - self._velocity)
         more = np.divide(more, yields, out=np.zeros_like(more), where=yields > 0.0)
         start = np.where(yields > 0.0, solution[at, :3], self._velocity)
@@ -220,21 +222,19 @@ class NoSlipWall(StepPart):
     def act_on_nodes(self, dt: float) -> None:
         """Apply the impulses of the surface traction to the fluid, and give the nodes of the region the wall's velocity along
         the normal."""
-        wall, nodes = self._wall, self._field.grid.nodes
-        at, surface, mass, stopped = wall.node, wall.surface, self._mass, self._stopped
+        nodes, at, mass, across = self._field.grid.nodes, self._wall.node, self._mass[:, None], self._across
         velocity = domain.of_nodes(nodes.velocity[at], at)
         lacks = self._velocity - velocity
-        across = np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
-        drag = self._drag + self._lag[:, None] * (self._old - velocity)
-        drag *= (mass / np.maximum(mass + self._lag, MASS_EPS))[:, None]
-        yields = np.where(self._held, self._sure, 1.0)[:, None]
-        impulse = (1.0 - yields) * mass[:, None] * (lacks - across) + (yields if self._delays else 1.0) * drag
+        normal = np.sum(lacks * across, axis=1)[:, None] * across
+        drag = self._drag + self._lag * (self._old - velocity)
+        drag *= mass / np.maximum(mass + self._lag, MASS_EPS)
+        yields = 1.0 - self._axes * np.where(self._held, 1.0 - self._sure, 0.0)[:, None]
+        impulse = (1.0 - yields) * mass * (lacks - normal) + (yields if self._delays else 1.0) * drag
         if self._delays:  # along the surface, as the solver assumed
-            impulse -= np.where(stopped[:, None], np.sum(impulse * surface.normal, axis=1)[:, None] * surface.normal, 0.0)
-        taken = self._field.add_impulses(mass[:, None] * np.where(stopped[:, None], across, 0.0) + impulse, IMPACT, -1.0, at)
-        strain = nodes.strain_velocity
-        lacks = np.where(stopped[:, None], self._velocity - strain[at], 0.0)
-        strain[at] += np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
+            impulse -= np.sum(impulse * across, axis=1)[:, None] * across
+        taken = self._field.add_impulses(mass * normal + impulse, IMPACT, -1.0, at)
+        strain, stopped = nodes.strain_velocity, across.any(axis=1)
+        strain[at] += np.sum((self._velocity - strain[at]) * across, axis=1)[:, None] * across
         self._field.strain_as_moved(at[stopped])
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 

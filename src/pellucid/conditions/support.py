@@ -12,6 +12,7 @@ from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.geometry.region import (
     CONSTRAINS_NOTHING,
+    EVERY_AXIS,
     NOWHERE,
     Region,
     Selectable,
@@ -342,9 +343,9 @@ class Support(Condition):
         """Return the region whose nodes the support constrains; None for all nodes or a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
-    def holds_all(self) -> bool:
-        """Return True if the support constrains nodes in all directions."""
-        return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
+    def holds_all(self, active: ActiveAxes = EVERY_AXIS) -> bool:
+        """Return True if the support constrains nodes along all `active` axes (the grid is more than one cell thick there)."""
+        return self.fix != "normal" and {name for name, counts in zip("xyz", active, strict=True) if counts} <= set(self.fix)
 
     def wall_of_fluids(self) -> Shape | None:
         """Return the shape whose surface stops fluids, see `pellucid.conditions.no_slip_walls`; None if the support makes no
@@ -352,7 +353,7 @@ class Support(Condition):
         region = self.region()
         if not isinstance(region, Region) or region.needs_mesh or self.body is not None or self.until is not None:
             return None
-        return region.shape if self.holds_all() or self.slips() else None
+        return region.shape
 
     def slips(self) -> bool:
         """Return True for a shape on whose surface fluids slip."""
@@ -409,12 +410,14 @@ class Support(Condition):
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
 
 
-def kept_out_of_walls(bodies: Sequence[BodyModel], supports: Sequence[Support]) -> list[BodyModel]:
-    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports that stop them."""
+def kept_out_of_walls(bodies: Sequence[BodyModel], supports: Sequence[Support], active: ActiveAxes) -> list[BodyModel]:
+    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports that stop them along all axes
+    that are `active` (the grid is more than one cell thick)."""
+    whole = [one for one in supports if one.holds_all(active) or one.slips()]
     kept = []
     for body in bodies:
         of_field = [other for other in bodies if other.field == body.field]
-        walls = [one.wall_of_fluids() for one in supports if body.is_fluid and one.acts_as_wall_among(of_field)]
+        walls = [one.wall_of_fluids() for one in whole if body.is_fluid and one.acts_as_wall_among(of_field)]
         kept.append(body.keep_out_of([shape.geometry() for shape in walls if shape is not None]))
     return kept
 

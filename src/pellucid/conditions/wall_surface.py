@@ -20,6 +20,7 @@ MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
 BISECTIONS = 40  # bisections to find the distance from the surface
 PER_CELL = 4  # positions in a cell at which opposite walls are looked for
 NEAR_A_WALL = 2.0  # cells from another wall within which the velocity of the fluid is not interpolated
+LEAST_HELD = 0.5  # smallest part of a normal along the axes that a support holds, with which the support stops a fluid there
 STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 
 Inside = Callable[[np.ndarray], np.ndarray]
@@ -30,7 +31,7 @@ class WallSurface(NamedTuple):
 
     node: np.ndarray  # (n,) numbers of the nodes, ascending
     held: np.ndarray  # (n,) mask of the nodes that the support holds
-    stopped: np.ndarray  # (n,) mask of the nodes that do not move normal to the surface
+    across: np.ndarray  # (n, 3) unit vector along which a node does not move relative to the wall; zero if there is none
     released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
     surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
@@ -71,7 +72,8 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
                 clamped |= on & along.any()
     marks = grid.nodes.constrained[index]
     open_axes = np.array(active) & ~by_faces
-    held = np.all((marks == row + 1) | ~open_axes, axis=1) & open_axes.any(axis=1) & ~clamped
+    wanted = open_axes & np.array(faces[row].axes())
+    held = np.all((marks == row + 1) | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
     free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
 
     def contains(at: np.ndarray) -> np.ndarray:
@@ -113,10 +115,14 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     ]
     places = [on_surface + height[:, None] * normal for height in heights]
     samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
-    released = held[chosen, None] & open_axes[chosen] & (marks[chosen] == row + 1)
+    released = held[chosen, None] & wanted[chosen] & (marks[chosen] == row + 1)
     neighbours = _neighbours(no_slip, node, active)
     stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
-    state = (node, held[chosen], stopped, released, surface, filled, of_grid, area, window)
+    across = normal * np.array(faces[row].axes())
+    size = np.linalg.norm(across, axis=1)
+    across[~stopped | (size < LEAST_HELD)] = 0.0
+    across /= np.maximum(size, LEAST_HELD)[:, None]
+    state = (node, held[chosen], across, released, surface, filled, of_grid, area, window)
     return WallSurface(*state, heights, facing, opposite, list(samples), list(signs), neighbours)
 
 
@@ -137,11 +143,12 @@ class Walls:
         mirrors: np.ndarray,
     ) -> None:
         self._active, self._periods, self._ends, self._mirrors = active, periods, (lower, upper), mirrors
-        self._shapes = [(shape.geometry(), one.velocity) for one in faces if (shape := one.wall_of_fluids()) is not None]
+        whole = [one for one in faces if one.holds_all(active)]
+        self._shapes = [(shape.geometry(), one.velocity) for one in whole if (shape := one.wall_of_fluids()) is not None]
         self._faces = [
             (*face, one.velocity)
-            for one in faces
-            if (face := one.face()) is not None and one.body is None and one.until is None and one.holds_all()
+            for one in whole
+            if (face := one.face()) is not None and one.body is None and one.until is None
         ]
 
     def find_opposite(self, start: np.ndarray, normal: np.ndarray, cell: float, most: float) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +166,8 @@ class Walls:
                     there = self._contains(wall, start[new] + middle[:, None] * normal[new])
                     low, up = np.where(there, low, middle), np.where(there, middle, up)
                 first = step == 1  # rounding may place the start inside its own wall
-                gap[new], velocity[new] = np.where(first, 0.0, up), wall[-1]
+                gap[new] = np.where(first, 0.0, up)
+                velocity[new] = np.asarray(wall[-1], float)
         return np.where(gap > 0.0, gap, np.inf), velocity
 
     def _contains(self, wall: tuple[Any, ...], place: np.ndarray) -> np.ndarray:
