@@ -260,3 +260,54 @@ def test_the_same_bits_after_a_checkpoint():
     for name, array in one.bodies[0].arrays.items():
         assert np.array_equal(array, again.bodies[0].arrays[name])
     assert np.array_equal(one.budget.reactions()["top"], again.budget.reactions()["top"])
+
+
+@pytest.mark.parametrize("fix", ["normal", ["y"]])
+@pytest.mark.parametrize("material", [{}, {"implicit_pressure": True}])
+def test_shapes_on_which_fluids_slip(fix, material):
+    """A heavy liquid glides between a floor and a lid between the nodes without loss; both carry its weight, since the liquid
+    can hang."""
+    oil = box((0, 2.3, 0), (4, 8.3, 0), OIL | material, (3, 3, 1), name="oil", velocity=(0.1, 0.0, 0.0))
+    floor = {"name": "floor", "where": {"box": {"lower": [-10, -10, 0], "upper": [30, 2.3, 0]}}, "fix": fix}
+    lid = {"name": "lid", "where": {"box": {"lower": [-10, 8.3, 0], "upper": [30, 30, 0]}}, "fix": fix}
+    more = (HOW | LONG) if material else HOW
+    sim = Simulation(
+        case(oil, counts=(4, 12, 1), periodic=["x"], support=[floor, lid], gravity=(0.0, -0.1, 0.0), **more), threads=1
+    )
+    while sim.time < 20.0:
+        sim.step()
+    points = sim.bodies[0].arrays
+    tolerance = 1e-4 if material else 1e-9  # that of the solver, or rounding
+    assert points["velocity"][:, 0] == pytest.approx(0.1, rel=tolerance)
+    assert np.abs(points["velocity"][:, 1]).max() < 0.01
+    before, since = {name: push.copy() for name, push in sim.budget.reactions().items()}, sim.time
+    while sim.time < 40.0:
+        sim.step()
+    push = sum(sim.budget.reactions()[name] - before[name] for name in before) / (sim.time - since)
+    assert push[0] == pytest.approx(0.0, abs=1e-6)
+    assert push[1] == pytest.approx(24.0 * 0.1, rel=0.02)  # less what waves of the liquid carry at both instants
+    assert abs(sim.budget.conservation()["momentum"]) < 1e-10
+
+
+def test_only_fluids_slip_on_shapes():
+    oil, block = box((0, 2, 0), (4, 8, 0), OIL, (2, 2, 1), name="oil"), box((1, 9, 0), (2, 10, 0), SOLID, (2, 2, 1))
+    floor = [{"where": {"box": {"lower": [-10, -10, 0], "upper": [20, 2.2, 0]}}, "fix": "normal"}]
+    assert len(walls_of(Simulation(case(oil, counts=(4, 12, 1), support=floor, **HOW), threads=1))) == 1
+    with pytest.raises(ValueError, match=r"support.0.fix: only fluids, .* slip on a shape, but not body oil"):
+        case(oil, block, counts=(4, 12, 1), support=floor, **HOW)
+    with pytest.raises(ValueError, match="needs a face of the grid"):
+        case(oil, counts=(4, 12, 1), support=[floor[0] | {"until": 0.5}], **HOW)
+
+
+def test_fluids_pass_the_edge_of_a_floor_that_holds_one_axis():
+    """At an edge, whose normal lies midway between both axes, the liquid is free: an opening is as wide as the case says."""
+    oil = box((0, 4, 0), (12, 10, 0), OIL, (2, 2, 1), name="oil")
+    floor = [{"where": {"box": {"lower": [a, 2, 0], "upper": [b, 4, 0]}}, "fix": ["y"]} for a, b in ((-1, 4), (8, 13))]
+    sim = Simulation(case(oil, counts=(12, 12, 1), support=floor, **HOW), threads=1)
+    for wall in walls_of(sim):
+        place, across = sim.grid.find_positions(wall._wall.node), wall._wall.across
+        top = np.abs(place[:, 1] - 4.0) < 1e-6
+        edge = top & np.isin(place[:, 0], [4.0, 8.0])
+        assert across[edge] == pytest.approx(0.0)
+        beside = top & ~edge & ((place[:, 0] < 2.5) | (place[:, 0] > 9.5))
+        assert across[beside] == pytest.approx(np.tile([0.0, 1.0, 0.0], (beside.sum(), 1)))

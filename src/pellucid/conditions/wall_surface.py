@@ -20,7 +20,7 @@ MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
 BISECTIONS = 40  # bisections to find the distance from the surface
 PER_CELL = 4  # positions in a cell at which opposite walls are looked for
 NEAR_A_WALL = 2.0  # cells from another wall within which the velocity of the fluid is not interpolated
-LEAST_HELD = 0.5  # smallest part of a normal along the axes that a support holds, with which the support stops a fluid there
+LEAST_HELD = 0.8  # smallest part of a normal along the axes that a support holds, with which the support stops a fluid there
 STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 
 Inside = Callable[[np.ndarray], np.ndarray]
