@@ -7,8 +7,8 @@ from typing import ClassVar, Literal
 from pellucid.bodies.initial import initial_problems, plane_velocity_problems
 from pellucid.bodies.material_points.checks import (
     cell_pressure_problems,
-    even_points_problems,
     cut_problems,
+    even_points_problems,
     grid_problems,
     hydrostatic_problems,
     implicit_pressure_problems,
