@@ -124,3 +124,13 @@ def test_implicit_pressure_passes_the_corners_of_a_lid():
     assert abs(even.budget.conservation()["energy"]) < 1e-13
     with pytest.raises(RunStopped, match="its volume would become zero or negative"):
         finished(full_box(implicit | {"even_points": False}, **how))
+
+
+def test_a_run_names_densities_that_drift():
+    sim = full_box(LIQUID | {"even_points": False})
+    water = sim.bodies[0]
+    water.arrays["volume"][::50] *= 1.2
+    assert "the densities of 2" in water.state_warning()
+    assert "set even_points = true in its material" in water.state_warning()
+    water.arrays["volume"][::50] /= 1.2
+    assert water.state_warning() is None

@@ -51,9 +51,9 @@ LARGEST_SHIFT = 0.1
 class EvenCells(NamedTuple):
     """Values of cells for the correction of densities and positions, by the storage index of the first node of the cell."""
 
-    mass: Annotated[np.ndarray, NodalField(1, SUM, STEP, "kg", "mass of the points of a liquid")]
-    sums: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "sum of volumes, or of parts of volumes, of points")]
-    mean: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "m3/kg", "`sums` divided by `mass`")]
+    liquid_mass: Annotated[np.ndarray, NodalField(1, SUM, STEP, "kg", "mass of the points of a liquid")]
+    volume_sums: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "sum of volumes, or of parts of volumes, of points")]
+    mean: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "m3/kg", "`volume_sums` divided by `liquid_mass`")]
     error: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "", "volume of all points divided by that of the cell, minus 1")]
 
 
@@ -208,7 +208,7 @@ class EvenPoints(StepPart):
 
     def _find_errors(self) -> None:
         """Compute the relative error of the volume of the points of each cell; 0 where it is negative near the surface."""
-        total = self._cells.sums
+        total = self._cells.volume_sums
         total.fill(0.0)
         for body in self._others:
             self._sum(body, body.arrays["volume"], total)
@@ -234,9 +234,9 @@ class EvenPoints(StepPart):
 
     def _correct(self, body: FillsSpace, filling: float, spreading: float) -> None:
         cells, values, affine = self._cells, self._values[body], body.arrays["affine"]
-        cells.mass.fill(0.0)
-        self._sum(body, body.arrays["mass"], cells.mass)
-        domain.spread(cells.mass)
+        cells.liquid_mass.fill(0.0)
+        self._sum(body, body.arrays["mass"], cells.liquid_mass)
+        domain.spread(cells.liquid_mass)
         self._find_mean(body, body.arrays["volume"])
         subtract_means(body.n_slabs, body.mapped, cells.mean, values)
         self._find_mean(body, values)
@@ -249,10 +249,10 @@ class EvenPoints(StepPart):
     def _find_mean(self, body: FillsSpace, values: np.ndarray) -> None:
         """Compute the sums of values of the points over the cells [m³], divided by the masses of the points."""
         cells = self._cells
-        cells.sums.fill(0.0)
-        self._sum(body, values, cells.sums)
-        domain.spread(cells.sums)
-        np.divide(cells.sums, cells.mass, out=cells.mean, where=cells.mass > 0.0)
+        cells.volume_sums.fill(0.0)
+        self._sum(body, values, cells.volume_sums)
+        domain.spread(cells.volume_sums)
+        np.divide(cells.volume_sums, cells.liquid_mass, out=cells.mean, where=cells.liquid_mass > 0.0)
 
 
 def even_points(field: VelocityField, bodies: Iterable[Any]) -> list[EvenPoints]:

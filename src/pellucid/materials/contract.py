@@ -88,6 +88,11 @@ class PointMaterial(BodyMaterial):
         the limit for which its law is meant because its sound speed is too small for the loads; None otherwise."""
         return None
 
+    def uneven(self, densities: np.ndarray) -> str | None:
+        """Return a description of the problem if the densities of single points of a liquid [kg/m³], shape (n,), differ so much
+        from their mean that pressures of points are wrong; None otherwise."""
+        return None
+
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
         """Return the state arrays of points of a liquid, by name, after its pressure is increased by `more` [Pa] at
         constant volume, so that the masses increase; for other materials, the arrays unchanged."""

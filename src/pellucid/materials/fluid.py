@@ -3,7 +3,7 @@ Source: Gan et al. 2011, eqs. 23–33. The shear viscosity μ is a constant, or 
 `pellucid.materials.rheology`."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
@@ -79,6 +79,7 @@ def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: floa
 
 
 SOFT = 0.03  # of its volume that a liquid may lose on the mean before a run warns
+UNEVEN, SEVERAL = 0.1, 0.01  # deviation of a density from the mean, and the share of points beyond it, for a warning
 LEAST, MOST = 0.5, 1e2  # densities of a liquid under pressures that it may come to, in those at the start
 
 
@@ -262,6 +263,22 @@ class FluidMaterial(PointMaterial):
         return (
             f"it is compressed by {100 * squeezed:.2g} % of its volume; if this is not intended, increase eos.sound_speed: "
             f"with {speed:.2g} m/s it is {20 * SOFT:.2g} %"
+        )
+
+    def uneven(self, densities: np.ndarray) -> str | None:
+        if not self.is_liquid or not len(densities):
+            return None
+        if lowest_pressure(self.law().eos) > -inf:  # what tears expands, which also changes the mean
+            off = np.maximum(densities / self.density - 1.0, 0.0)
+        else:
+            off = np.abs(densities / float(np.mean(densities)) - 1.0)
+        share = float(np.mean(off > UNEVEN))
+        if share <= SEVERAL:
+            return None
+        remedy = "use a smaller grid.cell" if self.even_points else "set even_points = true in its material, for confined flow"
+        return (
+            f"the densities of {100 * share:.2g} % of its points differ by more than {100 * UNEVEN:g} % from the mean, so the "
+            f"pressures of single points are wrong; {remedy}"
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:

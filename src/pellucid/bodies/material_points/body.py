@@ -145,11 +145,13 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         return super().fault(code, p)
 
     def state_warning(self) -> str | None:
-        """Return a warning if a liquid is compressed beyond the limit of its material law; None otherwise."""
+        """Return a warning if a liquid is compressed beyond the limit of its material law, or if the densities of its points
+        have drifted apart; None otherwise."""
         volume = self.fluid_volume()
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
-            return None
+            uneven = self.material.uneven(self.stored_field("density")) if self._strains else None
+            return None if uneven is None else f"body `{self.name}`: {uneven}"
         passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
 
