@@ -43,6 +43,21 @@ def sphere() -> None:
     write("sphere-in-box", time__s=np.array([0.0, 0.25]), ball_velocity__m_per_s=np.array([speed, speed]))
 
 
+def pulsation() -> None:
+    """Write the share of a pressure that swings, and the mean velocity in a channel of unit density and viscosity that starts from
+    rest under the gradient G cos(ωt): modes a_n sin(nπy/H) 4/(nπ) with a_n' + (nπ/H)² a_n = G cos(ωt), whose means over the
+    height H are 8 a_n/(nπ)²."""
+    gradient, height, frequency, end = 16.0, 2.0, 16.0, 0.8
+    time, n = np.linspace(0.0, end, 401), np.arange(1, 400, 2)[:, None]
+    decay = (n * np.pi / height) ** 2
+    swing = decay * np.cos(frequency * time) + frequency * np.sin(frequency * time)
+    modes = gradient * (swing - decay * np.exp(-decay * time)) / (decay**2 + frequency**2)
+    write("womersley", time__s=time, mean_velocity__m_per_s=np.sum(8.0 / (n * np.pi) ** 2 * modes, axis=0))
+    shares = np.column_stack([time, np.cos(frequency * time)])
+    np.savetxt(GALLERY / "womersley-pressure.csv", shares, "%.8g", ",", header="time,share", comments="")
+
+
 if __name__ == "__main__":
     tube()
+    pulsation()
     sphere()
