@@ -44,8 +44,8 @@ def sphere() -> None:
 
 
 def pulsation() -> None:
-    """Write the share of a pressure that swings, and the mean velocity in a channel of unit density and viscosity that starts from
-    rest under the gradient G cos(ωt): modes a_n sin(nπy/H) 4/(nπ) with a_n' + (nπ/H)² a_n = G cos(ωt), whose means over the
+    """Write the share of a pressure that swings, and the mean velocity in a channel of unit density and viscosity, from rest,
+    under the gradient G cos(ωt): modes a_n sin(nπy/H) 4/(nπ) with a_n' + (nπ/H)² a_n = G cos(ωt), whose means over the
     height H are 8 a_n/(nπ)²."""
     gradient, height, frequency, end = 16.0, 2.0, 16.0, 0.8
     time, n = np.linspace(0.0, end, 401), np.arange(1, 400, 2)[:, None]
