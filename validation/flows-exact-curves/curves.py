@@ -57,7 +57,16 @@ def pulsation() -> None:
     np.savetxt(GALLERY / "womersley-pressure.csv", shares, "%.8g", ",", header="time,share", comments="")
 
 
+def tank() -> None:
+    """Write the mass that has left a tank, 1 m² in area and filled 0.5 m high with water, through a slot of 0.1 m², with the
+    coefficient of Kirchhoff 1869: the root of the depth falls at a constant rate."""
+    time = np.linspace(0.0, 0.8, 81)
+    root = np.sqrt(0.5) - np.pi / (np.pi + 2.0) * 0.1 * np.sqrt(0.5 * 9.81) * time
+    write("torricelli", time__s=time, outflow_mass__kg=1000.0 * (0.5 - root**2))
+
+
 if __name__ == "__main__":
     tube()
+    tank()
     pulsation()
     sphere()
