@@ -70,12 +70,12 @@ class FluidSums(NamedTuple):
     ]
 
 
-class NodalFluid:
-    """Mass and viscosity of the fluids at the nodes of a velocity field. With a single fluid of one viscosity, alone in the
-    field, these are the masses of the nodes and the viscosity of the fluid; otherwise they are summed over the points in each
-    step.
+class NodalFluid(StepPart):
+    """Mass and viscosity of the fluids at the nodes of a velocity field, for its walls. With a single fluid of one viscosity,
+    alone in the field, these are the masses of the nodes and the viscosity of the fluid; otherwise they are summed over the
+    points in each step.
 
-    bodies: bodies of the field; field: the velocity field.
+    bodies: bodies of the field; actions: actions on its nodes.
     """
 
     def __init__(self, bodies: Bodies, actions: NodalActions) -> None:
@@ -88,7 +88,7 @@ class NodalFluid:
         self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self._is_alone else ["of_fluids"]))
         self._clear = Clearing(STEP, grid.rows, self._sums)
 
-    def find(self) -> None:
+    def before_momentum(self, dt: float) -> None:
         """Sum mass and viscosity over the points, for their positions in this step."""
         if self._is_alone:
             return
@@ -117,13 +117,21 @@ class NoSlipWall(StepPart):
     of the support's region, wherever the surface lies between the nodes."""
 
     def __init__(
-        self, actions: NodalActions, row: int, region: Geometry, bodies: Bodies, faces: "Sequence[Support]", assembly: Assembly
+        self,
+        actions: NodalActions,
+        row: int,
+        region: Geometry,
+        bodies: Bodies,
+        fluid: NodalFluid,
+        faces: "Sequence[Support]",
+        assembly: Assembly,
     ) -> None:
         """actions: actions on the nodes of the velocity field; row: index of the support in `faces`; region: region of the
-        support; bodies: bodies in the velocity field; faces: all supports, split so that each acts on at most one face."""
+        support; bodies: bodies in the velocity field; fluid: mass and viscosity of its fluids at the nodes; faces: all
+        supports, split so that each acts on at most one face."""
         self._actions, self._row, self._rigid, self._layout = actions, row, bodies.rigid, assembly.layout
         self._field, grid = actions.field, actions.field.grid
-        self._fluid, self._no_slip = NodalFluid(bodies, actions), NoSlip(grid)
+        self._fluid, self._no_slip = fluid, NoSlip(grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
         self._velocity, self._slips = actions.supports.velocity[row], faces[row].slips()
         self._axes = np.array(faces[row].axes(), float)
@@ -174,7 +182,6 @@ class NoSlipWall(StepPart):
             self._sure, self._old = wall.surface.certainty, np.zeros((len(at), 3))
             self._drag, self._lag = self._old, np.zeros((len(at), 3))
             return
-        self._fluid.find()
         of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
         old = np.where(of_window[:, None] > MASS_EPS, momentum / np.maximum(of_window, MASS_EPS)[:, None], 0.0)
         constrained, supports = nodes.constrained[window.node], self._actions.supports
@@ -259,21 +266,21 @@ class NoSlipWall(StepPart):
         return done
 
 
-def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
-    """Return the active no-slip walls in all velocity fields with suitable bodies; supports: all supports, split so that each
-    acts on at most one face."""
-    found: list[NoSlipWall] = []
+def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[StepPart]:
+    """Return the active walls in all velocity fields with suitable bodies, and before them what they need of the fluids;
+    supports: all supports, split so that each acts on at most one face."""
+    found: list[StepPart] = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
-        models, walls = [member.model for member in members], []
-        for row, support in enumerate(supports):
-            shape = support.wall_of_fluids() if support.acts_as_wall_among(models) else None
-            if shape is None:
-                continue
-            wall = NoSlipWall(actions, row, shape.geometry(), _sorted(members), supports, assembly)
-            walls += [wall] if wall.acts_anywhere else []
+        models, bodies = [member.model for member in members], _sorted(members)
+        chosen = [(row, one) for row, one in enumerate(supports) if one.acts_as_wall_among(models)]
+        fluid, walls = NodalFluid(bodies, actions) if chosen else None, list[NoSlipWall]()
+        for row, support in chosen:
+            if fluid is not None and (shape := support.wall_of_fluids()) is not None:
+                wall = NoSlipWall(actions, row, shape.geometry(), bodies, fluid, supports, assembly)
+                walls += [wall] if wall.acts_anywhere else []
         actions.field.walls = walls
-        found += walls
+        found += [fluid, *walls] if fluid is not None and walls else []
     return found
 
 
