@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from pellucid.conditions.no_slip_walls import FluidSums
 from pellucid.conditions.open_faces.pressure_face import EndNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
@@ -33,6 +34,7 @@ SETS: dict[type[Any], str] = {
     FullCells: "of cells, by their first nodes",
     EvenCells: "",
     BodySums: "of a rigid body on the grid",
+    FluidSums: "of fluids beside walls at the shapes of supports",
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",
 }

@@ -5,6 +5,7 @@ import pytest
 from small_cases import SOLID, advance, box, case
 
 from pellucid.conditions.no_slip_walls import NoSlipWall
+from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
 OIL = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
@@ -235,6 +236,36 @@ def test_a_channel_outside_a_closed_surface():
     flat = (np.abs(place[:, 2] - 3.3) < 1.0) & (place[:, 1] < 4.0)
     assert surface.distance[flat] == pytest.approx(place[flat, 1] - 2.3, abs=2e-3)
     assert surface.normal[flat] == pytest.approx(np.tile([0.0, 1.0, 0.0], (flat.sum(), 1)), abs=0.03)
+    whole = box((0, 0, 0), (4, 9, 7), OIL, (2, 2, 2), name="oil")  # points beyond the duct are left out
+    sim = Simulation(case(whole, counts=(4, 9, 7), support=[{"where": duct}], periodic=["x"], **HOW), threads=1)
+    assert sim.bodies[0].arrays["volume"].sum() == pytest.approx(64.0, rel=1e-6)
+
+
+def test_what_cannot_be_outside_a_surface():
+    oil = box((0, 2, 2), (4, 6, 6), OIL, (2, 2, 2), name="oil")
+
+    def through(where, body=oil, counts=(4, 9, 7)):
+        return case(body, counts=counts, support=[{"where": where}], **HOW)
+
+    tube = {"start": [-9, 4, 4], "end": [20, 4, 4], "radius": 2.0, "points": [12, 4]}
+    with pytest.raises(ValueError, match="the surface is open"):
+        through({"outside": {"surface": {"tube": tube}}})
+    duct = {"outside": {"surface": {"box": {"lower": [-9, 2, -1], "upper": [20, 6, 2], "points": [2, 2, 2]}}}}
+    with pytest.raises(ValueError, match="a closed surface has an inside only in space"):
+        through(duct, box((0, 2, 0), (4, 6, 0), OIL, (2, 2, 1), name="oil"), (4, 9, 1))
+    away = {"outside": {"surface": {"box": {"lower": [-9, -8, -8], "upper": [20, -6, -6], "points": [2, 2, 2]}}}}
+    with pytest.raises(CaseError, match="no point of the shape is outside the shapes of supports"):
+        Simulation(through(away), threads=1)
+
+
+def test_shapes_that_hold_different_axes_do_not_hold_what_the_other_releases():
+    oil = box((0, 2, 0), (8, 10, 0), OIL, (2, 2, 1), name="oil")
+    shape = {"box": {"lower": [-1, -1, 0], "upper": [4, 2.3, 0]}}
+    sim = Simulation(case(oil, counts=(8, 12, 1), support=[{"where": shape, "fix": [axis]} for axis in "xy"], **HOW), threads=1)
+    for wall in walls_of(sim):
+        wall.begin(0.0, 0.1)
+    for wall in walls_of(sim):
+        assert not sim.grid.nodes.constrained[wall._wall.node][wall._wall.released].any()
 
 
 def test_a_rigid_body_does_not_sink_into_the_region():
@@ -294,7 +325,7 @@ def test_only_fluids_slip_on_shapes():
     oil, block = box((0, 2, 0), (4, 8, 0), OIL, (2, 2, 1), name="oil"), box((1, 9, 0), (2, 10, 0), SOLID, (2, 2, 1))
     floor = [{"where": {"box": {"lower": [-10, -10, 0], "upper": [20, 2.2, 0]}}, "fix": "normal"}]
     assert len(walls_of(Simulation(case(oil, counts=(4, 12, 1), support=floor, **HOW), threads=1))) == 1
-    with pytest.raises(ValueError, match=r"support.0.fix: only fluids, .* slip on a shape, but not body oil"):
+    with pytest.raises(ValueError, match=r"support.0.fix: only fluids, .* slip on a shape, but not body block"):
         case(oil, block, counts=(4, 12, 1), support=floor, **HOW)
     with pytest.raises(ValueError, match="needs a face of the grid"):
         case(oil, counts=(4, 12, 1), support=[floor[0] | {"until": 0.5}], **HOW)

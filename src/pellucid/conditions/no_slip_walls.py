@@ -150,7 +150,8 @@ class NoSlipWall(StepPart):
         constrained."""
         wall, constrained = self._wall, self._field.grid.nodes.constrained
         self._acts[:] = ~self._near_rigid()
-        constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
+        node, axis = np.nonzero(wall.released)
+        constrained[wall.node[node], axis] = np.where(self._acts[node], 0, self._marks[node, axis])
 
     def _near_rigid(self) -> np.ndarray:
         """Return a mask of the wall's nodes that lie near points of rigid bodies, so that rigid bodies may contribute to

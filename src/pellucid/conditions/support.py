@@ -142,6 +142,9 @@ class Support(Condition):
             yield from self._nothing_problems((*path, "where"), parts)
         elif parts.grid is not None and isinstance(self.where, Region):
             yield from plane_problems(self.where.rotate, (*path, "where"), parts.active_axes)
+            if self.where.outside is not None and any(parts.grid.thin()):
+                text = "the grid is one cell thick, and a closed surface has an inside only in space"
+                yield Finding((*path, "where", "outside"), text, "use shapes, such as boxes and cylinders, or a grid in space")
             if self.where.box is not None and (shape := self.where.shape) is not None:
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
@@ -153,7 +156,9 @@ class Support(Condition):
             return
         for body in bodies:
             of_field = [other for other in bodies if other.field == body.field]
-            if not (self.acts_as_wall_among(of_field) or body.owns_nodes(is_alone(body, parts))):
+            alone = not any(other.is_fluid for other in of_field)
+            slips = body.is_fluid or ((body.is_rigid or body.is_surface) and not alone)
+            if not (slips or body.owns_nodes(is_alone(body, parts))):
                 text = f"only fluids, and membranes and rigid bodies with them, slip on a shape, but not body {body.name}"
                 remedy = "remove `fix`, so that bodies stick to the shape, use a face of the grid, or a [[wall]] for contact"
                 yield Finding(path, text, remedy)
@@ -221,10 +226,8 @@ class Support(Condition):
         for bodies that they cannot act on. path: location of the condition in the case; parts: all parts of the case."""
         keys = self._wall_keys()
         if keys and (self.fix != "normal" or not self.faces()):
-            text = (
-                "only a wall, i.e. a face of the grid constrained along its normal, can have friction or open; this "
-                "support is a clamp"
-            )
+            kind = "a shape" if self.slips() else "a clamp"
+            text = f"only a face of the grid that is constrained along its normal can have friction or open; this is {kind}"
             yield Finding((*path, keys[0]), text, f'set fix = "normal", with a face as `where`, or remove {keys[0]}')
             return
         if self.friction is not None and self.stick:

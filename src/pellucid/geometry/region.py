@@ -286,12 +286,14 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
     is periodic.
 
     periods: periods of the grid [m], 0 if not periodic; body, place: lower and upper corners [m] of the body and of the
-    box. A box without ends overlaps the body itself only.
+    box. A body or box without ends is not shifted.
     """
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):
         first, last = (
-            (0, 0) if period == 0.0 or isinf(upper) else (ceil((lower - high) / period), floor((upper - low) / period))
+            (0, 0)
+            if period == 0.0 or isinf(high) or isinf(upper)
+            else (ceil((lower - high) / period), floor((upper - low) / period))
         )
         ways.append(period * np.arange(first, last + 1))
     return (np.array(way) for way in product(*ways))

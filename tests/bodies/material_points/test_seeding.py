@@ -266,7 +266,7 @@ def test_a_body_that_does_not_know_what_is_left_out_is_not_filled_wholly():
         counts=(9, 9, 9),
     )
     with pytest.raises(RuntimeError, match=r"body\.with_others"):
-        _ = body.body[0].left_out
+        _ = body.body[0].excluded
 
 
 def test_gaps_thinner_than_the_points_are_an_error():

@@ -22,6 +22,7 @@ BY_COLOUR = {
     "conditions/open_walls.py",
     "conditions/surface_tension/colour.py",
     "contact/detection.py",
+    "grid/even_points.py",
     "grid/full_cells.py",
     "grid/own_nodes_field.py",
     "grid/transfer.py",

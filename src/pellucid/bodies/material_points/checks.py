@@ -222,7 +222,7 @@ def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
     """
     time = next(iter(parts.sections["time"].items), None)
     if body.material.keeps_points_even and (transfer := getattr(time, "transfer", "apic")) != "apic":
-        text = f'points that move take the velocity of their new place, which the transfer "{transfer}" does not know'
+        text = f'points that move need the affine velocity field of APIC, which the transfer "{transfer}" does not have'
         yield Finding((*path, "material", "even_points"), text, 'use time.transfer = "apic", or remove even_points')
 
 

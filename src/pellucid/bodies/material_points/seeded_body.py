@@ -163,6 +163,10 @@ class SeededBody(DampedModel):
             seeds = seed(self.shape.geometry(), grid, per_cell, self._left_out_in(grid), wanted)
         except ValueError as error:
             raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
+        if not seeds.n and self._walls:
+            text = "no point of the shape is outside the shapes of supports, which stop fluids"
+            remedy = "make the shapes of the supports smaller, or move them"
+            raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
         if not seeds.n:
             text = "no material point is inside the shape: it is thinner than the distance between points"
             raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))

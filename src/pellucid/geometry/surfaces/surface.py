@@ -25,7 +25,7 @@ from pellucid.geometry.surfaces.quadrilaterals import (
     Tube,
 )
 from pellucid.geometry.surfaces.triangles import Biconcave, Disc, EllipsoidSurface, Icosphere
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 Elements = Literal["quads", "triangles"]
 """Elements of a surface: "quads" keeps its quadrilaterals; "triangles" divides them into triangles."""
@@ -112,6 +112,10 @@ class Inside(Geometry):
 class Outside(Inside):
     """The region outside a closed triangulated surface, such as that of a channel, for grids without thin axes. On a grid with
     periodic axes the surface must extend beyond the grid along these axes."""
+
+    @check
+    def _is_closed(self) -> None:
+        closed_triangles(self.surface)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return np.full(3, -np.inf), np.full(3, np.inf)
