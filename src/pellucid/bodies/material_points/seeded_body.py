@@ -88,6 +88,8 @@ class SeededBody(DampedModel):
 
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
     _walls: tuple[Geometry, ...] = PrivateAttr(())
+    _filling: dict[tuple[object, ...], tuple[Geometry, ...]] = PrivateAttr(default_factory=dict)
+    """Walls that contain points of the shape, by grid; copies of the settings share them."""
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = ZERO) -> np.ndarray:
         inside = super().contains(places, active, periods)
@@ -110,7 +112,7 @@ class SeededBody(DampedModel):
         if not walls:
             return self
         aware = self.model_copy()
-        aware._walls = tuple(walls)
+        aware._walls, aware._filling = tuple(walls), {}
         return aware
 
     @property
@@ -127,11 +129,13 @@ class SeededBody(DampedModel):
         on this grid."""
         if not self._walls:
             return self.excluded
-        x, y, z = (not thin for thin in grid.thin())
-        per_cell = points_along_axes(self.points_per_cell, grid.thin())
-        places = seed(self.shape.geometry(), grid, per_cell).position
-        walls = (wall for wall in self._walls if within(wall, places, (x, y, z), grid.periods()).any())
-        return (*self.excluded, *walls)
+        key = (grid.lower, grid.extent_upper(), grid.cell, grid.periodic, self.points_per_cell, self.shape.model_dump_json())
+        if key not in self._filling:
+            x, y, z = (not thin for thin in grid.thin())
+            per_cell = points_along_axes(self.points_per_cell, grid.thin())
+            places = seed(self.shape.geometry(), grid, per_cell).position
+            self._filling[key] = tuple(wall for wall in self._walls if within(wall, places, (x, y, z), grid.periods()).any())
+        return (*self.excluded, *self._filling[key])
 
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
         """Return the excluded regions, including their periodic images that intersect the shape."""
