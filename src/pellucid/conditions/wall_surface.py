@@ -35,7 +35,7 @@ class WallSurface(NamedTuple):
     released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
     surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
-    share: np.ndarray  # (n,) volume of each node divided by the volume of an interior node
+    share: np.ndarray  # (n,) part of each node within faces that the surface meets
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
     window: Window  # box of nodes around `node`, for interpolation at `samples`
     heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
@@ -103,7 +103,8 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
     window = no_slip.find_window(node)
     surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
-    of_grid = no_slip.share_in_grid(node)
+    # a face that the surface meets cuts off a part of the area of a node; a face behind the surface does not
+    of_grid = np.prod(1.0 + (no_slip.shares_along(node) - 1.0) * (1.0 - normal**2), axis=1)
     area = steepness / cell * grid.cell_volume * of_grid
     on_surface = place[chosen] - distance[:, None] * normal
     walls = Walls(faces, active, periods, lower, upper, mirrors)

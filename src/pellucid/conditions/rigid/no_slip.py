@@ -91,13 +91,17 @@ class NoSlip:
         return self._window
 
     def share_in_grid(self, node: np.ndarray) -> np.ndarray:
-        """Return the volumes of nodes (numbers, shape (n,)) divided by the volume of an interior node, (n,): about 1/2 on a
-        face, where the shape functions of nodes beyond the face are added to the next two nodes."""
+        """Return the volumes of nodes (numbers, shape (n,)) divided by the volume of an interior node, (n,)."""
+        return np.asarray(self.shares_along(node).prod(axis=1))
+
+    def shares_along(self, node: np.ndarray) -> np.ndarray:
+        """Return factors of the volumes of nodes (numbers, shape (n,)) along the axes, relative to an interior node, (n, 3):
+        about 1/2 on a face, where the shape functions of nodes beyond the face are added to the next two nodes."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         ends = ~self._thin & ~self._periodic
         to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
         volumes = np.array([0.5 + 2.0 * self._beyond, 1.0 - 2.0 * self._beyond, 1.0])
-        return np.asarray(volumes[np.minimum(to_face, 2)].prod(axis=1))
+        return np.asarray(volumes[np.minimum(to_face, 2)])
 
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the nodes at an offset of `by` nodes along the axes, shape (3,), from each node, shape (n,),
