@@ -44,6 +44,7 @@ CASES = [
     f"{STEPS.with_name('blood.toml')}:30",  # a yield stress with implicit pressure, in and out through faces
     f"{STEPS.with_name('vessel.toml')}:20",  # a wall at the surface of a region, at a plane of symmetry
     f"{STEPS.with_name('slit.toml')}:12",  # walls of regions, two liquids with implicit pressure and a membrane
+    f"{STEPS.with_name('cavity.toml')}:15",  # even points in a closed box with implicit pressure
     f"{STEPS.with_name('shelf.toml')}:40",  # clamps of membranes that bend, at a support and by a motion
 ]
 
