@@ -138,6 +138,7 @@ class NoSlipWall(StepPart):
         self._impulse = np.zeros(3)
         self._wall = find_wall(self._no_slip, actions, row, region, faces)
         self._marks = grid.nodes.constrained[self._wall.node].copy()
+        self._in_window = np.searchsorted(self._wall.window.node, self._wall.node)
         self._acts = np.zeros(len(self._wall.node), bool)
 
     @property
@@ -177,31 +178,36 @@ class NoSlipWall(StepPart):
         """Find the impulses of the surface traction over the step dt [s], from the velocities before the step."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
         window, at = wall.window, wall.node
-        self._held, self._across = wall.held & self._acts, wall.across * self._acts[:, None]
+        self._across = wall.across * self._acts[:, None]
         if self._slips:
             self._mass = domain.of_nodes(nodes.mass[at], at)
-            self._sure, self._old = wall.surface.certainty, np.zeros((len(at), 3))
-            self._drag, self._lag = self._old, np.zeros((len(at), 3))
+            self._old = self._drag = self._lag = np.zeros((len(at), 3))
+            self._yields = self._yielding(wall.surface.certainty)
             return
         of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
         old = np.where(of_window[:, None] > MASS_EPS, momentum / np.maximum(of_window, MASS_EPS)[:, None], 0.0)
         constrained, supports = nodes.constrained[window.node], self._actions.supports
         mirrored = (constrained > 0) & (supports.mirror[constrained - 1] != 0)
         old[mirrored] = supports.velocity[(constrained - 1)[mirrored], np.nonzero(mirrored)[1]]
-        self._old = old[np.searchsorted(window.node, at)]
+        self._old, self._mass = old[self._in_window], of_window[self._in_window]
         fluid = self._fluid.masses(window.node)
         near, near_known, full = no_slip.sample_as_points(window, old, fluid, wall.samples[0])
         far, far_known, _ = no_slip.sample_as_points(window, old, fluid, wall.samples[1])
         far = np.where(wall.facing[:, None], wall.opposite, far * wall.signs[1]) - self._velocity
         near, far_known = near * wall.signs[0] - self._velocity, np.where(wall.facing, 1.0, far_known)
-        self._sure = wall.surface.certainty * near_known
-        self._mass = of_window[np.searchsorted(window.node, at)]
-        slope = no_slip.slope_of_profile(wall.surface._replace(certainty=self._sure), near, far, far_known, wall.heights)
+        sure = wall.surface.certainty * near_known
+        self._yields = self._yielding(sure)
+        slope = no_slip.slope_of_profile(wall.surface._replace(certainty=sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
         drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope * self._axes, 0.0)
-        self._drag = self._keep_from_light(drag, fluid[np.searchsorted(window.node, at)], full)
-        lag = viscosity * dt * wall.area * self._sure * self._acts / self._field.grid.lattice.cell * self._delays
+        self._drag = self._keep_from_light(drag, fluid[self._in_window], full)
+        lag = viscosity * dt * wall.area * sure * self._acts / self._field.grid.lattice.cell * self._delays
         self._lag = lag[:, None] * self._axes
+
+    def _yielding(self, sure: np.ndarray) -> np.ndarray:
+        """Return the part of their velocities relative to the wall that nodes keep, shape (n, 3): less than 1 for nodes of the
+        region for which distance and normal are not reliable; sure: their reliability, between 0 and 1, shape (n,)."""
+        return 1.0 - self._axes * np.where(self._wall.held & self._acts, 1.0 - sure, 0.0)[:, None]
 
     def constrain(self, rows: ViscousRows) -> None:
         """Take the wall into account in the equations of implicit viscosity: masses, initial velocities and velocities without
@@ -216,7 +222,7 @@ class NoSlipWall(StepPart):
         across = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
         more = inertia[at, :3] + self._lag
         aim = (inertia[at, :3] * target[at, :3] + self._drag + self._lag * self._old) / np.maximum(more, MASS_EPS)
-        yields = 1.0 - self._axes * np.where(self._held, 1.0 - self._sure, 0.0)[:, None]
+        yields = self._yields
         aim = self._velocity + yields * (aim - self._velocity)
         more = np.divide(more, yields, out=np.zeros_like(more), where=yields > 0.0)
         start = np.where(yields > 0.0, solution[at, :3], self._velocity)
@@ -236,7 +242,7 @@ class NoSlipWall(StepPart):
         normal = np.sum(lacks * across, axis=1)[:, None] * across
         drag = self._drag + self._lag * (self._old - velocity)
         drag *= mass / np.maximum(mass + self._lag, MASS_EPS)
-        yields = 1.0 - self._axes * np.where(self._held, 1.0 - self._sure, 0.0)[:, None]
+        yields = self._yields
         impulse = (1.0 - yields) * mass * (lacks - normal) + (yields if self._delays else 1.0) * drag
         if self._delays:  # along the surface, as the solver assumed
             impulse -= np.sum(impulse * across, axis=1)[:, None] * across

@@ -1,6 +1,7 @@
 """Surface of a region of the grid at which a fluid does not slip, described at the nodes near it."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -157,18 +158,16 @@ class Walls:
         infinite if there is none within the distance `most` [m], and their velocities, shape (n, 3) [m/s]. start: positions on
         the surface [m], shape (n, 3); normal: unit normals, shape (n, 3); cell: cell size [m]."""
         gap, velocity = np.full(len(start), np.inf), np.zeros((len(start), 3))
-        for step in np.arange(1, round(most / cell * PER_CELL) + 1):
-            high = cell * step / PER_CELL
+        apart = cell / PER_CELL
+        for step in range(round(most / apart)):
+            at = start + step * apart * normal
             for wall in (*self._shapes, *self._faces):
-                new = np.flatnonzero(np.isinf(gap) & self._contains(wall, start + high * normal))
-                low, up = np.full(len(new), high - cell / PER_CELL), np.full(len(new), high)
-                for _ in range(BISECTIONS):
-                    middle = 0.5 * (low + up)
-                    there = self._contains(wall, start[new] + middle[:, None] * normal[new])
-                    low, up = np.where(there, low, middle), np.where(there, middle, up)
-                first = step == 1  # rounding may place the start inside its own wall
-                gap[new] = np.where(first, 0.0, up)
-                velocity[new] = np.asarray(wall[-1], float)
+                new = np.flatnonzero(np.isinf(gap) & self._contains(wall, at + apart * normal))
+                if not len(new):
+                    continue
+                beyond = _distances(partial(self._contains, wall), at[new], -normal[new], apart)[0]
+                # close to the surface rounding may place the start inside its own wall
+                gap[new], velocity[new] = step * apart + beyond if step else 0.0, np.asarray(wall[-1], float)
         return np.where(gap > 0.0, gap, np.inf), velocity
 
     def _contains(self, wall: tuple[Any, ...], place: np.ndarray) -> np.ndarray:

@@ -109,7 +109,7 @@ class SeededBody(DampedModel):
         return aware
 
     def keep_out_of(self, walls: Sequence[Geometry]) -> Self:
-        if not walls:
+        if tuple(walls) == self._walls:
             return self
         aware = self.model_copy()
         aware._walls, aware._filling = tuple(walls), {}

@@ -91,13 +91,16 @@ class Inside(Geometry):
     )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._bounds_of_surface()
+
+    def _bounds_of_surface(self) -> tuple[np.ndarray, np.ndarray]:
         return bounding_box(self.surface.triangulate().vertices)
 
     def reach(self, direction: np.ndarray) -> float:
         return float((self.surface.triangulate().vertices @ direction).max())
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        lower, upper = self.bounds()
+        lower, upper = self._bounds_of_surface()
         found = np.all((points >= lower) & (points <= upper), axis=1)
         found[found] = inside(points[found], *self.surface.triangulate())
         return found
@@ -121,17 +124,14 @@ class Outside(Inside):
         return np.full(3, -np.inf), np.full(3, np.inf)
 
     def centre(self) -> np.ndarray:
-        lower, upper = super().bounds()
+        lower, upper = self._bounds_of_surface()
         return np.asarray(0.5 * (lower + upper))
 
     def reach(self, direction: np.ndarray) -> float:
         return np.inf
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        lower, upper = super().bounds()
-        found = np.all((points >= lower) & (points <= upper), axis=1)
-        found[found] = inside(points[found], *self.surface.triangulate())
-        return ~found
+        return ~super().contains(points, active)
 
     def measure(self, active: ActiveAxes) -> float:
         return np.inf
