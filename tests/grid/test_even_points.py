@@ -111,7 +111,9 @@ def test_it_is_for_liquids_with_apic():
         full_box(GAS | {"even_points": True})
     with pytest.raises(ValueError, match=r"even_points = true, but energy_update = 'closed'"):
         full_box(LIQUID | {"energy_update": "closed"})
-    with pytest.raises(ValueError, match=r"even_points: points that move need the affine velocity field of APIC, which the transfer \"flip\""):
+    with pytest.raises(
+        ValueError, match=r"even_points: points that move need the affine velocity field of APIC, which the transfer \"flip\""
+    ):
         full_box(transfer="flip")
 
 
