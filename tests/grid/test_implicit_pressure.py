@@ -323,7 +323,45 @@ def test_bodies_that_act_after_the_solve_are_refused(other):
         plane(lower, block, functions="quadratic-bspline")
 
 
-def test_cell_pressures_do_not_go_with_it():
-    body = box((0, -0.5, 0), (0.5, 0.5, H), LIQUID, (2, 2, 1), cell_pressure=True)
-    with pytest.raises(ValueError, match=r"cell_pressure: the implicit pressure acts at each point"):
-        plane(body, functions="quadratic-bspline")
+LID = [{"where": "y-upper", "velocity": (1, 0, 0)}, {"where": ["x-lower", "x-upper", "y-lower"]}]
+
+
+def cavity(threads=1, **more):
+    """Return a lid-driven cavity, Re 100, of 16 cells; more: keys of the body."""
+    material = THIN | {"eos": TAIT | {"sound_speed": 10.0}}
+    body = box((0, 0, 0), (1, 1, 1 / 16), material, (2, 2, 1), **more)
+    how = {"counts": (16, 16, 1), "cell": 1 / 16, "functions": "quadratic-bspline", "transfer": "apic", "scheme": "usl"}
+    return Simulation(case(body, **how, support=LID), threads=threads)
+
+
+def test_mean_pressures_of_cells_do_not_stir_the_liquid():
+    """Below a moving lid, points integrate divergences that nodes do not resist, and their pressures stir the liquid: the
+    work of the lid, which becomes heat, is much larger than with the growth rates of cells."""
+    heat = {}
+    for means in (True, False):
+        sim = advance(cavity(cell_pressure=means), 120)
+        conservation = sim.budget.conservation()
+        assert abs(conservation["energy"]) < 1e-13
+        assert conservation["momentum"] < 1e-13
+        heat[means] = sim.budget.energies()["internal"]
+    assert 0.3 < heat[True] < 0.75 * heat[False]
+
+
+def test_mean_pressures_of_cells_have_the_same_bits():
+    one, two = (advance(cavity(threads, cell_pressure=True), 30) for threads in (1, 2))
+    assert_same_arrays(copied_state(one), copied_state(two))
+    numbers, resumed = json.loads(json.dumps(one.state_numbers())), cavity(cell_pressure=True)
+    resumed.restore(copied_state(one), numbers)
+    assert_same_arrays(copied_state(advance(one, 10)), copied_state(advance(resumed, 10)))
+
+
+def test_mean_pressures_of_cells_solve_the_same_equations():
+    """Where the velocity gradient is the same at all points of a cell, as in a column that is pressed, means change nothing."""
+    walls = [*SLIP[:3], {"where": "y-upper", "fix": "normal", "velocity": (0, -0.02, 0)}]
+    found = []
+    for means in (True, False):
+        body = box((0, 0, 0), (0.5, 1.0, H), THIN, (2, 2, 1), cell_pressure=means)
+        how = {"counts": (4, 8, 1), "cell": H, "functions": "quadratic-bspline", "scheme": "usl", "step": 5.0}
+        found.append(advance(Simulation(case(body, **how, support=walls)), 1).bodies[0].field("density"))
+    assert found[0].mean() > 1.005
+    assert found[0] == pytest.approx(found[1], rel=2e-4)

@@ -28,6 +28,7 @@ from pellucid.grid.points import (
     FullCells,
     InOrder,
     MappedPoints,
+    NoCells,
     PointArrays,
 )
 from pellucid.grid.transfer import scatter_vectors
@@ -156,6 +157,11 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
         shape (4 nodes,).
         """
         return self._nodes.forces
+
+    @property
+    def full_cells(self) -> NoCells | FullCells:
+        """Full cells (cells that the fluid fills) whose mean pressures act on the body; `NoCells` without."""
+        return NoCells() if self._cells is None else self._cells
 
     def share_cells(self, cells: FullCells) -> None:
         """Use mean pressures for full cells (cells that the fluid fills) instead of pressures of single points. cells: data of

@@ -16,6 +16,13 @@ no force within the fluid, and the correct force at its edge, where cells are pa
 D_c and κ_c use the mean velocity of the step, along which forces do work. USF strains the points before this velocity is
 known, so volumes are not shifted with USF.
 
+Implicit pressure (`pellucid.grid.implicit_viscosity`). In long steps single points with their own ∇·v(x_p) would integrate
+divergences that the nodes do not resist. Therefore all points of a full cell grow at the rate D_c/W_c of the cell and of its
+holes, with their volume W_c, and their pressure changes by -K_c Δt D_c/W_c, where K_c is the mean of ρc² over their volumes.
+(W_c instead of Q_c: a single point in a cell of strong flow would grow many times too fast.) The forces of this change are
+its integral over the cell, as those of p_c. This is the projected divergence of finite elements (B-bar: Hughes 1980, Int. J.
+Numer. Methods Eng. 15, 1413), with one value in each cell.
+
 A cell is full if it contains points and each cell around it contains points or is a hole. A hole is a cell without points
 whose face neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour
 with the largest volume of points and has its pressure. A cell is identified by the storage index of its first node.
@@ -32,13 +39,27 @@ from pellucid.grid.clearing import Clearing
 from pellucid.grid.folding import cell_in_period, cells_beyond
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.nodal_fields import STEP, allocate
-from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
+from pellucid.grid.points import (
+    GAINED,
+    GROWTH,
+    PRESSURE,
+    PRESSURE_CHANGE,
+    PRESSURES,
+    RATES,
+    SHIFT,
+    STIFFNESSES,
+    VOLUMES,
+    FullCells,
+    cell_of,
+    place_of,
+)
 from pellucid.grid.stencil import node_behind
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_by_colour, parallel_loop, parallel_loop_by_colour
 from pellucid.ranks.domain import domain
+from pellucid.reductions import ordered_sum
 from pellucid.step.part import StepPart
 
 PARTS = 120  # a multiple of 2, 3, 4 and 5: functions averaged over such a fraction of a cell have kinks at ends of parts only
@@ -92,8 +113,6 @@ class CellGrid(NamedTuple):
     lattice: Lattice  # geometry of the grid
     cells: FullCells  # sums and mean values of each cell
     along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]  # integrals of the shape functions over cells
-    forces: np.ndarray  # (4 n,) internal forces on the nodes, in rows of four numbers [N]
-    mean_velocity: np.ndarray  # (n, 3) mean nodal velocity of the step [m/s]
     volume: float  # volume of a cell [m³]; for thin axes with the slice thickness
     edges: np.ndarray  # (chunks + 1,) first layer of each chunk, and the end of the last
 
@@ -105,9 +124,9 @@ def _pressure(stress, p):
 
 
 @parallel_loop_by_colour(gives="sums")
-def sum_cells(s, mapped, sums):
-    """Add the volume of each point of slab s (see `Slabs`), and its pressure times volume, to the sums of the grid cell
-    that contains it.
+def sum_cells(s, mapped, stiffness, sums):
+    """Add the volume of each point of slab s (see `Slabs`), and its pressure and the stiffness ρc² of an implicit pressure
+    [Pa], both times volume, to the sums of the grid cell that contains it.
 
     mapped: the points (`MappedPoints`); sums: sums over the points of each cell, see `FullCells.sums`.
     """
@@ -117,6 +136,7 @@ def sum_cells(s, mapped, sums):
         cell, V = cell_of(mapped.lattice, points.position, p), points.volume[p]
         sums[cell, VOLUMES] += V
         sums[cell, PRESSURES] += V * _pressure(points.stress, p)
+        sums[cell, STIFFNESSES] += V * stiffness
 
 
 @parallel_loop()
@@ -237,112 +257,127 @@ def _in_grid(grid, i, j, k):
 def _first_node(grid, i, j, k):
     """Return the storage index of the lowest node whose shape function is not zero in the cell (i, j, k); grid: `CellGrid`."""
     (x, y, z), stride = grid.along, grid.lattice.strides
-    i, j, k = _in_grid(grid, i, j, k)
     return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
 
 
 @pointwise
-def _gradient_integral(grid, i, j, k, a, b, c):
-    """Return ∫∇N dV over the cell (i, j, k) [m²] for the node that lies a, b, c nodes after the first node of the cell
-    (`_first_node`) along x, y, z; grid: `CellGrid`."""
+def _add_force(grid, i, j, k, pressure, forces):
+    """Add the force of a pressure [Pa] in the cell (i, j, k), the pressure times ∫∇N dV, to the forces of its nodes [N], shape
+    (4 nodes,); grid: `CellGrid`."""
+    (x, y, z), scale = grid.along, grid.volume * grid.lattice.inverse_cell * pressure
     i, j, k = _in_grid(grid, i, j, k)
-    (x, y, z), area = grid.along, grid.volume * grid.lattice.inverse_cell
-    in_x = area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
-    in_y = area * x.value[i, a] * y.slope[j, b] * z.value[k, c]
-    in_z = area * x.value[i, a] * y.value[j, b] * z.slope[k, c]
-    return in_x, in_y, in_z
-
-
-@pointwise
-def _add_force(grid, i, j, k, pressure):
-    """Add the force of a mean pressure [Pa] of the cell (i, j, k), the pressure times ∫∇N dV, to the internal forces of its
-    nodes; grid: `CellGrid`."""
-    (x, y, z), forces = grid.along, grid.forces
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
+            in_x, in_y = scale * x.slope[i, a] * y.value[j, b], scale * x.value[i, a] * y.slope[j, b]
+            in_z = scale * x.value[i, a] * y.value[j, b]
             for c in range(z.value.shape[1]):
                 I = 4 * node_behind(grid.lattice, first, a, b, c)
-                in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
-                forces[I] += pressure * in_x
-                forces[I + 1] += pressure * in_y
-                forces[I + 2] += pressure * in_z
+                forces[I] += in_x * z.value[k, c]
+                forces[I + 1] += in_y * z.value[k, c]
+                forces[I + 2] += in_z * z.slope[k, c]
 
 
 @pointwise
-def _growth(grid, i, j, k):
-    """Return ∫∇·v dV over the cell (i, j, k) [m³/s], where v is the mean of the nodal velocities before and after the step;
-    grid: `CellGrid`."""
-    (x, y, z), v = grid.along, grid.mean_velocity
-    first, total = _first_node(grid, i, j, k), 0.0
+def _flow(grid, i, j, k, v):
+    """Return ∫∇·v dV over the cell (i, j, k) [m³/s] for nodal velocities v [m/s], shape (nodes, 3) or with more columns; grid:
+    `CellGrid`."""
+    (x, y, z), total = grid.along, 0.0
+    i, j, k = _in_grid(grid, i, j, k)
+    first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
+            in_x, in_y = x.slope[i, a] * y.value[j, b], x.value[i, a] * y.slope[j, b]
+            in_z = x.value[i, a] * y.value[j, b]
             for c in range(z.value.shape[1]):
                 I = node_behind(grid.lattice, first, a, b, c)
-                in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
-                total += in_x * v[I, 0] + in_y * v[I, 1] + in_z * v[I, 2]
-    return total
+                total += z.value[k, c] * (in_x * v[I, 0] + in_y * v[I, 1]) + z.slope[k, c] * in_z * v[I, 2]
+    return grid.volume * grid.lattice.inverse_cell * total
 
 
 @pointwise
-def _push(grid, i, j, k, cell):
-    """Compute the mean pressure [Pa] of the full cell (a cell that the fluid fills) with the indices i, j, k, store it, and
-    add its forces in the cell and in the holes (empty cells inside the fluid) that belong to it to the nodes.
-
-    grid: `CellGrid`; cell: storage index of the cell.
-    """
-    pressure = grid.cells.sums[cell, PRESSURES] / grid.cells.sums[cell, VOLUMES]
-    grid.cells.found[cell, PRESSURE] = pressure
-    _add_force(grid, i, j, k, pressure)
+def _push(grid, i, j, k, pressure, forces):
+    """Add the forces of a pressure [Pa] in the full cell (a cell that the fluid fills) with the indices i, j, k, and in the
+    holes (empty cells inside the fluid) that belong to it, to the forces of the nodes [N], shape (4 nodes,); grid:
+    `CellGrid`."""
+    _add_force(grid, i, j, k, pressure, forces)
     for face in range(6):
         if _owns(grid, i, j, k, face):
             a, b, c = _beside(grid, i, j, k, face)
-            _add_force(grid, a, b, c, pressure)
+            _add_force(grid, a, b, c, pressure, forces)
 
 
 @pointwise
-def _grow(grid, i, j, k, cell):
-    """Compute and store the relative volume growth rate [1/s] of the full cell (a cell that the fluid fills) with the
-    indices i, j, k, together with the holes (empty cells inside the fluid) that belong to it.
-
-    grid: `CellGrid`; cell: storage index of the cell.
-    """
-    growth = _growth(grid, i, j, k)
+def _outflow(grid, i, j, k, v):
+    """Return ∫∇·v dV [m³/s] over the full cell (a cell that the fluid fills) with the indices i, j, k and over the holes (empty
+    cells inside the fluid) that belong to it, and the volume of all [m³]; v: nodal velocities [m/s], shape (nodes, 3) or with
+    more columns; grid: `CellGrid`."""
+    flow, whole = _flow(grid, i, j, k, v), grid.volume
     for face in range(6):
         if _owns(grid, i, j, k, face):
             a, b, c = _beside(grid, i, j, k, face)
-            growth += _growth(grid, a, b, c)
-    grid.cells.found[cell, GROWTH] = growth / grid.cells.sums[cell, VOLUMES]
+            flow += _flow(grid, a, b, c, v)
+            whole += grid.volume
+    return flow, whole
 
 
 @kernel(inner=True)
-def _push_chunk(chunk, grid):
+def _push_chunk(chunk, grid, forces):
     cells = grid.cells
     for number in range(_cells_of(chunk, grid)):
         i, j, k, cell = _cell_at(chunk, number, grid)
         cells.full[cell] = cells.sums[cell, VOLUMES] > 0.0 and _is_full(grid, i, j, k)
         if cells.full[cell]:
-            _push(grid, i, j, k, cell)
+            pressure = cells.sums[cell, PRESSURES] / cells.sums[cell, VOLUMES]
+            cells.found[cell, PRESSURE] = pressure
+            _push(grid, i, j, k, pressure, forces)
 
 
 @kernel()
-def _find_and_push_cells(chunks, grid):
-    """Find the full cells (cells that a fluid fills) and add the forces of their mean pressures to the nodes, before P2G of
-    internal forces.
+def _find_and_push_cells(chunks, grid, forces):
+    """Find the full cells (cells that a fluid fills) and add the forces of their mean pressures to the nodal forces [N], shape
+    (4 nodes,), before P2G of internal forces.
 
     chunks: number of chunks (ranges of layers of cells); grid: `CellGrid`.
     """
-    parallel_by_colour(_push_chunk, chunks, 1, grid)
+    parallel_by_colour(_push_chunk, chunks, 1, grid, forces)
 
 
 @parallel_loop()
-def _grow_cells(chunk, grid):
-    """Compute the relative volume growth rates [1/s] of the full cells (cells that a fluid fills) of a chunk from the mean
-    nodal velocities; grid: `CellGrid`."""
+def _grow_cells(chunk, grid, v, as_space):
+    """Compute the relative volume growth rates [1/s] of the full cells (cells that a fluid fills) of a chunk from nodal
+    velocities v [m/s], shape (nodes, 3): of their space if `as_space`, else of the volume of their points. grid: `CellGrid`."""
+    cells = grid.cells
     for number in range(_cells_of(chunk, grid)):
         i, j, k, cell = _cell_at(chunk, number, grid)
-        if grid.cells.full[cell]:
-            _grow(grid, i, j, k, cell)
+        if cells.full[cell]:
+            flow, whole = _outflow(grid, i, j, k, v)
+            cells.found[cell, GROWTH] = flow / (whole if as_space else cells.sums[cell, VOLUMES])
+
+
+@kernel(inner=True)
+def _press_chunk(chunk, grid, v, dt, forces, powers):
+    cells, power = grid.cells, 0.0
+    for number in range(_cells_of(chunk, grid)):
+        i, j, k, cell = _cell_at(chunk, number, grid)
+        if cells.full[cell]:
+            flow, whole = _outflow(grid, i, j, k, v)
+            change = -dt * cells.sums[cell, STIFFNESSES] / cells.sums[cell, VOLUMES] * flow / whole
+            cells.found[cell, PRESSURE_CHANGE] = change
+            power -= change * flow
+            _push(grid, i, j, k, change, forces)
+    powers[chunk, 0] = power
+
+
+@kernel()
+def _press_cells(chunks, grid, v, dt, forces, powers):
+    """Compute the change of the implicit pressure in full cells (cells that a fluid fills) over a time dt [s], for nodal
+    velocities v [m/s], shape (nodes, 4), and add its forces to nodal forces [N], shape (4 nodes,). powers: power [W] that the
+    change takes from the nodes, in each chunk, shape (chunks, 1).
+
+    chunks: number of chunks (ranges of layers of cells); grid: `CellGrid`.
+    """
+    parallel_by_colour(_press_chunk, chunks, 1, grid, v, dt, forces, powers)
 
 
 def _chunk_edges(grid: Grid) -> np.ndarray:
@@ -370,6 +405,10 @@ class Filling(Protocol):
         """True if the points get the mean pressure of their full cell."""
 
     @property
+    def implicit_stiffness(self) -> float:
+        """Stiffness ρc² of a pressure that is solved for [Pa], else 0."""
+
+    @property
     def nodal_forces(self) -> np.ndarray: ...
     def share_cells(self, cells: FullCells) -> None: ...
     def apply_volume_correction(self, dt: float) -> None: ...
@@ -380,15 +419,14 @@ class CellPressure(StepPart):
     their forces on the nodes, and the volume growth of the points in these cells; see `pellucid.grid.full_cells`."""
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
-        n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
-        self.cells = allocate(FullCells, n)
+        functions = bodies[0].functions
+        self.cells = allocate(FullCells, grid.n_nodes)
         self._clear = Clearing(STEP, grid.rows, self.cells)
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
         edges = _chunk_edges(grid)
-        along, v = (x, y, z), grid.nodes.mean_velocity
-        self._grid = Bundle(CellGrid(grid.lattice, self.cells, along, forces, v, grid.cell_volume, edges))
-        self._chunks = len(edges) - 1
-        self._bodies = bodies
+        self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), grid.cell_volume, edges))
+        self._nodes, self._powers, self._bodies = grid.nodes, np.zeros((len(edges) - 1, 1)), bodies
+        self._implicit = any(body.implicit_stiffness > 0.0 for body in bodies)
         for body in bodies:
             body.share_cells(self.cells)
 
@@ -401,15 +439,29 @@ class CellPressure(StepPart):
         """Find full cells (cells that the fluid fills), compute their mean pressures [Pa], and add the forces of these
         pressures to the nodes."""
         for body in self._bodies:
-            sum_cells(body.n_slabs, body.mapped, self.cells.sums)
+            sum_cells(body.n_slabs, body.mapped, body.implicit_stiffness, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
-        _find_and_push_cells(self._chunks, self._grid)
+        _find_and_push_cells(len(self._powers), self._grid, self._bodies[0].nodal_forces)
 
     def after_momentum(self) -> None:
         """Compute the relative volume growth rates [1/s] of full cells (cells that the fluid fills) from the mean nodal
         velocities."""
-        domain.spread(self._grid.mean_velocity)
-        _grow_cells(self._chunks, self._grid)
+        self._grow(self._nodes.mean_velocity, as_space=False)
+
+    def _grow(self, velocity: np.ndarray, as_space: bool) -> None:
+        domain.spread(velocity)
+        _grow_cells(len(self._powers), self._grid, velocity, as_space)
+
+    def press(self, velocity: np.ndarray, dt: float, forces: np.ndarray) -> float:
+        """Compute the change of the implicit pressure in full cells (cells that the fluid fills) over a time dt [s], and add
+        its forces to nodal forces [N], shape (4 nodes,); return the power [W] that it takes from the nodes.
+
+        velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
+        """
+        rows = velocity.reshape(-1, 4)
+        domain.spread(rows)
+        _press_cells(len(self._powers), self._grid, rows, dt, forces, self._powers)
+        return float(ordered_sum(self._powers)[0])
 
     def before_stress(self, dt: float) -> None:
         """Compute the relative volume growth rate [1/s] that the points of each full cell (a cell that the fluid fills)
@@ -420,6 +472,8 @@ class CellPressure(StepPart):
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
         for body in self._bodies:
             body.apply_volume_correction(dt)
+        if self._implicit:
+            self._grow(self._nodes.strain_velocity, as_space=True)
 
 
 def cell_pressures(field: VelocityField, bodies: Iterable[Any]) -> list[CellPressure]:

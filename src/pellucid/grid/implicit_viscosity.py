@@ -47,11 +47,12 @@ from pellucid.approximants import GridFunctions
 from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, StepWork, WorkLayout, no_work
 from pellucid.errors import RunStopped
 from pellucid.grid.fast_diagonalisation import FastDiagonalisation
+from pellucid.grid.full_cells import CellPressure
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.gifts import FIRST, scatter
 from pellucid.grid.point_storage import PointStorage
-from pellucid.grid.points import HEATING, POWER
+from pellucid.grid.points import HEATING, POWER, FullCells, NoCells
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.viscous_nodes import (
     CHANGE,
@@ -137,6 +138,9 @@ class Viscous(Protocol):
     def functions(self) -> GridFunctions: ...
 
     @property
+    def full_cells(self) -> NoCells | FullCells: ...
+
+    @property
     def nodal_forces(self) -> np.ndarray: ...
     def stored_array(self, name: str) -> np.ndarray: ...
 
@@ -183,9 +187,16 @@ class ImplicitViscosity(StepPart):
         }
     )
 
-    def __init__(self, field: VelocityField, bodies: Sequence[Viscous], explicit: Sequence[Any], layout: WorkLayout) -> None:
+    def __init__(
+        self,
+        field: VelocityField,
+        bodies: Sequence[Viscous],
+        explicit: Sequence[Any],
+        layout: WorkLayout,
+        cells: Sequence[CellPressure],
+    ) -> None:
         """field: the velocity field; bodies: its fluids with an implicit stress; explicit: its other bodies; layout: order of
-        the works."""
+        the works; cells: mean pressures of its full cells (cells that a fluid fills)."""
         self.field, self._bodies, self._explicit = field, bodies, explicit
         self._columns = [layout.column(heat) for heat in (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)]
         self._rows = allocate(ViscousRows, field.grid.n_nodes)
@@ -208,6 +219,8 @@ class ImplicitViscosity(StepPart):
         self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
         stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
         self._presses = stiffness > 0.0
+        self._cells = cells if self._presses else ()
+        self._cell_power = 0.0
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
         self._full = self._density() if self._presses else 0.0
         self._fast: FastDiagonalisation | None = None
@@ -238,7 +251,7 @@ class ImplicitViscosity(StepPart):
 
     def _pass(self, body: Viscous, velocity: np.ndarray) -> Bundle:
         mu, lam, stiffness, _, second = body.implicit_stress
-        rule = StressByViscosity(UniformViscosity(mu, lam) if second is None else second, stiffness)
+        rule = StressByViscosity(UniformViscosity(mu, lam) if second is None else second, stiffness, body.full_cells)
         how = body.point_viscosity, body.viscous_stress, velocity, self._rows.viscous_force
         return straining_by_viscosity(body.mapped.content, rule, *how)
 
@@ -265,6 +278,7 @@ class ImplicitViscosity(StepPart):
         self._power, self._compression = (
             theta * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
         )
+        self._compression += theta * self._cell_power
         add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, theta)
         for body, own_viscosity in zip(self._bodies, self._point_viscosities, strict=True):
             add_stress(body.n_slabs, body.mapped, body.viscous_stress, theta)
@@ -362,6 +376,9 @@ class ImplicitViscosity(StepPart):
 
         passes: for each body, the loop over its points (see `straining_by_viscosity`), which also holds the velocity field.
         """
+        if self._cells and dt > 0.0:  # before the points, since sums of nodes go on from process to process
+            velocity = self._rows.direction if passes is self._of_direction else self._rows.solution
+            self._cell_power = sum(cells.press(velocity, dt, self._rows.viscous_force) for cells in self._cells)
         for one in passes:
             each_point(one, dt, FIRST)
 
@@ -408,10 +425,13 @@ class ImplicitViscosity(StepPart):
         self.rounds, self._longest = list(numbers["rounds"]), numbers["longest"]
 
 
-def implicit_viscosity(field: VelocityField, bodies: Iterable[Any], layout: WorkLayout) -> list[ImplicitViscosity]:
+def implicit_viscosity(
+    field: VelocityField, bodies: Iterable[Any], layout: WorkLayout, cells: Sequence[CellPressure]
+) -> list[ImplicitViscosity]:
     """Return the solver of implicit viscosity of a velocity field in a list, or no solver if no fluid has implicit viscosity.
 
-    bodies: all bodies of the field on the grid; layout: order of the works.
+    bodies: all bodies of the field on the grid; layout: order of the works; cells: mean pressures of its full cells (cells that
+    a fluid fills).
     """
     fluids = [body for body in bodies if getattr(body, "solves_viscosity", False)]
-    return [ImplicitViscosity(field, fluids, [body for body in bodies if body not in fluids], layout)] if fluids else []
+    return [ImplicitViscosity(field, fluids, [body for body in bodies if body not in fluids], layout, cells)] if fluids else []

@@ -55,10 +55,11 @@ class InternalForce(NamedTuple):
 
 class InternalForceInCells(NamedTuple):
     """Contribution -V (σ + p I) ∇N [N] of a point with the volume V and stress σ in a full cell (a cell that the fluid
-    fills) to the nodal forces. The forces of the mean pressure p of the cell are added separately, see
+    fills) to the nodal forces. The forces of the pressure p of the cell are added separately, see
     `pellucid.grid.full_cells`."""
 
     found: np.ndarray  # see `FullCells`
+    column: int  # column of `found` with the pressure p: PRESSURE, or PRESSURE_CHANGE with an implicit stress σ
 
 
 class InternalForceRead(NamedTuple):
@@ -116,7 +117,7 @@ def _internal_force(rule, lattice, points, p):
 @point_function(given, InternalForceInCells)
 def _internal_force_in_cells(rule, lattice, points, p):
     x, y, z = symmetric_at_point(points.stress, p)
-    pressure = rule.found[cell_of(lattice, points.position, p), PRESSURE]
+    pressure = rule.found[cell_of(lattice, points.position, p), rule.column]
     x += row(pressure, 0.0, 0.0, 0.0)
     y += row(0.0, pressure, 0.0, 0.0)
     z += row(0.0, 0.0, pressure, 0.0)
@@ -137,7 +138,7 @@ def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> B
     """Return the P2G contribution of the internal forces of a body's points to the nodal rows `forces`; cells: full cells
     (cells that the fluid fills), whose mean pressure acts separately; mapped: the points."""
     read = InternalForceRead(mapped.points.volume, mapped.points.stress, () if cells is None else mapped.points.position)
-    rule = InternalForce() if cells is None else InternalForceInCells(cells.found)
+    rule = InternalForce() if cells is None else InternalForceInCells(cells.found, PRESSURE)
     return by_slope(rule, read, mapped.nodes.forces)
 
 

@@ -131,18 +131,29 @@ class FullCells(NamedTuple):
     of the first node of the cell."""
 
     sums: Annotated[
-        np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "sums over the points of a cell: VOLUMES, PRESSURES, RATES")
+        np.ndarray,
+        NodalField(4, SUM, STEP, "m³, J, m³/s, J", "sums over the points of a cell: VOLUMES, PRESSURES, RATES, STIFFNESSES"),
     ]
-    found: Annotated[np.ndarray, NodalField(3, FOUND, STEP, "Pa, 1/s, 1/s", "values of a full cell: PRESSURE, GROWTH, SHIFT")]
+    found: Annotated[
+        np.ndarray,
+        NodalField(4, FOUND, STEP, "Pa, 1/s, 1/s, Pa", "of a full cell: PRESSURE, GROWTH, SHIFT, PRESSURE_CHANGE"),
+    ]
     full: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 if the cell is full, else 0", np.bool_)]
 
 
-VOLUMES, PRESSURES, RATES = range(3)
+class GrowingCells(NamedTuple):
+    """Full cells (cells that a fluid fills) with an implicit pressure, whose points all grow as the cell; selects the
+    implementation where `FullCells` adds the same to the growth of all points."""
+
+    cells: FullCells
+
+
+VOLUMES, PRESSURES, RATES, STIFFNESSES = range(4)
 """Columns of `FullCells.sums`: volume [m³], pressure times volume [J], growth rate of the volume along the mean velocity
-[m³/s]."""
-PRESSURE, GROWTH, SHIFT = range(3)
-"""Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], and this rate minus the
-relative growth rate of its points [1/s]."""
+[m³/s], and stiffness ρc² of an implicit pressure times volume [J]."""
+PRESSURE, GROWTH, SHIFT, PRESSURE_CHANGE = range(4)
+"""Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], this rate minus the
+relative growth rate of its points [1/s], and change of an implicit pressure in the step [Pa]."""
 
 FIELD_ENERGY = 9
 """Column of `affine` with the kinetic energy of the affine field per unit mass after the last transfer [J/kg]."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, looked_up, pass_points
 from pellucid.grid.points import (
     DISSIPATED,
+    GROWTH,
     HEATING,
     INVERTED,
     NOT_FINITE,
@@ -14,12 +15,13 @@ from pellucid.grid.points import (
     SHIFT,
     STORED,
     FullCells,
+    GrowingCells,
     MappedPoints,
     NoCells,
     cell_at,
 )
 from pellucid.grid.stencil import gather, gather_gradient, halfway
-from pellucid.jit import generic, point_function
+from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import (
     artificial_heating,
@@ -66,7 +68,7 @@ MOTION_LIKE = IDENTITY, ZERO_VECTOR
 class GatherMotion(NamedTuple):
     """Rule by which the velocity gradient and the velocity at a point are gathered from the nodes."""
 
-    cells: Any  # `FullCells`, whose growth rates are added to the gradient, or `NoCells`
+    cells: Any  # `FullCells`, whose growth rates are added to the gradient, `GrowingCells` or `NoCells`
     curving: float  # 1 if points move with the velocity that strains them, else 0
 
 
@@ -74,26 +76,27 @@ class Strain(NamedTuple):
     """Operation at each point: computes volume and stress from the velocity gradient, and the new position if points move."""
 
     law: Any  # material law
-    cells: Any  # `FullCells`, whose growth rates are included, or `NoCells`
+    cells: Any  # `FullCells`, whose growth rates are included, `GrowingCells` or `NoCells`
     moving: float  # 1 if points move, else 0
     curving: float  # 1 if they move along curved paths, see `straining`, else 0
 
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the relative volume growth rate [1/s] that the points of a full cell (a cell that the fluid fills) lack:
-    growth rate of the cell minus growth rate of its points, for a point at `place` [m] in the cell; () without full cells.
+    """Return, for a point at `place` [m] in a full cell (a cell that the fluid fills), the relative volume growth rate that the
+    points of this cell lack: growth rate of the cell minus growth rate of its points [1/s]; () without full cells. For
+    `GrowingCells`, return 1.0 in a full cell, else 0.0, and the growth rate of the cell.
 
-    cells: `NoCells` or `FullCells`, whose type selects the implementation.
+    cells: its type selects the implementation.
     """
 
 
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
     """Return the velocity gradient L of a point [1/s], to which the growth rate `lacking` (result of `lacking_growth`) is
-    added in equal parts along the axes that are not one cell thick.
+    added in equal parts along the axes that are not one cell thick; for `GrowingCells`, what makes its trace that rate.
 
-    cells: `NoCells` or `FullCells`, whose type selects the implementation.
+    cells: its type selects the implementation.
     """
 
 
@@ -107,16 +110,35 @@ def _lacks(cells, lattice, place):
     return cells.found[cell_at(lattice, place), SHIFT]
 
 
+@point_function(lacking_growth, GrowingCells)
+def _grows(cells, lattice, place):
+    cell = cell_at(lattice, place)
+    return 1.0 if cells.cells.full[cell] else 0.0, cells.cells.found[cell, GROWTH]
+
+
 @point_function(grown, NoCells)
 def _as_it_is(cells, lattice, L, lacking):
     return L
 
 
+@point_function(grown, GrowingCells)
+def _as_the_cell(cells, lattice, L, lacking):
+    full, growth = lacking
+    return _with_more(lattice, L, full * (growth - (L[0] + L[4] + L[8])))
+
+
 @point_function(grown, FullCells)
 def _grown(cells, lattice, L, lacking):
+    return _with_more(lattice, L, lacking)
+
+
+@pointwise
+def _with_more(lattice, L, growth):
+    """Return the velocity gradient L [1/s], to which a growth rate [1/s] is added in equal parts along the axes that are not
+    one cell thick."""
     n = lattice.counts
     x, y, z = 1.0 if n[0] > 1 else 0.0, 1.0 if n[1] > 1 else 0.0, 1.0 if n[2] > 1 else 0.0
-    more = 1.0 / (x + y + z) * lacking
+    more = 1.0 / (x + y + z) * growth
     return L[0] + x * more, L[1], L[2], L[3], L[4] + y * more, L[5], L[6], L[7], L[8] + z * more
 
 
@@ -161,13 +183,14 @@ def straining(
     law: Any,
     mapped: MappedPoints,
     state: Any,
-    cells: FullCells | None = None,
+    cells: FullCells | GrowingCells | None = None,
     moving: bool = True,
     curving: bool = False,
 ) -> Bundle:
     """Build the loop over the points of a body that computes their velocity gradients, and from these new volumes and stresses.
 
-    law: material law; state: its state arrays; cells: full cells (cells that the fluid fills) with a mean pressure; moving:
+    law: material law; state: its state arrays; cells: full cells (cells that the fluid fills) with a mean
+    pressure; moving:
     True if points also move; curving: True if they move with the velocity u + ½Δt L u, for the nodal velocity u that strains
     them and its gradient L, so that points of a steady flow stay on its curved paths to second order. Fills the columns STORED,
     DISSIPATED, HEATING, POWER and RATE of the sums over points. mapped: the points.
@@ -176,7 +199,7 @@ def straining(
     full: Any = NoCells() if cells is None else cells
     declared = Declaration(
         gathers=MOTION_LIKE,
-        looks_up=() if cells is None else 0.0,
+        looks_up={NoCells: (), FullCells: 0.0, GrowingCells: (0.0, 0.0)}[type(full)],
         rule=GatherMotion(full, float(curving)),
         rule_reads=AtPosition(ZERO_VECTOR),
         sums=(STORED, DISSIPATED, POWER, HEATING),

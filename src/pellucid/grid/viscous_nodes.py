@@ -9,10 +9,10 @@ import numpy as np
 from pellucid.grid.momentum import sum_loads
 from pellucid.grid.nodal_conditions import MASS_EPS, apply_rule, find_rule
 from pellucid.grid.nodal_fields import with_fields
-from pellucid.grid.particle_to_grid import InternalForce, InternalForceRead
+from pellucid.grid.particle_to_grid import InternalForce, InternalForceInCells, InternalForceRead
 from pellucid.grid.passes.gifts import BySquare, by_slope, giving
 from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
-from pellucid.grid.points import HEATING, OK, POWER, MappedPoints, place_of
+from pellucid.grid.points import HEATING, OK, POWER, PRESSURE_CHANGE, FullCells, MappedPoints, NoCells, cell_at, place_of
 from pellucid.grid.stencil import gather_gradient
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import generic, kernel, point_function, pointwise
@@ -245,10 +245,12 @@ class Kept(NamedTuple):
 
 
 class StressByViscosity(NamedTuple):
-    """Operation at each point: computes the stress σ = 2μD + (λ + KΔt) tr(D) I from the strain rate D of the nodal velocity."""
+    """Operation at each point: computes the stress σ = 2μD + (λ tr(D) - q) I from the strain rate D of the nodal velocity, with
+    the change q of the pressure: that of the full cell (a cell that the fluid fills) that contains the point, or -KΔt tr(D)."""
 
     viscosity: Any  # `UniformViscosity`, or the `SecondViscosity` of points with their own shear viscosities
     stiffness: float  # K = ρc² of a pressure that is solved for [Pa], 0 without
+    cells: Any  # `FullCells` or `NoCells`
 
 
 @generic
@@ -266,6 +268,26 @@ def _of_point(viscosity, own):
     return own, viscosity.ratio * own + viscosity.constant
 
 
+@generic
+def change_of_pressure(cells: Any, lattice: Any, p: Any, change: float) -> tuple[float, float]:
+    """Return the change of the pressure of a point [Pa]: that of its full cell (a cell that the fluid fills), otherwise
+    `change`; and the share of its power, 0 or 1, that is summed over points.
+
+    cells: `FullCells` or `NoCells`; p: input values (`Read`).
+    """
+
+
+@point_function(change_of_pressure, NoCells)
+def _of_point_itself(cells, lattice, p, change):
+    return change, 1.0
+
+
+@point_function(change_of_pressure, FullCells)
+def _of_cell(cells, lattice, p, change):
+    cell = cell_at(lattice, p.position)
+    return (cells.found[cell, PRESSURE_CHANGE], 0.0) if cells.full[cell] else (change, 1.0)
+
+
 @point_function(gathered, StressByViscosity)
 def _gradient(rule, about, lattice, nodes, p, known):
     return gather_gradient(about, lattice, nodes.velocity)
@@ -276,11 +298,12 @@ def _stress(task, lattice, dt, p, known, g):
     mu, lam = implicit_viscosities(task.viscosity, p.viscosity)
     D, two_mu = symmetric_part(g), 2.0 * mu
     growth = D[0] + D[1] + D[2]
-    pressure = -task.stiffness * dt * growth
+    pressure, share = change_of_pressure(task.cells, lattice, p, -task.stiffness * dt * growth)
     bulk = lam * growth - pressure
     stress = (two_mu * D[0] + bulk, two_mu * D[1] + bulk, two_mu * D[2] + bulk, two_mu * D[3], two_mu * D[4], two_mu * D[5])
     compression = -p.volume * pressure * growth
-    return Found(Kept(stress), (p.volume * double_dot(stress, D) - compression, compression), 0.0, float(OK))
+    power = p.volume * double_dot(stress, D) - compression
+    return Found(Kept(stress), (power, share * compression), 0.0, float(OK))
 
 
 def straining_by_viscosity(
@@ -297,11 +320,13 @@ def straining_by_viscosity(
     viscosity: shear viscosity of each point [Pa s], shape (points,); None if all points have the same. stress: output [Pa],
     shape (points, 6). velocity: nodal velocities [m/s], in rows of four numbers, shape (4 nodes,).
     force: nodal rows to which the forces are added [N]. Fills the columns of the sums over points [W] with the power of
-    viscosity (POWER) and with the power Σ V KΔt tr(D)² of the change of pressure (HEATING). mapped: the points.
+    viscosity (POWER) and with the power of the change of pressure outside full cells (HEATING). mapped: the points.
     """
     points = mapped.points
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
-    gives = by_slope(InternalForce(), InternalForceRead(points.volume, stress, ()), force)
+    in_cells = not isinstance(rule.cells, NoCells)
+    reads = InternalForceRead(points.volume, stress, points.position if in_cells else ())
+    gives = by_slope(InternalForceInCells(rule.cells.found, PRESSURE_CHANGE) if in_cells else InternalForce(), reads, force)
     declared = Declaration(gathers=IDENTITY, sums=(POWER, HEATING))
     read, kept = Read(points.position, points.volume, () if viscosity is None else viscosity), Kept(stress)
     return pass_points(rule, declared, mapped._replace(nodes=nodes), read, kept, gives)

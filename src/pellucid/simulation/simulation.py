@@ -108,8 +108,9 @@ class Simulation:
                 if isinstance(body, Relaxable):
                     body.begin_relaxing(case.steady.mass_scaling)
         for field, bodies in self._on_grid.items():
-            self.parts.add(cell_pressures(field, bodies))
-            self.parts.add(implicit_viscosity(field, bodies, layout))
+            cells = cell_pressures(field, bodies)
+            self.parts.add(cells)
+            self.parts.add(implicit_viscosity(field, bodies, layout, cells))
             self.parts.add(even_points(field, bodies))
         self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:

@@ -15,7 +15,7 @@ from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
-from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
+from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault, GrowingCells
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.transfer import sum_momentum
@@ -62,7 +62,8 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
 
     def _make_bundles(self) -> None:
         super()._make_bundles()
-        self._strain = straining(self.law, self.mapped.content, self._state, self._cells, curving=self._curving)
+        cells = GrowingCells(self._cells) if self._cells is not None and self.implicit_stiffness > 0.0 else self._cells
+        self._strain = straining(self.law, self.mapped.content, self._state, cells, curving=self._curving)
         self._strain_at_rest: Bundle | None = None
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -80,6 +81,11 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
     def fills_cells(self) -> bool:
         """True if mean pressures of full cells act on the body: `cell_pressure` is on and no motion prescribes the body."""
         return self._model.cell_pressure and self.constraint is None
+
+    @property
+    def implicit_stiffness(self) -> float:
+        """Stiffness ρc² of a pressure that is solved for [Pa], else 0."""
+        return self.implicit_stress.stiffness
 
     @property
     def keeps_even(self) -> bool:

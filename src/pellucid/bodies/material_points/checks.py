@@ -169,10 +169,7 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
     if not body.material.flows:
         text = f"a material of kind {body.material.kind!r} has shear stresses, so `cell_pressure` cannot be used"
         yield Finding(here, text, remedy)
-    elif (found := body.material.implicit_stress()) is not None and found.stiffness > 0.0:
-        text = "the implicit pressure acts at each point, cell pressures as means of cells"
-        yield Finding(here, text, "remove cell_pressure, or material.implicit_pressure")
-    elif found is not None and 3.0 * found.lam + 2.0 * found.mu > 1e-12 * found.mu:
+    elif (found := body.material.implicit_stress()) is not None and 3.0 * found.lam + 2.0 * found.mu > 1e-12 * found.mu:
         text = "the implicit second viscosity is not compatible with cell pressures"
         yield Finding(here, text, "remove cell_pressure, or material.second_viscosity")
     elif body.is_rigid or is_driven(body.name, parts):
