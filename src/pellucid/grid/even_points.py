@@ -43,8 +43,8 @@ from pellucid.reductions import ordered_sum
 from pellucid.step.part import StepPart
 
 FILLING, SPREADING = 1.0, 0.5
-"""Relative correction of volumes, and diffusivity of the points in h², while the fastest point crosses a cell. With a FILLING of
-5, errors of the sums over points become pressures that stir the liquid: its velocities fluctuate two to four times as much."""
+"""Relative correction of volumes, and diffusivity of the points in h², while the fastest point crosses a cell. With a FILLING
+of 5, errors of sums over points become pressures that stir the liquid: velocities fluctuate two to four times as much."""
 LARGEST_SHIFT = 0.1
 """Largest shift along an axis in a step [cells]."""
 
