@@ -76,7 +76,7 @@ def viscous_bytes(case: "Case") -> float:
     these options need in addition to the grid."""
     stresses = {body.field: stress for body in case.body if (stress := body.implicit_stress) is not None}
     each = sum(bytes_of(ViscousRows) + (MODE_BYTES if stress.stiffness > 0.0 else 0) for stress in stresses.values())
-    return each * n_nodes(case) / len({body.field for body in case.body})
+    return each * n_nodes(case) / len({body.nodes_of for body in case.body})
 
 
 def table_bytes(case: "Case") -> float:
@@ -90,7 +90,7 @@ def n_nodes(case: "Case") -> float:
     if case.grid_or_none is None:
         return 0.0
     axes = zip(case.grid.counts(), case.grid.thin(), case.grid.is_periodic(), strict=True)
-    return len({body.field for body in case.body}) * prod(float(layers_of(*axis)) for axis in axes)
+    return len({body.nodes_of for body in case.body}) * prod(float(layers_of(*axis)) for axis in axes)
 
 
 def n_points(case: "Case") -> float:

@@ -19,6 +19,7 @@ from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
 from pellucid.case.stages import GravityAmplitude, SettleCase, StartCase, SteadyCase
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.bodies_as_walls import with_walls
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping
 from pellucid.conditions.enclosed.model import Enclosed
@@ -31,7 +32,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.rotating_frame import RotatingFrame
-from pellucid.conditions.support import Support, kept_out_of_walls
+from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
@@ -246,9 +247,7 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _keep_fluids_out_of_walls(self) -> Self:
-        x, y, z = self.thin
-        kept = kept_out_of_walls(self.body, self.support, (not x, not y, not z))
-        object.__setattr__(self, "body", tuple(kept))
+        object.__setattr__(self, "body", tuple(with_walls(self.body, self.motion, self.support, self.grid_or_none)))
         return self
 
     @check

@@ -1,4 +1,5 @@
-"""Walls defined by the shape of a support: fluids do not slip on the surface of the shape itself.
+"""Walls defined by the shape of a support or of a body whose motion is prescribed: fluids do not slip on the surface of the
+shape itself.
 
 A support that clamps the nodes in a region stops the fluid somewhere between the last clamped node and the next one. With
 the walls of this module, the nodes near the surface are free along the surface, and in each step receive the traction of a
@@ -20,22 +21,30 @@ Implicit viscosity: J_i is the impulse at the velocities u° before the step. It
 delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) along the surface, with w_i = μ A_i/h for cells
 of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady flow the term vanishes.
 
-Requirements: material points of viscous fluids; a velocity field that they share at most with rigid bodies and membranes; a
-support that does not end. A support that holds only some axes stops and drags fluids along these. Near a rigid body the nodes
-of the region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces and next to walls
-thinner than about a cell is also stopped.
+Bodies: the points of a body that acts as a wall have grid nodes of their own, so that fluids do not share momentum with them.
+The wall is the region that the body fills, moved with its points; its velocity is V + ω × (x - c) at the position x. It is
+found again when its surface has moved along the normal. Space behind a body that no fluid can reach counts as part of it, so
+that a wall around a fluid may be thin. The motions of the body receive the reaction.
+
+Requirements of supports: material points of viscous fluids; a velocity field that they share at most with rigid bodies and
+membranes; a support that does not end. A support that holds only some axes stops and drags fluids along these. Near a rigid
+body the nodes of the region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces and
+next to walls thinner than about a cell is also stopped.
 """
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.rigid.no_slip import NoSlip
-from pellucid.conditions.wall_surface import find_wall
-from pellucid.energy import IMPACT, SUPPORT, StepWork
+from pellucid.conditions.wall_surface import WallMaker, find_wall
+from pellucid.conditions.walls_of_bodies import BodyAsWall, EnclosedFluids, find_region
+from pellucid.energy import IMPACT, SUPPORT, StepWork, WorkLayout
+from pellucid.geometry.region import within
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import MASS_EPS
@@ -112,39 +121,93 @@ class NodalFluid(StepPart):
         return np.divide(product, volume, out=np.zeros(len(node)), where=volume > 0.0)
 
 
+class FluidWall(WallMaker, Protocol):
+    """Interface of a support or body that makes a wall: its region, its velocity, and the account of its reaction."""
+
+    slips: bool
+    """True if fluids slip on the surface."""
+
+    def velocity_at(self, place: np.ndarray) -> np.ndarray:
+        """Return the velocities of the wall at positions [m], shape (n, 3), continued rigidly beyond its surface: shape (n, 3),
+        or (3,) if it is uniform [m/s]."""
+
+    def account(self, impulse: np.ndarray, place: np.ndarray, layout: WorkLayout) -> StepWork:
+        """Return the reaction of the wall and its work. impulse: impulses of the wall on the fluid [N s] at the positions
+        `place` [m], shape (n, 3) each, which the velocity field counted as external; layout: order of the works."""
+
+
+class SupportAsWall:
+    """A support whose shape makes a wall."""
+
+    def __init__(self, support: "Support", row: int, region: Geometry, actions: NodalActions) -> None:
+        """row: index of the support among all supports; region: its region; actions: actions on the nodes of the fluids."""
+        self.row, self.axes, self.region, self.slips = row, support.axes(), region, support.slips()
+        self._velocity = actions.supports.velocity[row]
+
+    def faces_fluid(self, place: np.ndarray) -> np.ndarray:
+        return np.ones(len(place), bool)
+
+    def velocity_at(self, place: np.ndarray) -> np.ndarray:
+        return self._velocity
+
+    def account(self, impulse: np.ndarray, place: np.ndarray, layout: WorkLayout) -> StepWork:
+        done, total = layout.no_work(), impulse.sum(axis=0)
+        done.reactions[self.row] += total
+        done.impulse[:] -= total
+        done.works[[SUPPORT, IMPACT]] += float(total @ self._velocity)
+        return done
+
+
 class NoSlipWall(StepPart):
-    """Active condition of the no-slip wall that one support makes in one velocity field: fluid does not slip on the surface
-    of the support's region, wherever the surface lies between the nodes."""
+    """Active condition of the no-slip wall that one support or body makes in one velocity field: fluid does not slip on the
+    surface of its region, wherever the surface lies between the nodes."""
 
     def __init__(
         self,
         actions: NodalActions,
-        row: int,
-        region: Geometry,
+        maker: FluidWall,
         bodies: Bodies,
         fluid: NodalFluid,
         faces: "Sequence[Support]",
+        others: Sequence[BodyAsWall],
         assembly: Assembly,
     ) -> None:
-        """actions: actions on the nodes of the velocity field; row: index of the support in `faces`; region: region of the
-        support; bodies: bodies in the velocity field; fluid: mass and viscosity of its fluids at the nodes; faces: all
-        supports, split so that each acts on at most one face."""
-        self._actions, self._row, self._rigid, self._layout = actions, row, bodies.rigid, assembly.layout
-        self._field, grid = actions.field, actions.field.grid
-        self._fluid, self._no_slip = fluid, NoSlip(grid)
+        """actions: actions on the nodes of the velocity field; maker: support or body that makes the wall; bodies: bodies in
+        the velocity field; fluid: mass and viscosity of its fluids at the nodes; faces: all supports, split so that each acts
+        on at most one face; others: all bodies that act as walls on these fluids."""
+        self._actions, self._maker, self._rigid, self._layout = actions, maker, bodies.rigid, assembly.layout
+        self._field, self._faces, self._others = actions.field, faces, others
+        self._fluid, self._no_slip = fluid, NoSlip(actions.field.grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
-        self._velocity, self._slips = actions.supports.velocity[row], faces[row].slips()
-        self._axes = np.array(faces[row].axes(), float)
-        self._impulse = np.zeros(3)
-        self._wall = find_wall(self._no_slip, actions, row, region, faces)
-        self._marks = grid.nodes.constrained[self._wall.node].copy()
-        self._in_window = np.searchsorted(self._wall.window.node, self._wall.node)
-        self._acts = np.zeros(len(self._wall.node), bool)
+        self._slips, self._axes = maker.slips, np.array(maker.axes, float)
+        self.find()
+
+    def find(self) -> None:
+        """Find the nodes near the surface, for the present place of the region."""
+        self._wall = wall = find_wall(self._no_slip, self._actions, self._maker, self._faces, self._others)
+        self._marks = self._field.grid.nodes.constrained[wall.node].copy()
+        self._in_window = np.searchsorted(wall.window.node, wall.node)
+        self._acts, self._taken = np.zeros(len(wall.node), bool), np.zeros((len(wall.node), 3))
+        if isinstance(self._maker, BodyAsWall):
+            self._maker.stand(wall.feet[wall.known], wall.surface.normal[wall.known])
+
+    @property
+    def stands(self) -> bool:
+        return self._maker.row is not None
+
+    def fills(self, place: np.ndarray) -> np.ndarray:
+        grid = self._field.grid
+        x, y, z = grid.thin
+        return within(self._maker.region, place, (not x, not y, not z), grid.periods)
+
+    def restore_marks(self) -> None:
+        """Let the support constrain the nodes again that the wall freed."""
+        self._field.grid.nodes.constrained[self._wall.node] = self._marks
 
     @property
     def acts_anywhere(self) -> bool:
-        """True if there are nodes near the surface, on which the wall can act."""
-        return len(self._wall.node) > 0
+        """True if there are nodes near the surface, on which the wall can act, or may come near it."""
+        return len(self._wall.node) > 0 or self._maker.row is None
 
     def begin(self, time: float, dt: float) -> None:
         """Free the nodes near the surface, which the support constrains, for this step; nodes near rigid bodies stay
@@ -177,7 +240,8 @@ class NoSlipWall(StepPart):
     def before_momentum(self, dt: float) -> None:
         """Find the impulses of the surface traction over the step dt [s], from the velocities before the step."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
-        window, at = wall.window, wall.node
+        window, at, velocity_at = wall.window, wall.node, self._maker.velocity_at
+        self._velocity = velocity_at(wall.place)
         self._across = wall.across * self._acts[:, None]
         if self._slips:
             self._mass = domain.of_nodes(nodes.mass[at], at)
@@ -193,8 +257,13 @@ class NoSlipWall(StepPart):
         fluid = self._fluid.masses(window.node)
         near, near_known, full = no_slip.sample_as_points(window, old, fluid, wall.samples[0])
         far, far_known, _ = no_slip.sample_as_points(window, old, fluid, wall.samples[1])
-        far = np.where(wall.facing[:, None], wall.opposite, far * wall.signs[1]) - self._velocity
-        near, far_known = near * wall.signs[0] - self._velocity, np.where(wall.facing, 1.0, far_known)
+        places = [wall.feet + height[:, None] * wall.surface.normal for height in wall.heights]
+        opposite = wall.opposite
+        for number, body in enumerate(self._others):
+            facing = (wall.opposite_body == number)[:, None]
+            opposite = np.where(facing, body.velocity_at(places[1]), opposite)
+        far = np.where(wall.facing[:, None], opposite, far * wall.signs[1]) - velocity_at(places[1])
+        near, far_known = near * wall.signs[0] - velocity_at(places[0]), np.where(wall.facing, 1.0, far_known)
         sure = wall.surface.certainty * near_known
         self._yields = self._yielding(sure)
         slope = no_slip.slope_of_profile(wall.surface._replace(certainty=sure), near, far, far_known, wall.heights)
@@ -250,7 +319,7 @@ class NoSlipWall(StepPart):
         strain, stopped = nodes.strain_velocity, across.any(axis=1)
         strain[at] += np.sum((self._velocity - strain[at]) * across, axis=1)[:, None] * across
         self._field.strain_as_moved(at[stopped])
-        self._impulse = domain.of_nodes(taken, at).sum(axis=0)
+        self._taken = domain.of_nodes(taken, at)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
         """Return the impulses on the nodes [N s], shape (n, 3), after nodes whose volume is only partly filled by points
@@ -264,13 +333,42 @@ class NoSlipWall(StepPart):
         return np.asarray(impulse - rest + weights.T @ (rest / np.maximum(total, MASS_EPS)[:, None]))
 
     def work(self) -> StepWork:
-        """Return the reaction of the wall and its work; the impulse is counted as a reaction of the support instead of an
-        external impulse of the velocity field."""
-        done = self._layout.no_work()
-        done.reactions[self._row] += self._impulse
-        done.impulse[:] -= self._impulse
-        done.works[[SUPPORT, IMPACT]] += float(self._impulse @ self._velocity)
-        return done
+        """Return the reaction of the wall and its work; the impulse is counted as a reaction of the support or of the motions
+        of the body instead of an external impulse of the velocity field."""
+        return self._maker.account(self._taken, self._wall.place, self._layout)
+
+
+class MovingWalls(StepPart):
+    """The walls of one velocity field of which at least one is a body. All walls are found again when the surface of a body has
+    moved, since walls act on each other's nodes."""
+
+    def __init__(self, walls: Sequence[NoSlipWall], bodies: Sequence[BodyAsWall], enclosed: EnclosedFluids) -> None:
+        self._walls, self._bodies, self._enclosed = walls, bodies, enclosed
+        self._name = f"turns of {enclosed.name}"
+
+    def begin(self, time: float, dt: float) -> None:
+        found = [body.find_turn() for body in self._bodies]
+        if any(turn is not None for turn in found):
+            self._move([body.turn if turn is None else turn for body, turn in zip(self._bodies, found, strict=True)])
+
+    def before_momentum(self, dt: float) -> None:
+        for body in self._bodies:
+            body.begin_step()
+
+    def _move(self, turns: Sequence[Turn]) -> None:
+        for wall in self._walls:
+            wall.restore_marks()
+        for body, turn in zip(self._bodies, turns, strict=True):
+            body.move(turn)
+        self._enclosed.fill_behind(self._bodies)
+        for wall in self._walls:
+            wall.find()
+
+    def state_numbers(self) -> dict[str, Any]:
+        return {self._name: [[part.tolist() for part in body.turn] for body in self._bodies]}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        self._move([Turn(*(np.array(part) for part in turn)) for turn in numbers[self._name]])
 
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[StepPart]:
@@ -279,15 +377,26 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[Ste
     found: list[StepPart] = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
-        models, bodies = [member.model for member in members], _sorted(members)
-        chosen = [(row, one) for row, one in enumerate(supports) if one.acts_as_wall_among(models)]
-        fluid, walls = NodalFluid(bodies, actions) if chosen else None, list[NoSlipWall]()
-        for row, support in chosen:
-            if fluid is not None and (shape := support.wall_of_fluids()) is not None:
-                wall = NoSlipWall(actions, row, shape.geometry(), bodies, fluid, supports, assembly)
-                walls += [wall] if wall.acts_anywhere else []
-        actions.field.walls = walls
-        found += [fluid, *walls] if fluid is not None and walls else []
+        models, bodies, name = [member.model for member in members], _sorted(members), actions.field.name
+        makers: list[FluidWall] = [
+            SupportAsWall(one, row, shape.geometry(), actions)
+            for row, one in enumerate(supports)
+            if one.acts_as_wall_among(models) and (shape := one.wall_of_fluids()) is not None
+        ]
+        led = [
+            BodyAsWall(member, region, actions)
+            for member in assembly.bodies.values()
+            if member.model.is_wall and member.model.field == name
+            if (region := find_region(member, actions.field.grid)) is not None
+        ]
+        if makers or led:
+            fluid, shapes = NodalFluid(bodies, actions), [maker.region for maker in makers]
+            enclosed = EnclosedFluids(name, actions.field.grid, shapes, bodies.fluids)
+            enclosed.fill_behind(led)
+            walls = [NoSlipWall(actions, maker, bodies, fluid, supports, led, assembly) for maker in (*makers, *led)]
+            walls = [wall for wall in walls if wall.acts_anywhere]
+            actions.field.walls = walls
+            found += [*([MovingWalls(walls, led, enclosed)] if led else []), fluid, *walls] if walls else []
     return found
 
 

@@ -1,7 +1,7 @@
 """Prescribed motions of points in a run: they constrain the points of a body, and the nodes to which these points
 contribute."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Reason, refuse
 from pellucid.geometry.region import chosen_nodes, faults
+from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.grid.transfer import scatter_listed
@@ -19,7 +20,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesMotions, TakesNormalMotions
-from pellucid.parts.constraint import LeadsPoints, RepeatedConstraint
+from pellucid.parts.constraint import LeadsPoints, RepeatedConstraint, RigidRates
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
@@ -111,6 +112,16 @@ class PrescribedPoints(StepPart, RepeatedConstraint, LeadsPoints):
         driven = self.body.arrays["driven"]
         axes = np.concatenate([np.zeros((1, 3), np.int64), self._axes])
         return np.asarray(axes[driven] * driven[:, None])
+
+    def placement(self) -> Turn:
+        moved = self.body.stored_array("position")[:1] - self.body.stored_array("start")[:1]
+        return Turn(np.eye(3), np.zeros(3), moved[0])
+
+    def prescribed_rates(self) -> RigidRates:
+        return RigidRates(self._velocity[0], np.zeros(3), np.zeros(3))
+
+    def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
+        return {self.names[0]: self._axes[0] * impulse[:3]}, {}
 
     def release_nodes(self, nodes: np.ndarray) -> None:
         """Exclude nodes of the grid (numbers, shape (k,)) from the constraint by points with a prescribed motion. Only

@@ -364,10 +364,11 @@ class Support(Condition):
 
     def acts_as_wall_among(self, bodies: Sequence[BodyModel]) -> bool:
         """Return True if the shape of the support stops the fluids of a velocity field with these bodies at its surface: the
-        field has fluids, which must be viscous unless they slip on the shape, and beside them only rigid bodies and
-        membranes."""
+        field has fluids, which must be viscous unless they slip on the shape, and beside them only rigid bodies, membranes
+        and bodies that act as walls themselves."""
         if self.wall_of_fluids() is None:
             return False
+        bodies = [body for body in bodies if not body.is_wall]
         flows = [body.is_fluid and not body.is_rigid and (self.slips() or body.shear_viscosity > 0.0) for body in bodies]
         rest = (body for one, body in zip(flows, bodies, strict=True) if not one)
         return any(flows) and all(body.is_rigid or body.is_surface for body in rest)
@@ -411,18 +412,6 @@ class Support(Condition):
         if isinstance(self.where, tuple):
             raise ValueError(f"a support of the faces {listed(self.where)} is on more than one face; call on_each_face() first")
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
-
-
-def kept_out_of_walls(bodies: Sequence[BodyModel], supports: Sequence[Support], active: ActiveAxes) -> list[BodyModel]:
-    """Return the bodies of a case; of fluids, copies that leave out the shapes of the supports that stop them along all axes
-    that are `active` (the grid is more than one cell thick)."""
-    whole = [one for one in supports if one.holds_all(active) or one.slips()]
-    kept = []
-    for body in bodies:
-        of_field = [other for other in bodies if other.field == body.field]
-        walls = [one.wall_of_fluids() for one in whole if body.is_fluid and one.acts_as_wall_among(of_field)]
-        kept.append(body.keep_out_of([shape.geometry() for shape in walls if shape is not None]))
-    return kept
 
 
 def on_each_face(supports: Sequence[Support]) -> list[Support]:

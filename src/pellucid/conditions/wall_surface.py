@@ -1,10 +1,10 @@
 """Surface of a region of the grid at which a fluid does not slip, described at the nodes near it."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
+from scipy import ndimage
 from scipy.sparse import csr_array
 
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
@@ -18,22 +18,43 @@ if TYPE_CHECKING:
 
 SAMPLES = 4  # samples in a cell along each axis, for the filled fraction of nodes
 MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
-BISECTIONS = 40  # bisections to find the distance from the surface
+PAIRS_OF_BISECTIONS = 20  # to find the distance from the surface
 PER_CELL = 4  # positions in a cell at which opposite walls are looked for
 NEAR_A_WALL = 2.0  # cells from another wall within which the velocity of the fluid is not interpolated
 LEAST_HELD = 0.8  # smallest part of a normal along the axes that a support holds, with which the support stops a fluid there
 STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 
 Inside = Callable[[np.ndarray], np.ndarray]
+ZERO = (0.0, 0.0, 0.0)
+
+
+class WallMaker(Protocol):
+    """Interface of a support or body whose region acts as a wall of fluids."""
+
+    @property
+    def row(self) -> int | None:
+        """Index of the support among all supports, split so that each acts on at most one face; None for a body."""
+
+    @property
+    def axes(self) -> tuple[bool, bool, bool]:
+        """Axes along which the wall stops and drags fluids."""
+
+    @property
+    def region(self) -> Geometry:
+        """Region of the wall in this step."""
+
+    def faces_fluid(self, place: np.ndarray) -> np.ndarray:
+        """Return a mask of the positions outside the surface [m], shape (n, 3), that fluids may reach, shape (n,)."""
 
 
 class WallSurface(NamedTuple):
     """Surface of a region on which a fluid does not slip, described by data at the nodes near it."""
 
     node: np.ndarray  # (n,) numbers of the nodes, ascending
-    held: np.ndarray  # (n,) mask of the nodes that the support holds
+    place: np.ndarray  # (n, 3) their positions [m]
+    held: np.ndarray  # (n,) mask of the nodes in the region, which have the velocity of the wall across the surface
     across: np.ndarray  # (n, 3) unit vector along which a node does not move relative to the wall; zero if there is none
-    released: np.ndarray  # (n, 3) mask of the axes along which only this support holds the nodes
+    released: np.ndarray  # (n, 3) mask of the axes along which only the support of the wall holds the nodes
     surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
     share: np.ndarray  # (n,) part of each node within faces that the surface meets
@@ -41,15 +62,20 @@ class WallSurface(NamedTuple):
     window: Window  # box of nodes around `node`, for interpolation at `samples`
     heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
     facing: np.ndarray  # (n,) mask of the nodes for which the second is the distance of another wall
-    opposite: np.ndarray  # (n, 3) velocity of that wall [m/s]
-    samples: list[np.ndarray]  # two arrays (n, 3): positions at these distances [m]
+    opposite: np.ndarray  # (n, 3) velocity of that wall if it is a support [m/s]
+    opposite_body: np.ndarray  # (n,) its index among the bodies that act as walls, else -1
+    feet: np.ndarray  # (n, 3) positions on the surface next to the nodes [m]
+    known: np.ndarray  # (n,) mask of the nodes for which the surface was found
+    samples: list[np.ndarray]  # two arrays (n, 3): positions at these distances [m], mirrored into the domain
     signs: list[np.ndarray]  # two arrays (n, 3): factors of sampled velocities, -1 along the normal of a mirror plane, else 1
     neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
 
 
-def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
-    """Return the surface of a region, described at the nodes near it that are free or that the support with index `row`
-    constrains. no_slip: computes surfaces on the grid; actions, faces: as in `NoSlipWall.__init__`."""
+def find_wall(
+    no_slip: NoSlip, actions: NodalActions, maker: WallMaker, faces: "Sequence[Support]", bodies: Sequence[WallMaker]
+) -> WallSurface:
+    """Return the surface of the region of a wall (`maker`), described at the nodes near it that are free or that the support of
+    the wall constrains. no_slip: computes surfaces on the grid; actions, faces, bodies: as in `NoSlipWall.__init__`."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
     x, y, z = grid.thin
@@ -71,34 +97,41 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
                 by_faces[on, face[0]] = mirrors[face] = True
             else:
                 clamped |= on & along.any()
-    marks = grid.nodes.constrained[index]
-    open_axes = np.array(active) & ~by_faces
-    wanted = open_axes & np.array(faces[row].axes())
-    held = np.all((marks == row + 1) | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
-    free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
+    for body in bodies:
+        if body is not maker:
+            clamped |= within(body.region, _mirrored(place, lower, upper, mirrors)[0], active, periods)
 
     def contains(at: np.ndarray) -> np.ndarray:
-        return within(region, _mirrored(at, lower, upper, mirrors)[0], active, periods)
+        return within(maker.region, _mirrored(at, lower, upper, mirrors)[0], active, periods)
 
     half = 0.5 * (DEGREES[grid.case.functions] + 1)
     inside = contains(place)
-    mixed = np.zeros(len(place), bool)
-    for steps in np.ndindex(*np.where(active, 5, 1)):
-        by = np.where(active, np.array(steps) - 2, 0) * cell
-        mixed |= contains(place + by) != inside
-    chosen = np.flatnonzero(mixed & (held | free))
+    marks = grid.nodes.constrained[index]
+    open_axes = np.array(active) & ~by_faces
+    wanted = open_axes & np.array(maker.axes)
+    free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
+    if maker.row is None:
+        held = free & inside
+    else:
+        held = np.all((marks == maker.row + 1) | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
+    chosen = np.flatnonzero(_is_near(contains, inside, place, lower, cell, active) & (held | free))
     filled, slope = _find_shares(no_slip, contains, place[chosen], cell, half, active)
     steepness = np.linalg.norm(slope, axis=1)
     keep = (steepness > LEAST_SLOPE) & (filled > 0.0) & (filled < 1.0)
+    if maker.row is None:  # no support constrains nodes that lie deeper
+        keep |= held[chosen]
     chosen, filled, slope, steepness = chosen[keep], filled[keep], slope[keep], steepness[keep]
-    normal, most = -slope / steepness[:, None], half * cell * np.sqrt(len(axes))
-    distance, found = _distances(contains, place[chosen], normal, most)
+    normal, most = -slope / np.maximum(steepness, LEAST_SLOPE)[:, None], half * cell * np.sqrt(len(axes))
+    distance, found = find_distances(contains, place[chosen], normal, most)
     # few samples fill nodes far outside: the normal is found again on the surface
     slope = _find_shares(no_slip, contains, place[chosen] - distance[:, None] * normal, cell, half, active)[1]
     steepness_there = np.linalg.norm(slope, axis=1)
     normal = -slope / np.maximum(steepness_there, LEAST_SLOPE)[:, None]
-    distance, again = _distances(contains, place[chosen], normal, most)
+    distance, again = find_distances(contains, place[chosen], normal, most)
     found &= again
+    on_surface = place[chosen] - distance[:, None] * normal
+    wet = maker.faces_fluid(_mirrored(on_surface + cell / PER_CELL * normal, lower, upper, mirrors)[0])
+    found &= wet
     node = index[chosen]
     of_plane = no_slip.functions(np.zeros(1))[0]
     certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
@@ -106,38 +139,66 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
     # a face that the surface meets cuts off a part of the area of a node; a face behind the surface does not
     of_grid = np.prod(1.0 + (no_slip.shares_along(node) - 1.0) * (1.0 - normal**2), axis=1)
-    area = steepness / cell * grid.cell_volume * of_grid
-    on_surface = place[chosen] - distance[:, None] * normal
-    walls = Walls(faces, active, periods, lower, upper, mirrors)
-    gap, opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
-    facing = np.isfinite(gap)
+    area = np.where(wet, steepness / cell * grid.cell_volume * of_grid, 0.0)
+    walls = Walls(faces, bodies, active, periods, lower, upper, mirrors)
+    opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
+    facing = np.isfinite(opposite.gap)
     heights = [
-        np.where(facing, np.minimum(no_slip.heights[0], 0.5 * gap), no_slip.heights[0]),
-        np.where(facing, gap, no_slip.heights[1]),
+        np.where(facing, np.minimum(no_slip.heights[0], 0.5 * opposite.gap), no_slip.heights[0]),
+        np.where(facing, opposite.gap, no_slip.heights[1]),
     ]
     places = [on_surface + height[:, None] * normal for height in heights]
     samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
-    released = held[chosen, None] & wanted[chosen] & (marks[chosen] == row + 1)
+    released = held[chosen, None] & wanted[chosen] & (maker.row is not None and marks[chosen] == maker.row + 1)
     neighbours = _neighbours(no_slip, node, active)
     stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
-    across = normal * np.array(faces[row].axes())
+    across = normal * np.array(maker.axes)
     size = np.linalg.norm(across, axis=1)
     across[~stopped | (size < LEAST_HELD)] = 0.0
     across /= np.maximum(size, LEAST_HELD)[:, None]
-    state = (node, held[chosen], across, released, surface, filled, of_grid, area, window)
-    return WallSurface(*state, heights, facing, opposite, list(samples), list(signs), neighbours)
+    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, area, window)
+    sides = (heights, facing, opposite.velocity, opposite.body, on_surface, found)
+    return WallSurface(*state, *sides, list(samples), list(signs), neighbours)
+
+
+def _is_near(
+    contains: Inside, inside: np.ndarray, place: np.ndarray, lower: np.ndarray, cell: float, active: ActiveAxes
+) -> np.ndarray:
+    """Return a mask of the nodes with the surface of a region between them and a node at most two cells away along each active
+    axis, shape (n,).
+
+    contains: function that returns which positions lie in the region; inside: its result at the nodes, shape (n,); place:
+    positions of all nodes of the grid [m], shape (n, 3); lower: lower corner of the grid [m]; cell: cell size [m].
+    """
+    margin = np.where(active, 2, 0)
+    at = np.where(active, np.rint((place - lower) / cell), 0).astype(int) + margin
+    box = np.stack(np.meshgrid(*(np.arange(n) for n in at.max(axis=0) + margin + 1), indexing="ij"), axis=-1)
+    around = contains((place[0] + (box - at[0]) * cell).reshape(-1, 3)).reshape(box.shape[:3])
+    size = (2 * margin + 1).tolist()
+    least, most = ndimage.minimum_filter(around, size=size), ndimage.maximum_filter(around, size=size)
+    return np.asarray(np.where(inside, ~least[tuple(at.T)], most[tuple(at.T)]))
+
+
+class Opposite(NamedTuple):
+    """Walls opposite the surface of a wall, for n positions on it."""
+
+    gap: np.ndarray  # (n,) distances [m], infinite if there is none
+    velocity: np.ndarray  # (n, 3) velocities of supports [m/s]
+    body: np.ndarray  # (n,) index among the bodies that act as walls, else -1
 
 
 class Walls:
-    """All walls of a velocity field on which fluids do not slip: shapes of supports, and faces that supports hold.
+    """All walls of a velocity field on which fluids do not slip: shapes of supports, faces that supports hold, and bodies.
 
-    faces: all supports, split so that each acts on at most one face; active: axes along which the grid is more than one cell
-    thick; periods: of the grid [m]; lower, upper: corners of the grid [m]; mirrors: as in `_mirrored`.
+    faces: all supports, split so that each acts on at most one face; bodies: bodies that act as walls; active: axes along which
+    the grid is more than one cell thick; periods: of the grid [m]; lower, upper: corners of the grid [m]; mirrors: as in
+    `_mirrored`.
     """
 
     def __init__(
         self,
         faces: "Sequence[Support]",
+        bodies: Sequence[WallMaker],
         active: ActiveAxes,
         periods: Vector,
         lower: np.ndarray,
@@ -146,36 +207,48 @@ class Walls:
     ) -> None:
         self._active, self._periods, self._ends, self._mirrors = active, periods, (lower, upper), mirrors
         whole = [one for one in faces if one.holds_all(active)]
-        self._shapes = [(shape.geometry(), one.velocity) for one in whole if (shape := one.wall_of_fluids()) is not None]
-        self._faces = [
+        shapes = [(shape.geometry(), one.velocity) for one in whole if (shape := one.wall_of_fluids()) is not None]
+        held = [
             (*face, one.velocity)
             for one in whole
             if (face := one.face()) is not None and one.body is None and one.until is None
         ]
+        self._walls: list[tuple[Inside, Vector, int]] = [
+            *((self._in_region(region), velocity, -1) for region, velocity in shapes),
+            *((self._beyond_face(axis, end), velocity, -1) for axis, end, velocity in held),
+            *((self._in_region(body.region), ZERO, number) for number, body in enumerate(bodies)),
+        ]
 
-    def find_opposite(self, start: np.ndarray, normal: np.ndarray, cell: float, most: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distances of the walls that lie opposite the surface of a wall, along its normals, shape (n,) [m],
-        infinite if there is none within the distance `most` [m], and their velocities, shape (n, 3) [m/s]. start: positions on
-        the surface [m], shape (n, 3); normal: unit normals, shape (n, 3); cell: cell size [m]."""
-        gap, velocity = np.full(len(start), np.inf), np.zeros((len(start), 3))
+    def find_opposite(self, start: np.ndarray, normal: np.ndarray, cell: float, most: float) -> Opposite:
+        """Return the walls that lie opposite the surface of a wall, along its normals, within the distance `most` [m].
+        start: positions on the surface [m], shape (n, 3); normal: unit normals, shape (n, 3); cell: cell size [m]."""
+        gap, velocity, number = np.full(len(start), np.inf), np.zeros((len(start), 3)), np.full(len(start), -1)
         apart = cell / PER_CELL
-        for step in range(round(most / apart)):
-            at = start + step * apart * normal
-            for wall in (*self._shapes, *self._faces):
-                new = np.flatnonzero(np.isinf(gap) & self._contains(wall, at + apart * normal))
-                if not len(new):
-                    continue
-                beyond = _distances(partial(self._contains, wall), at[new], -normal[new], apart)[0]
-                # close to the surface rounding may place the start inside its own wall
-                gap[new], velocity[new] = step * apart + beyond if step else 0.0, np.asarray(wall[-1], float)
-        return np.where(gap > 0.0, gap, np.inf), velocity
+        steps = np.arange(round(most / apart))
+        at = start + steps[:, None, None] * apart * normal
+        nearest = np.full(len(start), len(steps))
+        for contains, moving, body in self._walls:
+            inside = contains((at + apart * normal).reshape(-1, 3)).reshape(len(steps), -1)
+            first = np.where(inside.any(axis=0), inside.argmax(axis=0), len(steps))
+            new = np.flatnonzero(first < nearest)
+            if not len(new):
+                continue
+            nearest[new] = first[new]
+            beyond = find_distances(contains, at[first[new], new], -normal[new], apart)[0]
+            # close to the surface rounding may place the start inside its own wall
+            gap[new] = np.where(first[new] > 0, first[new] * apart + beyond, 0.0)
+            velocity[new], number[new] = np.asarray(moving, float), body
+        return Opposite(np.where(gap > 0.0, gap, np.inf), velocity, number)
 
-    def _contains(self, wall: tuple[Any, ...], place: np.ndarray) -> np.ndarray:
-        place = _mirrored(place, *self._ends, self._mirrors)[0]
-        if len(wall) == 2:
-            return within(wall[0], place, self._active, self._periods)
-        axis, end, _ = wall
-        return place[:, axis] > self._ends[1][axis] if end else place[:, axis] < self._ends[0][axis]
+    def _in_region(self, region: Geometry) -> Inside:
+        return lambda place: within(region, _mirrored(place, *self._ends, self._mirrors)[0], self._active, self._periods)
+
+    def _beyond_face(self, axis: int, end: int) -> Inside:
+        def beyond(place: np.ndarray) -> np.ndarray:
+            place = _mirrored(place, *self._ends, self._mirrors)[0]
+            return np.asarray(place[:, axis] > self._ends[1][axis] if end else place[:, axis] < self._ends[0][axis])
+
+        return beyond
 
 
 def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -239,7 +312,7 @@ def _find_shares(
     return filled, slope
 
 
-def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
+def find_distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the signed distances of the positions `place` [m], shape (n, 3), from the surface of a region along given unit
     normals, shape (n, 3): in metres, positive outside. Also return a mask of the positions that have a surface within the
     distance `most` [m]. contains: function that returns which positions lie in the region."""
@@ -247,8 +320,12 @@ def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: fl
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)
     found = contains(place + (sign * high)[:, None] * normal) != inside
-    for _ in range(BISECTIONS):
+    for _ in range(PAIRS_OF_BISECTIONS):
         middle = 0.5 * (low + high)
-        same = contains(place + (sign * middle)[:, None] * normal) == inside
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+        at = np.stack([0.5 * (low + middle), middle, 0.5 * (middle + high)])
+        quarter, half, most_of = contains((place + (sign * at)[:, :, None] * normal).reshape(-1, 3)).reshape(at.shape) == inside
+        low, high = (
+            np.select([half & most_of, half, quarter], [at[2], middle, at[0]], low),
+            np.select([half & most_of, half, quarter], [high, at[2], middle], at[0]),
+        )
     return -sign * 0.5 * (low + high), found

@@ -9,19 +9,21 @@ the centre of a cell and constant between the last centre and a wall:
 1. The specific volume V/m of the points loses the part that the cells cannot represent: (1 - S)² V/m, where S maps means over
    the cells back to the points, S s = Σ_c N_c Σ_q m_q N_c s_q / Σ_q m_q N_c. The total volume and linear fields remain. The
    squared operator leaves waves of some cells almost unchanged.
-2. The volumes approach the space that the points have, with the relative error e_c = Σ_p V_p N_c/V_c - 1 of the cells: V is
-   multiplied by 1 - FILLING r e, where r is the step times the largest speed per cell. The pressure then drives points from
-   crowded to sparse cells, and no cell gains or loses volume in the course of time.
+2. The volumes approach the space that the points have, with the relative error e_c = Σ_p V_p N_c/V_c - 1 of the cells with
+   the volumes V_c: V is multiplied by 1 - FILLING r e, where r is the step times the largest speed per cell. The pressure then
+   drives points from crowded to sparse cells, and no cell gains or loses volume in the course of time.
 3. Points move by -SPREADING r h² ∇e, at most by LARGEST_SHIFT of a cell along an axis. They take the velocity of their new
    place, v + C δ, with the affine field C of APIC, so that the field of velocities remains. (Position correction: Baumgarten &
    Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589; shifting by Fick's law: Lind et al. 2012, J. Comput. Phys. 231, 1499.)
 
 Momentum and energy are conserved: the mean of m C δ is subtracted from the velocities of the points, and the change of the
 kinetic energy is taken from their internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts
-as filled if a cell within two cells has no points: the surface of the liquid is there, or a wall that cuts cells.
+as filled if a cell within two cells has no points: the surface of the liquid is there. Where the shape of a wall cuts cells,
+V_c = ∫N_c dV over the space outside the shape; cells with little such space are not corrected.
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -47,6 +49,12 @@ FILLING, SPREADING = 1.0, 0.5
 of 5, errors of sums over points become pressures that stir the liquid: velocities fluctuate two to four times as much."""
 LARGEST_SHIFT = 0.1
 """Largest shift along an axis in a step [cells]."""
+
+
+SAMPLES = 4
+"""Number of samples along an axis of a cell that a wall may cut."""
+LEAST_SPACE = 0.25
+"""Smallest part of a cell outside of walls with which it is corrected."""
 
 
 class EvenCells(NamedTuple):
@@ -189,6 +197,9 @@ class EvenPoints(StepPart):
         x, y, z = (np.arange(n) * stride for n, stride in zip(counts, strides, strict=True))
         self._index = x[:, None, None] + y[None, :, None] + z[None, None, :]
         self._cells = allocate(EvenCells, grid.n_nodes)
+        self._walls, self._space = field.walls, np.ones(counts)
+        if self._walls:
+            self._space = self._find_space()
         self._values = {body: np.zeros(len(body.arrays["mass"])) for body in bodies}
         self._shifts = {body: np.zeros((len(body.arrays["mass"]), 3)) for body in bodies}
         self._moving = {body: moving(body.mapped.content, Shift(shift)) for body, shift in self._shifts.items()}
@@ -214,19 +225,55 @@ class EvenPoints(StepPart):
         for body in self._others:
             self._sum(body, body.arrays["volume"], total)
         domain.spread(total)
-        filled = total[self._index]
-        error = filled / self._grid.cell_volume - 1.0
-        if np.any(empty := filled == 0.0):
+        filled = total[self._index] / self._grid.cell_volume
+        if not all(wall.stands for wall in self._walls):
+            self._space = self._find_space()
+        has_space = self._space >= LEAST_SPACE
+        error = np.divide(filled, self._space, out=np.ones_like(filled), where=has_space) - 1.0
+        if np.any(empty := has_space & (filled == 0.0)):
             np.maximum(error, 0.0, out=error, where=self._near(empty))
         self._cells.error[self._index] = error
 
-    def _near(self, found: np.ndarray) -> np.ndarray:
-        """Return a mask of the cells that have a cell of the mask `found` within two cells."""
+    def _find_space(self) -> np.ndarray:
+        """Return the integrals of the functions of the cells over the space outside of walls, over the volume of a cell."""
+        grid = self._grid
+        middle = grid.lattice.lower + (np.indices(grid.lattice.counts).reshape(3, -1).T + 0.5) * grid.lattice.cell
+
+        def outside(by: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+            place = middle[chosen] + by * grid.lattice.cell
+            return ~np.any([wall.fills(place) for wall in self._walls], axis=0)
+
+        every = np.ones(len(middle), bool)
+        uniform = outside(np.zeros(3), every).reshape(grid.lattice.counts)
+        near = (self._near(uniform, 1) & self._near(~uniform, 1)).ravel()
+        steps = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
+        total, count = np.zeros(grid.lattice.counts), 0
+        for by in product(*(np.zeros(1) if thin else steps for thin in grid.thin)):
+            free = uniform.astype(float).ravel()
+            free[near] = outside(np.array(by), near)
+            part = free.reshape(grid.lattice.counts)
+            for axis, share in enumerate(by):
+                part = self._shared(part, axis, share)
+            total, count = total + part, count + 1
+        return total / count
+
+    def _shared(self, values: np.ndarray, axis: int, share: float) -> np.ndarray:
+        """Return values of cells, of which a part |share| goes to the next cells along an axis, or back if it is negative; at
+        walls of the grid it stays."""
+        given = np.roll(values, 1 if share > 0.0 else -1, axis)
+        if not self._grid.periodic[axis]:
+            last, first = (-1, 0) if share > 0.0 else (0, -1)
+            np.moveaxis(given, axis, 0)[first] = 0.0
+            np.moveaxis(given, axis, 0)[last] += np.moveaxis(values, axis, 0)[last]
+        return (1.0 - abs(share)) * values + abs(share) * given
+
+    def _near(self, found: np.ndarray, cells: int = 2) -> np.ndarray:
+        """Return a mask of the cells that have a cell of the mask `found` within a number of cells, 1 or 2."""
         for axis, (thin, periodic) in enumerate(zip(self._grid.thin, self._grid.periodic, strict=True)):
             if thin:
                 continue
             before, found = found, found.copy()
-            for distance in (-2, -1, 1, 2):
+            for distance in (-2, -1, 1, 2) if cells == 2 else (-1, 1):
                 moved = np.roll(before, distance, axis)
                 if not periodic:
                     np.moveaxis(moved, axis, 0)[slice(0, distance) if distance > 0 else slice(distance, None)] = False

@@ -29,6 +29,13 @@ class ShapedWall(Protocol):
     """Interface of a wall that acts on the nodes near the surface of a shape, and that implicit viscosity must take into
     account."""
 
+    @property
+    def stands(self) -> bool:
+        """True if the shape does not move."""
+
+    def fills(self, place: np.ndarray) -> np.ndarray:
+        """Return a mask of the positions [m], shape (n, 3), that the shape contains, shape (n,)."""
+
     def constrain(self, rows: ViscousRows) -> None:
         """Change the masses and velocities of the nodes in the equations of implicit viscosity, for the step at hand."""
 

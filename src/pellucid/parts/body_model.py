@@ -4,10 +4,13 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from pydantic import PrivateAttr
+
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial, ImplicitStress
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
@@ -48,6 +51,8 @@ class BodyModel(StartOfBody):
     kind: str
     name: str = name_parameter("name of the body, used for its files and in probes")
     field: str = name_parameter(FIELD_MEANING, "common")
+
+    _is_wall: bool = PrivateAttr(default=False)
 
     if TYPE_CHECKING:  # each kind declares them among its own keys, in the order of the reference
         material: BodyMaterial
@@ -118,6 +123,34 @@ class BodyModel(StartOfBody):
         """Return a copy of the settings of a fluid that leaves out the parts of the body inside walls; of other bodies, the
         settings themselves."""
         return self
+
+    @property
+    def may_be_wall(self) -> bool:
+        """True for a solid that fills a region of its own, and can thus act as a wall of fluids if its motion is prescribed."""
+        return False
+
+    def wall_region(self, grid: GridCase) -> Geometry | None:
+        """Return the region that a solid fills at the start, else None; called on the model that `with_others` returns."""
+        return None
+
+    @property
+    def is_wall(self) -> bool:
+        """True if the body acts as a wall on the fluids of its velocity field: fluids do not slip on its surface, and its
+        points have grid nodes of their own."""
+        return self._is_wall
+
+    def as_wall(self, is_wall: bool) -> Self:
+        """Return a copy of the settings with this value of `is_wall`, or the settings themselves if it is the same."""
+        if is_wall == self._is_wall:
+            return self
+        aware = self.model_copy()
+        aware._is_wall = is_wall
+        return aware
+
+    @property
+    def nodes_of(self) -> str:
+        """Name of the set of grid nodes that the body shares with others: the velocity field, except for walls of fluids."""
+        return f"walls of {self.field}" if self.is_wall else self.field
 
     @property
     def remedy_for_node_contact(self) -> str:

@@ -1,11 +1,13 @@
 """Constraints that prescribe the motion of all points of a body, and bodies whose points can be constrained."""
 
 from abc import abstractmethod
-from typing import Protocol
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from pellucid.contact.contact_body import ContactResponse
+from pellucid.geometry.shapes.rotation import Turn
 
 
 class PointConstraint(Protocol):
@@ -23,6 +25,29 @@ class PointConstraint(Protocol):
 
     def prescribe_positions(self) -> None:
         """Overwrite the positions of the points with the prescribed positions after the points moved."""
+
+
+class RigidRates(NamedTuple):
+    """Velocity field of a rigid motion over a step."""
+
+    velocity: np.ndarray  # (3,) velocity of the centre [m/s]
+    turn: np.ndarray  # (3,) angular velocity [rad/s]
+    centre: np.ndarray  # (3,) position of the centre [m]
+
+
+@runtime_checkable
+class PrescribesWhole(Protocol):
+    """Interface of a constraint that can prescribe the whole motion of a body, which is then a rigid motion."""
+
+    def placement(self) -> Turn:
+        """Return the rigid motion from the initial positions of the points to the present ones."""
+
+    def prescribed_rates(self) -> RigidRates:
+        """Return the prescribed velocities over the step, once the step has begun."""
+
+    def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
+        """Divide impulses and angular impulses about the centre on the body, shape (6,) [N s, N m s], among the motions that
+        prescribe these components; return both by the name of the motion, shape (3,) each."""
 
 
 class RepeatedConstraint(PointConstraint):

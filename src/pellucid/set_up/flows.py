@@ -9,6 +9,7 @@ from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.case import Case
 from pellucid.case.sections import parts_of
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.bodies_as_walls import is_led, is_thin
 from pellucid.conditions.enclosed.foretold import membrane_at_start
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.open_faces.columns import OpenFace, opening_of
@@ -35,6 +36,29 @@ def flow_warnings(case: Case) -> Iterator[str]:
     yield from _profiles_without_effect(case)
     yield from _impossible_tensions(case)
     yield from _closed_vents(case)
+    yield from _stopped_before_bodies(case)
+
+
+def _stopped_before_bodies(case: Case) -> Iterator[str]:
+    """Yield a warning for each body whose prescribed motion stops a fluid before its surface, since it is thin or other solids
+    share the velocity field; otherwise it would be a wall. Membranes are not reported: bodies that move push them."""
+    x, y, z = case.thin
+    active = (not x, not y, not z)
+    for body in case.body:
+        together = [other for other in case.body if other.field == body.field]
+        fluids = [other.name for other in together if other.shear_viscosity > 0.0]
+        if not fluids or body.is_rigid or body.is_wall or not is_led(body, case.motion, active):
+            continue
+        others = listed([o.name for o in together if not (o.shear_viscosity > 0.0 or is_led(o, case.motion, active))])
+        thin = listed([o.name for o in together if is_led(o, case.motion, active) and is_thin(o, case.body, case.grid)])
+        why = f"{others} shares their velocity field" if others else f"{thin} is thinner than a cell"
+        remedy = f"Set another `field` for {others}" if others else f"Use a smaller grid.cell, or make {thin} thicker"
+        if not any(other.is_surface for other in together):
+            yield (
+                f"{listed(fluids)} stops up to a cell before the surface of body {body.name}, whose motion is prescribed, "
+                f"because {why}. {remedy}, or set `rigid = true` for {body.name}, with `hold_rotation` in its motion and "
+                'time.transfer = "apic".'
+            )
 
 
 def _label(what: str, name: str | None, number: int) -> str:

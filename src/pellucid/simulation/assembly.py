@@ -45,10 +45,11 @@ Built = dict[str, tuple[Body, VelocityField | None]]
 
 
 def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
-    """Return the models of the bodies of a case, grouped by the name of their velocity field."""
+    """Return the models of the bodies of a case, grouped by the name of their velocity field; bodies that act as walls of the
+    fluids in their velocity field form a group of their own."""
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
-        members.setdefault(model.field, []).append(model)
+        members.setdefault(model.nodes_of, []).append(model)
     return members
 
 

@@ -212,12 +212,16 @@ def _pairs_of(
     other by their triangles, which store the side of each contact.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
-    named = {tuple(built[name][1] for name in contact.between): contact for contact in case.contact}
+    of_bodies = {body.name: body.field for body in case.body}
+    names = {built[name][1]: of_field for name, of_field in of_bodies.items()}
+    named = {tuple(of_bodies[name] for name in contact.between): contact for contact in case.contact}
     pairs, touching = list[ContactPair](), list[Touch]()
     for one, other in combinations(fields, 2):
-        if (other, one) in named:  # so that the first is the first named
+        if names[one] == names[other]:  # a wall of fluids acts on them by its surface
+            continue
+        if (names[other], names[one]) in named:  # so that the first is the first named
             one, other = other, one
-        contact = named.get((one, other))
+        contact = named.get((names[one], names[other]))
         found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         serve = (

@@ -100,3 +100,41 @@ def test_the_surface_of_a_disc_of_points_is_found_from_all_nodes_that_it_reaches
     assert error.std() < 0.09
     assert surface.curvature == pytest.approx(1 / 5.0, rel=0.1)
     assert np.sum(surface.normal * arm, axis=1)[outside] == pytest.approx(radius[outside], rel=0.03)
+
+
+def test_the_surface_of_a_disc_that_planes_of_symmetry_cut():
+    """A quarter of a disc: on the planes, too, it is found as at the whole disc."""
+    disc = {"name": "disc", "shape": {"cylinder": {"centre": [0.0, 0.0, 0.0], "radius": 5.3}}, "points_per_cell": (3, 3, 1)}
+    disc |= {"material": SOLID, "cut_at": ["x-lower", "y-lower"]}
+    planes = [{"where": ["x-lower", "y-lower"], "fix": "normal"}]
+    made = case(disc, counts=(10, 10, 1), functions="quadratic-bspline", support=planes)
+    body = Simulation(made, threads=1).bodies[0]
+    grid, filled = body.velocity_field.grid, np.zeros((body.velocity_field.grid.n_nodes, 3))
+    points = body.on_grid
+    scatter_vectors(points.n_slabs, points.mapped, np.outer(body.arrays["volume"], [1.0, 0.0, 0.0]), filled)
+    no_slip, reached = NoSlip(grid), np.flatnonzero(filled[:, 0] > 1e-12)
+    place = grid.find_positions(reached)
+    radius = np.hypot(place[:, 0], place[:, 1])
+    window = no_slip.find_window(reached)
+    surface = no_slip.find_surface(window, filled[window.node, 0] / (grid.cell_volume * window.share), place)
+    for chosen in (radius > 4.8, (radius > 4.8) & (place[:, :2].min(axis=1) < 0.1)):
+        assert np.abs(surface.distance - (radius - 5.3))[chosen].max() < 0.2
+        assert np.sum(surface.normal * place, axis=1)[chosen] == pytest.approx(radius[chosen], rel=0.01)
+    found = no_slip.curvature_of(window, reached, surface.normal, surface.certainty, surface.distance)
+    assert found == pytest.approx(1.0 / 5.3, rel=0.15)
+
+
+def test_the_shape_of_a_rigid_body_moves_with_it():
+    oil = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
+    oil |= {"eos": {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}}
+    liquid = box((0, 0, 0), (12, 8, 0), oil, (2, 2, 1), name="oil", outside=["block"])
+    block = box((4, 3, 0), (7, 5, 0), SOLID, (2, 2, 1), rigid=True, velocity=(0.5, 0.0, 0.0))
+    how = {"functions": "quadratic-bspline", "transfer": "apic", "end": 100.0}
+    sim = Simulation(case(liquid, block, counts=(12, 8, 1), **how), threads=1)
+    for _ in range(5):
+        sim.step()
+    before = sim.bodies[1].arrays["position"].mean(axis=0)
+    sim.step()
+    lower, upper = sim.bodies[1].constraint.nodes.region.bounds()
+    assert before[0] > 5.51
+    assert 0.5 * (lower + upper)[:2] == pytest.approx(before[:2], abs=1e-9)

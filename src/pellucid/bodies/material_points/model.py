@@ -47,6 +47,10 @@ class MaterialPointsCase(SeededBody):
     separate_points: ClassVar[bool] = True
 
     @property
+    def may_be_wall(self) -> bool:
+        return not self.material.flows
+
+    @property
     def deforms_in_contact(self) -> bool:
         """True for solids, which have contact by their surface; a fluid has no surface of its own."""
         return not self.material.flows

@@ -24,7 +24,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.geometry.region import Shape, images, within
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.rotation import Shifted
+from pellucid.geometry.shapes.rotation import Remainder, Shifted
 from pellucid.geometry.surfaces.quadrilaterals import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
@@ -145,6 +145,10 @@ class SeededBody(DampedModel):
                 x, y, z = way.tolist()
                 found.append(Shifted(shape=other, by=(x, y, z)) if way.any() else other)
         return found
+
+    def wall_region(self, grid: GridCase) -> Geometry | None:
+        left_out = self._left_out_in(grid)
+        return Remainder(shape=self.occupied(), left_out=tuple(left_out)) if left_out else self.occupied()
 
     def excluded_bodies(self) -> tuple[str, ...]:
         return self.outside

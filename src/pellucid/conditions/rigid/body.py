@@ -1,6 +1,6 @@
 """Rigid body in a run: the motion follows from the momentum and angular momentum of its points, or is prescribed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,19 +15,22 @@ from pellucid.conditions.rigid.kinematics import (
     matrix_of,
     rates_of,
     resultant,
+    rotation_between,
     spun,
     turn_freely,
 )
 from pellucid.conditions.rigid.motions import Leads, RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.rigid.nodes import RigidNodes
+from pellucid.conditions.walls_of_bodies import ENDLESS, MovedRegion, find_region
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
+from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import CarriesRotation
-from pellucid.parts.constraint import RigidConstraint
+from pellucid.parts.constraint import RigidConstraint, RigidRates
 from pellucid.parts.families import GridBody
 from pellucid.step.part import StepPart
 
@@ -82,6 +85,7 @@ class RigidBody(RigidConstraint):
         no_slip = None if alone or not isinstance(transfer, Apic) else NoSlip(actions.field.grid)
         how = self._walls, alone, transfer.flip, before, no_slip
         self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, *how)
+        self._region = None if no_slip is None else find_region(member, actions.field.grid)
         self._dt = self._loss = self.mixing = self.own_energy = 0.0
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)
@@ -107,6 +111,18 @@ class RigidBody(RigidConstraint):
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Add forces [N] that act over the coming step at positions `place` [m], shape (m, 3) each."""
         self._pushed.append((place, force))
+
+    def placement(self) -> Turn:
+        m, x, start = self.body.arrays["mass"][:, None], self.body.arrays["position"], self.body.arrays["start"]
+        before, after = centre_of(m, start), centre_of(m, x)
+        return Turn(rotation_between(m, start - before, x - after), before, after)
+
+    def prescribed_rates(self) -> RigidRates:
+        rates = self.leads.rates
+        return RigidRates(rates[:3], rates[3:], centre_of(self.body.arrays["mass"][:, None], self.body.arrays["position"]))
+
+    def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
+        return self.leads.shares(impulse)
 
     def moves_freely(self) -> bool:
         return not self.leads.is_whole
@@ -177,6 +193,8 @@ class RigidBody(RigidConstraint):
         pushes, self._pushed, self._loads = [*touching, *self._loads], [], []
         strength = sum((push.strength for push in pushes), np.zeros(6))
         given = dt * motions.momentum_of(strength)
+        if self._region is not None:
+            self.nodes.region = MovedRegion.of(self._region, self.placement(), ENDLESS, None)
         new = self.nodes.hold(self._centre, arm, motions, self._inertia, old * motions.sizes, given)
         self._push_works[:] = 0.0
         mean = 0.5 * (old + new / motions.sizes)

@@ -17,6 +17,15 @@ def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
 
 
+def rotation_between(mass: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix, (3, 3), that turns positions `before` relative to a centre into positions `after`, shape
+    (n, 3) each [m], with the smallest mean square error weighted by masses [kg], shape (n, 1) (Kabsch 1976)."""
+    rows = np.array([[np.sum(mass[:, 0] * a * b) for b in after.T] for a in before.T])
+    left, _, right = np.linalg.svd(rows)
+    signs = np.array([1.0, 1.0, np.linalg.det(left) * np.linalg.det(right)])
+    return np.asarray((right.T * signs) @ left.T)
+
+
 def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Return the angular momentum [N m s], (3,), of masses [kg], shape (n, 1), at positions `arm` relative to the centre [m]
     with velocities [m/s], shape (n, 3) each."""

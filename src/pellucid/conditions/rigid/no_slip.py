@@ -15,7 +15,8 @@ for steady shear flow around a rotating cylinder.
 Distance and normal follow from the fraction f of the volume of a node that the body fills: a plane face at the distance d
 gives a known profile f(d). On a curved face the shape functions also average over the tangential plane: the surface appears
 farther away by h²κ v/2, where h is the cell size and v the variance of the shape functions in cells. κ is averaged over the
-surface.
+surface. Where the shape of the body is known, distances along the normals are those of the shape: from the points, balls of
+four to six cells in the radius appear smaller by 0.03 to 0.06 cells.
 """
 
 from collections.abc import Sequence
@@ -47,7 +48,7 @@ class Surface(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A box of nodes. It may extend across the faces of a periodic grid; beyond a wall the nodes on the wall are repeated."""
+    """A box of nodes. It may extend across the faces of a periodic grid; at other faces it is mirrored."""
 
     node: np.ndarray  # (m,) node numbers, ascending, each once
     place: np.ndarray  # (nx, ny, nz) index in `node` of each node of the box
@@ -177,6 +178,10 @@ class NoSlip:
         for i in np.flatnonzero(~self._thin):
             divergence += np.gradient(dense[..., i], axis=i)
             whole &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
+            if not self._periodic[i]:  # mirror images beyond a face have other normals
+                index = np.arange(window.first[i], window.last[i] + 1)
+                shape = np.where(np.arange(3) == i, -1, 1)
+                whole &= ((index > 0) & (index < self._counts[i] - 1)).reshape(shape)
         return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
@@ -206,7 +211,8 @@ class NoSlip:
         compared with its neighbours, as beyond a free surface.
         """
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
-        inside = np.all((s >= 0.0) & (s <= self._counts - 1) | self._thin | self._periodic, axis=1)
+        inside = (s >= -ROUNDING) & (s <= self._counts - 1 + ROUNDING) | self._thin | self._periodic
+        inside = np.all(inside, axis=1)
         of_nodes = mass[window.place]
         least, most = of_nodes, of_nodes
         for axis in np.flatnonzero(~self._thin):
@@ -316,7 +322,9 @@ class NoSlip:
         return 0.5 * (below - above)
 
     def _node(self, at: np.ndarray) -> np.ndarray:
-        """Return the numbers of nodes from their indices along the axes, shape (..., 3); indices beyond a wall give the
-        node on the wall."""
-        within = np.where(self._periodic, np.mod(at, self._counts), np.clip(at, 0, self._counts - 1))
+        """Return the numbers of the nodes from their indices along the axes, shape (..., 3); beyond a face of the grid, which
+        may be a plane of symmetry, those of their mirror images."""
+        last = self._counts - 1
+        mirrored = np.clip(last - np.abs(last - np.abs(at)), 0, last)
+        within = np.where(self._periodic, np.mod(at, self._counts), mirrored)
         return within @ self._strides

@@ -34,14 +34,17 @@ lost by the impulses is that of an impact without rebound.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.conditions.rigid.motions import SMALL, RigidMotions, RigidWalls, inertia_at
 from pellucid.conditions.rigid.no_slip import NoSlip
+from pellucid.conditions.wall_surface import find_distances
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, MASS_EPS, free_axes
@@ -50,6 +53,7 @@ from pellucid.grid.transfer import scatter_vectors
 from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # weight of clamped nodes within the grid, relative to the mass of all nodes
+SURFACE_WITHIN = 2.0  # cells from a node within which its surface is looked for
 ROUNDING = 1e-13  # relative to the momentum of the nodes
 LEAST_SHARE = 0.01  # smallest fraction of inertia: of other bodies at an outer node; of the body, with E and supports
 LEAST_OTHERS = 1e-6  # smallest fraction of a node's mass for which the velocity of other bodies is known
@@ -109,6 +113,8 @@ class RigidNodes:
         self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
         self._no_slip = no_slip
         self._clear = Clearing(STEP, grid.rows, self._sums)
+        self.region: Geometry | None = None
+        """Region that the body fills in this step, which defines its surface; None if only its points are known."""
         self.led_impulse = np.zeros(6)
         """Sum of the impulses on the nodes, in the six components of a rigid motion, without those of forces and walls.
         In prescribed components, the prescribed motions exert it."""
@@ -208,6 +214,8 @@ class RigidNodes:
         self._given = motions.given
         self._motions = motions.at(self._arms(centre))
         filled = self._share / (self._density * self._field.grid.cell_volume)
+        if self._no_slip is not None:  # a face of the grid, such as a plane of symmetry, cuts off a part of a node
+            filled /= self._no_slip.share_in_grid(self._at)
         self._outer = (filled < FILLED_HALF_A_CELL_OUTSIDE[self._field.grid.case.functions])[:, None] & (not self._alone)
         self._goal, self._slip, self._normal, follows = (np.zeros((len(self._at), n)) for n in (3, 3, 3, 1))
         self._part_from_others(centre, motions, follows)
@@ -277,9 +285,15 @@ class RigidNodes:
         )
         velocity = np.where(mass[:, None] > MASS_EPS, old, 0.0)
         velocity[np.searchsorted(window.node, at)] = self._base
-        filled = body_mass / (self._density * self._field.grid.cell_volume)
+        filled = body_mass / (self._density * self._field.grid.cell_volume * window.share)
         place = self._field.grid.find_positions(at[near])
         surface = no_slip.find_surface(window, filled, place)
+        if (region := self.region) is not None:
+            most = SURFACE_WITHIN * self._field.grid.lattice.cell
+            x, y, z = self._field.grid.thin
+            inside = partial(region.contains, active=(not x, not y, not z))
+            distance, found = find_distances(inside, centre + self._arms(centre)[near], surface.normal, most)
+            surface = surface._replace(distance=np.where(found, distance, surface.distance))
         relative, known = [], []
         for height in no_slip.heights:
             out = (height - surface.distance)[:, None] * surface.normal

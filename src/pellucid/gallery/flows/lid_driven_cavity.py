@@ -22,8 +22,8 @@ PLACES = np.linspace(0.02, 0.98, 97)
 
 def reynolds(run: Run) -> int:
     """Return the Reynolds number of the case; ValueError if there is no reference for it."""
-    material = run.case.body[0].material
-    found = round(float(material.density / material.viscosity))
+    body = run.case.body[0]
+    found = round(body.material.density / body.shear_viscosity)
     if found not in KNOWN:
         raise ValueError(f"Reynolds number {found}: there are references for {' and '.join(map(str, KNOWN))}")
     return found
@@ -38,7 +38,7 @@ def reference(number: int) -> tuple[Array, Array, Array]:
 def profile(place: Array, value: Array, cell: float) -> Array:
     """Return values at PLACES along a line by least squares of a parabola around each, with the weights of a Gaussian one cell
     wide. place, value: of the points within a cell of the line, shape (n,)."""
-    found = []
+    found = list[float]()
     for at in PLACES:
         off = place - at
         root = np.exp(-0.5 * (off / cell) ** 2)
@@ -51,7 +51,7 @@ def frames(run: Run) -> tuple[Array, Array]:
     """Return u on the vertical and v on the horizontal centre line at PLACES in each of the last frames, shape (frames, n)."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
-    us, vs = [], []
+    us, vs = list[Array](), list[Array]()
     for time in times[times >= LAST * times[-1]]:
         fields = run.fields(name, float(time), names=("position", "velocity"))
         x, v = np.asarray(fields["position"]), np.asarray(fields["velocity"])

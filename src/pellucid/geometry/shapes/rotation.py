@@ -158,6 +158,25 @@ class Rotated(Geometry):
         return self.turn.forth(points), volumes
 
 
+class Remainder(Geometry):
+    """A shape without the parts inside other shapes."""
+
+    shape: Geometry = parameter("", "shape from which others are removed")
+    left_out: tuple[Geometry, ...] = parameter("", "shapes that are removed")
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.shape.bounds()
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        inside = self.shape.contains(points, active)
+        for other in self.left_out:
+            inside &= ~other.contains(points, active)
+        return inside
+
+    def measure(self, active: ActiveAxes) -> float:
+        return self.shape.measure(active)
+
+
 class Shifted(Geometry):
     """A shape translated by a vector."""
 
