@@ -215,8 +215,10 @@ class ImplicitViscosity(StepPart):
             for body, factors in zip(bodies, self._factors, strict=True)
         ]
         self._point_viscosities = [self._viscosity_of_points(body) for body in bodies]
-        self._of_direction = [self._pass(body, self._rows.direction) for body in bodies]
-        self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
+        self._of_direction, self._of_solution = (
+            (velocity, [self._pass(body, velocity) for body in bodies])
+            for velocity in (self._rows.direction, self._rows.solution)
+        )
         stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
         self._presses = stiffness > 0.0
         self._cells = cells if self._presses else ()
@@ -370,14 +372,14 @@ class ImplicitViscosity(StepPart):
     def longest_step(self) -> float:
         return self._longest
 
-    def _map(self, passes: Sequence[Bundle], dt: float) -> None:
+    def _map(self, of: tuple[np.ndarray, Sequence[Bundle]], dt: float) -> None:
         """Compute the viscous stresses of the points in a nodal velocity field, and add their forces to the nodal array of
-        viscous forces.
+        viscous forces, after those of the implicit pressure in full cells (cells that a fluid fills).
 
-        passes: for each body, the loop over its points (see `straining_by_viscosity`), which also holds the velocity field.
+        of: the velocities, and for each body the loop over its points (see `straining_by_viscosity`).
         """
-        if self._cells and dt > 0.0:  # before the points, since sums of nodes go on from process to process
-            velocity = self._rows.direction if passes is self._of_direction else self._rows.solution
+        velocity, passes = of
+        if dt > 0.0:  # before the points, since sums of nodes go on from process to process
             self._cell_power = sum(cells.press(velocity, dt, self._rows.viscous_force) for cells in self._cells)
         for one in passes:
             each_point(one, dt, FIRST)
