@@ -365,3 +365,19 @@ def test_mean_pressures_of_cells_solve_the_same_equations():
         found.append(advance(Simulation(case(body, **how, support=walls)), 1).bodies[0].field("density"))
     assert found[0].mean() > 1.005
     assert found[0] == pytest.approx(found[1], rel=2e-4)
+
+
+def test_liquids_under_gravity_come_to_rest_with_mean_pressures_of_cells():
+    """The heavier one flows below the other. Forces of the pressures of single points would keep both in motion for ever."""
+    thick = THIN | {"viscosity": 0.02}
+    heavy, light = thick | {"density": 2.0, "eos": TAIT | {"sound_speed": 10.0}}, thick | {"eos": TAIT | {"sound_speed": 14.0}}
+    left = box((0, 0, 0), (0.5, 1, 0.1), heavy, (2, 2, 1), "heavy", cell_pressure=True)
+    right = box((0.5, 0, 0), (1, 1, 0.1), light, (2, 2, 1), "light", cell_pressure=True)
+    how = {"counts": (10, 10, 1), "cell": 0.1, "functions": "quadratic-bspline", "transfer": "apic", "scheme": "usl"}
+    walls = [{"where": ["x-lower", "x-upper", "y-lower", "y-upper"]}]
+    sim, kinetic = Simulation(case(left, right, **how, support=walls, gravity=(0, -1, 0), end=9.0)), []
+    while sim.time < 9.0:
+        sim.step()
+        kinetic.append(sim.kinetic_energy())
+    assert kinetic[-1] < 0.1 * max(kinetic)
+    assert abs(sim.budget.conservation()["energy"]) < 1e-13

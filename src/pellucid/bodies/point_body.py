@@ -22,6 +22,8 @@ from pellucid.grid.points import (
     STORED,
     Fault,
     FullCells,
+    GrowingCells,
+    NoCells,
     fault_at_held_face,
 )
 from pellucid.jit.bundle import Bundle
@@ -43,7 +45,7 @@ class PointBody(GridBody):
     n_slabs: int
     _affine: np.ndarray | None
     """Affine velocity fields about the points (APIC), or None."""
-    _cells: FullCells | None
+    _cells: FullCells | GrowingCells | None
     """Full cells whose mean pressures act on the points, or None."""
     contact_surface: ContactSurface | None = None
     """Contact surface of the body; None if contact is computed on the grid nodes."""
@@ -56,6 +58,13 @@ class PointBody(GridBody):
         if not self.storage.is_spread:
             return super().mass
         return fsum(part for parts in domain.group.each(exact_parts(self.storage.present("mass"))) for part in parts)
+
+    @property
+    def full_cells(self) -> NoCells | FullCells:
+        """Full cells (cells that the fluid fills) whose mean pressures act on the body; `NoCells` without."""
+        if self._cells is None:
+            return NoCells()
+        return self._cells.cells if isinstance(self._cells, GrowingCells) else self._cells
 
     # totals
 
@@ -75,8 +84,8 @@ class PointBody(GridBody):
         self._collect_momentum_sums(self.storage.sums())
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
-        if self._cells is not None:
-            self._cells.found[:, SHIFT] = 0.0
+        if isinstance(cells := self.full_cells, FullCells):
+            cells.found[:, SHIFT] = 0.0
         self.update_stress(0.0, move=False)  # no strain: computes the energies and the step limit
 
     def _collect_momentum_sums(self, sums: np.ndarray) -> None:

@@ -21,14 +21,16 @@ from pellucid.grid.points import (
     AFFINE,
     FIELD_ENERGY,
     GAINED,
+    GROWTH,
     KEPT,
     LOSS,
     LUMPING,
+    SHIFT,
     VECTORS,
     FullCells,
+    GrowingCells,
     InOrder,
     MappedPoints,
-    NoCells,
     PointArrays,
 )
 from pellucid.grid.transfer import scatter_vectors
@@ -72,7 +74,7 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
         self._stencil = max(function.stencil for function in functions)
         self.transfer = velocity_transfer
         self._nodes = velocity_field.grid.nodes
-        self._cells: FullCells | None = None
+        self._cells: FullCells | GrowingCells | None = None
         self.arrays = arrays
         arrays["velocity"][:there, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
@@ -158,24 +160,22 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
         """
         return self._nodes.forces
 
-    @property
-    def full_cells(self) -> NoCells | FullCells:
-        """Full cells (cells that the fluid fills) whose mean pressures act on the body; `NoCells` without."""
-        return NoCells() if self._cells is None else self._cells
-
-    def share_cells(self, cells: FullCells) -> None:
+    def share_cells(self, cells: FullCells | GrowingCells) -> None:
         """Use mean pressures for full cells (cells that the fluid fills) instead of pressures of single points. cells: data of
-        these cells; see `pellucid.grid.full_cells`.
+        these cells, `GrowingCells` with an implicit pressure; see `pellucid.grid.full_cells`.
         """
         self._cells = cells
         self._make_bundles()
 
     def apply_volume_correction(self, dt: float) -> None:
         """Add to the internal energy the work of the pressure on the difference between the volume change of the points and
-        the volume change of full cells (cells that the fluid fills) in a step dt [s].
+        the volume change of full cells (cells that the fluid fills) in a step dt [s]; for an implicit pressure on the latter.
         """
-        if self.keeps_heat and self._cells is not None:
-            full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.arrays["internal_energy"], dt)
+        if self.keeps_heat and isinstance(cells := self.full_cells, FullCells):
+            column = GROWTH if isinstance(self._cells, GrowingCells) else SHIFT
+            full_cells.apply_volume_correction(
+                self.n_slabs, self.mapped, cells.found, column, self.arrays["internal_energy"], dt
+            )
             self.totals.stored += float(self.storage.sums()[GAINED])  # for USF, as in `end_grid_to_particle`
 
     @property

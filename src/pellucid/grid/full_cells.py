@@ -20,8 +20,9 @@ Implicit pressure (`pellucid.grid.implicit_viscosity`). In long steps single poi
 divergences that the nodes do not resist. Therefore all points of a full cell grow at the rate D_c/W_c of the cell and of its
 holes, with their volume W_c, and their pressure changes by -K_c Δt D_c/W_c, where K_c is the mean of ρc² over their volumes.
 (W_c instead of Q_c: a single point in a cell of strong flow would grow many times too fast.) The forces of this change are
-its integral over the cell, as those of p_c. This is the projected divergence of finite elements (B-bar: Hughes 1980, Int. J.
-Numer. Methods Eng. 15, 1413), with one value in each cell.
+its integral over the cell, as those of p_c. The points exert no other pressures: forces of p_p - p_c would do work along
+divergences that change no volume, and stir a liquid under gravity. This is the projected divergence of finite elements (B-bar:
+Hughes 1980, Int. J. Numer. Methods Eng. 15, 1413), with one value in each cell.
 
 A cell is full if it contains points and each cell around it contains points or is a hole. A hole is a cell without points
 whose face neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour
@@ -50,6 +51,7 @@ from pellucid.grid.points import (
     STIFFNESSES,
     VOLUMES,
     FullCells,
+    GrowingCells,
     cell_of,
     place_of,
 )
@@ -140,7 +142,7 @@ def sum_cells(s, mapped, stiffness, sums):
 
 
 @parallel_loop()
-def apply_volume_correction(s, mapped, found, energy, dt):
+def apply_volume_correction(s, mapped, found, column, energy, dt):
     """Correct the specific internal energy `energy` [J/kg], shape (points,), of the points of slab s (a block of grid
     cells): subtract the work of each point's pressure on the volume growth over the step dt [s] that the point lacks
     compared with its full cell (a cell that the fluid fills). Stores the energy gained by the slab in the column GAINED of
@@ -152,7 +154,7 @@ def apply_volume_correction(s, mapped, found, energy, dt):
     gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        shift = found[cell_of(mapped.lattice, points.position, p), SHIFT]
+        shift = found[cell_of(mapped.lattice, points.position, p), column]
         more = -dt * points.volume[p] * _pressure(points.stress, p) * shift
         energy[p] += more / points.mass[p]
         gained += more
@@ -410,7 +412,7 @@ class Filling(Protocol):
 
     @property
     def nodal_forces(self) -> np.ndarray: ...
-    def share_cells(self, cells: FullCells) -> None: ...
+    def share_cells(self, cells: FullCells | GrowingCells) -> None: ...
     def apply_volume_correction(self, dt: float) -> None: ...
 
 
@@ -428,7 +430,7 @@ class CellPressure(StepPart):
         self._nodes, self._powers, self._bodies = grid.nodes, np.zeros((len(edges) - 1, 1)), bodies
         self._implicit = any(body.implicit_stiffness > 0.0 for body in bodies)
         for body in bodies:
-            body.share_cells(self.cells)
+            body.share_cells(GrowingCells(self.cells) if self._implicit else self.cells)
 
     def clear_nodes(self) -> None:
         """Reset the sums over the points of each cell (volume, pressure times volume, growth rate of the volume) to zero

@@ -20,7 +20,7 @@ from pellucid.grid.passes.gifts import (
     scatter,
 )
 from pellucid.grid.passes.points_pass import arrays_in
-from pellucid.grid.points import PRESSURE, FullCells, MappedPoints, cell_of
+from pellucid.grid.points import PRESSURE, FullCells, GrowingCells, MappedPoints, cell_of
 from pellucid.jit import point_function, pointwise
 from pellucid.jit.columns import moved
 from pellucid.jit.rows import symmetric_at_point, tensor_at_point, vector_at_point
@@ -60,6 +60,14 @@ class InternalForceInCells(NamedTuple):
 
     found: np.ndarray  # see `FullCells`
     column: int  # column of `found` with the pressure p: PRESSURE, or PRESSURE_CHANGE with an implicit stress σ
+
+
+class InternalForceWithoutPressure(NamedTuple):
+    """Contribution -V σ' ∇N of a point to the nodal forces [N], with its volume V and stress σ; in a full cell (a cell that the
+    fluid fills), σ' is σ without its mean, since the forces of the pressure of the cell are added separately, see
+    `pellucid.grid.full_cells`."""
+
+    full: np.ndarray  # see `FullCells`
 
 
 class InternalForceRead(NamedTuple):
@@ -124,6 +132,18 @@ def _internal_force_in_cells(rule, lattice, points, p):
     return _times_volume(points.volume[p], x, y, z)
 
 
+@point_function(given, InternalForceWithoutPressure)
+def _internal_force_without_pressure(rule, lattice, points, p):
+    x, y, z = symmetric_at_point(points.stress, p)
+    pressure = 0.0
+    if rule.full[cell_of(lattice, points.position, p)]:
+        pressure = -(points.stress[p, 0] + points.stress[p, 1] + points.stress[p, 2]) / 3.0
+    x += row(pressure, 0.0, 0.0, 0.0)
+    y += row(0.0, pressure, 0.0, 0.0)
+    z += row(0.0, 0.0, pressure, 0.0)
+    return _times_volume(points.volume[p], x, y, z)
+
+
 def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None = None) -> ByValue:
     """Return the P2G contribution of the momentum of a body's points to the nodal rows `inertia`.
 
@@ -134,11 +154,15 @@ def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None
     return by_value(rule, read, mapped.nodes.inertia)
 
 
-def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> BySlope:
+def internal_force_of(mapped: MappedPoints, cells: FullCells | GrowingCells | None = None) -> BySlope:
     """Return the P2G contribution of the internal forces of a body's points to the nodal rows `forces`; cells: full cells
     (cells that the fluid fills), whose mean pressure acts separately; mapped: the points."""
     read = InternalForceRead(mapped.points.volume, mapped.points.stress, () if cells is None else mapped.points.position)
-    rule = InternalForce() if cells is None else InternalForceInCells(cells.found, PRESSURE)
+    rule: Any = InternalForce()
+    if isinstance(cells, GrowingCells):
+        rule = InternalForceWithoutPressure(cells.cells.full)
+    elif cells is not None:
+        rule = InternalForceInCells(cells.found, PRESSURE)
     return by_slope(rule, read, mapped.nodes.forces)
 
 
@@ -146,7 +170,9 @@ class ParticleToGrid:
     """P2G of a body: maps mass, momentum and internal forces of its points to the nodes. affine, cells: see `inertia_of` and
     `internal_force_of`."""
 
-    def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
+    def __init__(
+        self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | GrowingCells | None = None
+    ) -> None:
         force = internal_force_of(mapped, cells)
         self._both = giving(mapped, Both(inertia_of(mapped, 1.0, affine), force))
         self._momentum = giving(mapped, Both(inertia_of(mapped, 0.0, affine), force))  # the same kernel gives it

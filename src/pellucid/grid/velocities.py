@@ -24,12 +24,14 @@ from pellucid.grid.points import (
     RATES,
     SPEED,
     FullCells,
+    GrowingCells,
     MappedPoints,
+    cell_at,
 )
 from pellucid.grid.stencil import gather, gather_gradient, gather_scalar
 from pellucid.grid.transfer_heat import affine_energy, affine_functions, affine_functions_like, kept_heat, lumping_heat, renewed
 from pellucid.grid.velocity_transfer import VelocityTransfer, new_velocity
-from pellucid.jit import generic, point_function
+from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
@@ -80,7 +82,7 @@ class TakeVelocity(NamedTuple):
     energy."""
 
     transfer: Any  # `VelocityTransfer`
-    work: Any  # `NoWork`, `Work` or `Rates`, without data: its type selects what is computed in addition to velocities
+    work: Any  # `NoWork`, `Work`, `WorkInCells` or `Rates`: its type selects what is computed in addition to velocities
 
 
 class NoWork(NamedTuple):
@@ -90,6 +92,13 @@ class NoWork(NamedTuple):
 class Work(NamedTuple):
     """Type of `TakeVelocity.work` that selects kernels for points with internal energy: these also add to the energy of a
     point the work of its stress and, as heat, the kinetic energy that the transfer between points and grid loses."""
+
+
+class WorkInCells(NamedTuple):
+    """Type of `TakeVelocity.work` for a fluid with an implicit pressure: as `Work`, but without the work of the pressures in
+    full cells (cells that the fluid fills), which do work along the growth of these cells."""
+
+    full: np.ndarray  # see `FullCells`
 
 
 class Rates(NamedTuple):
@@ -105,13 +114,13 @@ def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
 
 
 @generic
-def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
+def work_at_point(work: Any, lattice: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
     """For a point that stores internal energy, return two pairs: the new internal energy and the heat of the transfer per
     unit mass [J/kg]; the energy added to the point in the step, and the heat in this energy [J]. For other points return
     two empty tuples.
 
-    work: `NoWork`, `Work` or `Rates`; p: input values (`Read`); L: result of `mean_gradient`; heat: energy lost by the
-    transfer [J/kg]. dt: step [s].
+    work: `NoWork`, `Work`, `WorkInCells` or `Rates`; p: input values (`Read`); L: result of `mean_gradient`; heat: energy lost
+    by the transfer [J/kg]. dt: step [s].
     """
 
 
@@ -127,6 +136,7 @@ def _no_gradient(work, about, lattice, nodes):
 
 
 @point_function(mean_gradient, Work)
+@point_function(mean_gradient, WorkInCells)
 @point_function(mean_gradient, Rates)
 def _gradient(work, about, lattice, nodes):
     return gather_gradient(about, lattice, nodes.mean_velocity)
@@ -134,15 +144,28 @@ def _gradient(work, about, lattice, nodes):
 
 @point_function(work_at_point, NoWork)
 @point_function(work_at_point, Rates)
-def _no_work(work, transfer, dt, p, L, heat):
+def _no_work(work, lattice, transfer, dt, p, L, heat):
     return (), ()
 
 
 @point_function(work_at_point, Work)
-def _work(work, transfer, dt, p, L, heat):
-    m, (V, stress, energy), kept = p.mass, p.worked, kept_heat(transfer, heat)
-    more = V / m * (dt * stress_power(stress, L)) + kept
-    return (energy + more, heat), (m * more, m * kept)
+def _work(work, lattice, transfer, dt, p, L, heat):
+    return _with_work(transfer, dt * stress_power(p.worked.stress, L), p, heat)
+
+
+@point_function(work_at_point, WorkInCells)
+def _work_in_cells(work, lattice, transfer, dt, p, L, heat):
+    stress = p.worked.stress
+    mean = (stress[0] + stress[1] + stress[2]) / 3.0 if work.full[cell_at(lattice, p.position)] else 0.0
+    return _with_work(transfer, dt * (stress_power(stress, L) - mean * (L[0] + L[4] + L[8])), p, heat)
+
+
+@pointwise
+def _with_work(transfer, work, p, heat):
+    """Return the result of `work_at_point` for the work of the stress per unit volume `work` [J/m³]."""
+    m, kept = p.mass, kept_heat(transfer, heat)
+    more = p.worked.volume / m * work + kept
+    return (p.worked.internal_energy + more, heat), (m * more, m * kept)
 
 
 @point_function(volume_of, Work)
@@ -178,7 +201,7 @@ def _gather(rule, about, lattice, nodes, p, known):
 def _take(task, lattice, dt, p, known, g):
     (x, y, z), lumping, heat, affine, L = g  # as `Gathered` has them
     m, vv = p.mass, x * x + y * y + z * z
-    worked, gained = work_at_point(task.work, task.transfer, dt, p, L, heat)
+    worked, gained = work_at_point(task.work, lattice, task.transfer, dt, p, L, heat)
     motion = 0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * heat
     return Found(Kept((x, y, z), affine, worked), (motion, gained, affine_energy(task.transfer, m, affine)), 0.0, 0.0)
 
@@ -202,7 +225,7 @@ def taking_velocities(
     mapped: MappedPoints,
     affine: np.ndarray | None = None,
     heat: HeatArrays | None = None,
-    cells: FullCells | None = None,
+    cells: FullCells | GrowingCells | None = None,
 ) -> Bundle:
     """Build the loop that computes new velocities of the points of a body. It also maps their momentum, for the second nodal
     velocities of MUSL.
@@ -222,8 +245,9 @@ def taking_velocities(
     worked: Any = ()
     kept_work: Any = ()
     if heat is not None:
-        work, worked, kept_work = Work(), Worked(points.volume, points.stress, heat.energy), heat
-    elif cells is not None:
+        work = WorkInCells(cells.cells.full) if isinstance(cells, GrowingCells) else Work()
+        worked, kept_work = Worked(points.volume, points.stress, heat.energy), heat
+    elif isinstance(cells, FullCells):
         work, worked = Rates(), points.volume
     fields: Any = () if affine is None else affine
     gradient = () if isinstance(work, NoWork) else IDENTITY
@@ -234,5 +258,5 @@ def taking_velocities(
     )
     read = Read(points.position, points.velocity, points.mass, fields, worked)
     kept = Kept(points.velocity, fields, kept_work)
-    to_cells = None if cells is None else ToCells(cells.sums, RATES)
+    to_cells = ToCells(cells.sums, RATES) if isinstance(cells, FullCells) else None
     return pass_points(TakeVelocity(transfer, work), declared, mapped, read, kept, inertia_of(mapped, 0.0, affine), to_cells)

@@ -15,7 +15,7 @@ from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
-from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault, GrowingCells
+from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.transfer import sum_momentum
@@ -62,8 +62,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
 
     def _make_bundles(self) -> None:
         super()._make_bundles()
-        cells = GrowingCells(self._cells) if self._cells is not None and self.implicit_stiffness > 0.0 else self._cells
-        self._strain = straining(self.law, self.mapped.content, self._state, cells, curving=self._curving)
+        self._strain = straining(self.law, self.mapped.content, self._state, self._cells, curving=self._curving)
         self._strain_at_rest: Bundle | None = None
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
