@@ -61,6 +61,11 @@ class PointMaterial(BodyMaterial):
         return False
 
     @property
+    def is_liquid(self) -> bool:
+        """True for a fluid whose pressure depends on the density only."""
+        return False
+
+    @property
     def keeps_heat(self) -> bool:
         """True if the `internal_energy` of points receives exactly the kinetic energy lost to internal forces and transfers;
         if False, the law computes the energy from its own stress."""

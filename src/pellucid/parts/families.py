@@ -41,6 +41,10 @@ class GridBody(Body):
         """Return the volume of the body's points [m³] if it is a fluid, else 0."""
         return 0.0
 
+    def liquid_volume(self) -> float:
+        """Return the volume of the body at its density at the start [m³] if it is a liquid, else 0."""
+        return 0.0
+
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (if `inertia`) and internal forces (if `force`) of the points to the grid nodes (P2G)."""

@@ -183,6 +183,7 @@ class Simulation:
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.angular_momentum(self.budget, self.clock)
         self._watch.volumes(self._on_grid, self.clock)
+        self._watch.gaps(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
         self._watch.approaches(self.bodies, self.clock)
         self._watch.parts(self.parts, self.budget, self.clock)

@@ -132,6 +132,9 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         """Stress of the implicit viscosity in the last step [Pa], shape (n, 6). `stress` contains it only within a step."""
         return self.arrays[VISCOUS_STRESS]
 
+    def liquid_volume(self) -> float:
+        return self.mass / self.material.density if self.material.is_liquid and self._strains else 0.0
+
     def fluid_volume(self) -> float:
         """Return the volume of the points of a fluid [m³]; 0 for a solid."""
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
