@@ -28,9 +28,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case, EnergyCase
 
 LOOKS = 20  # steps between searches for parts of one body that approach each other
-GAPS = (
-    0.01  # cells without points over those with liquid; slow flow past a disc is 10 % too fast with 0.02, even points: < 0.002
-)
+GAPS = 0.01  # cells without points over those with liquid; with 0.02, slow flow past a disc is 10 % too fast
 CONFINED = 0.9  # smallest volume of liquids over that of their cells and of the gaps in a space that they fill
 OVERFULL = 1.01  # largest volume of a fluid over that of the grid; errors of shapes and compression are much smaller
 AGAINST_LOSS = "Check loads, velocities and moduli for values that are too large, or set a smaller time.courant"
