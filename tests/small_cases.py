@@ -1,5 +1,7 @@
 """Small cases and simulations for tests of the grid, the bodies and the time loop."""
 
+import json
+
 import numpy as np
 
 from pellucid.case import Case
@@ -76,6 +78,24 @@ def to_the_end(case, threads=1):
 def copied_state(sim):
     """Return copies of the arrays of a checkpoint of a simulation, by name."""
     return {name: array.copy() for name, array in sim.state_arrays().items()}
+
+
+def assert_resumes(one, again, before, after):
+    """Advance `one`, restore its state in `again` by way of JSON, advance both, and compare their arrays bit by bit."""
+    advance(one, before)
+    again.restore(copied_state(one), json.loads(json.dumps(one.state_numbers())))
+    assert_same_arrays(copied_state(advance(one, after)), copied_state(advance(again, after)))
+
+
+def past_a_disc(end, **keys):
+    """A periodic row of discs in a slow flow, which a force drives; keys: of the material of the liquid."""
+    material = {"kind": "fluid", "density": 1.0, "viscosity": 1.0, "implicit_pressure": True}
+    material |= {"eos": {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}}
+    body = box((0, 0, 0), (1, 1, 1 / 24), material | keys, (2, 2, 1), "water")
+    how = {"counts": (24, 24, 1), "cell": 1 / 24, "functions": "quadratic-bspline", "transfer": "apic", "scheme": "usl"}
+    disc = {"where": {"cylinder": {"centre": (0.5, 0.5, 0), "radius": 0.16}}}
+    force = [{"kind": "body-force", "body": "water", "acceleration": (4, 0, 0)}]
+    return simulation(body, **how, periodic=["x", "y"], support=[disc], load=force, end=end)
 
 
 def assert_same_arrays(one, two):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_cases import SOLID, advance, box, case
+from small_cases import SOLID, advance, assert_resumes, box, case
 
 from pellucid.case import Case
 from pellucid.conditions.no_slip_walls import NoSlipWall
@@ -137,12 +137,7 @@ def test_a_turning_box_carries_its_liquid():
 
 def test_the_same_bits_after_a_checkpoint():
     one, again = (between_plates(2.3, 8.6, 0.5, rise=0.2, counts=(4, 14, 1)) for _ in range(2))
-    advance(one, 20)
-    again.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
-    advance(one, 20)
-    advance(again, 20)
-    for name, array in one.bodies[0].arrays.items():
-        assert np.array_equal(array, again.bodies[0].arrays[name])
+    assert_resumes(one, again, 20, 20)
     assert np.array_equal(one.budget.reactions()["top"], again.budget.reactions()["top"])
 
 
@@ -180,6 +175,15 @@ def test_which_bodies_are_walls():
         assert made.body[1].is_wall == is_wall
         warned = [text for text in look(made) if "stops up to a cell before the surface of body plate" in text]
         assert len(warned) == (not is_wall and (bodies[1] is thin or bodies[-1] is soft))
+
+
+def test_a_fluid_that_solves_its_viscosity_meets_a_wall_in_the_solve():
+    """A run warns of contact after the solve with a free rigid body only."""
+    oil = box((0, 2, 0), (4, 8, 0), OIL | {"implicit_viscosity": True}, (2, 2, 1), name="oil")
+    plate = box((0, 0, 0), (4, 2, 0), SOLID, (2, 2, 1), name="plate", rigid=True)
+    for motions in ([led("plate") | {"hold_rotation": ["z"]}], []):
+        made = Case.model_validate(case(oil, plate, counts=(4, 12, 1), **HOW).to_data() | {"motion": motions})
+        assert any("slips along these bodies" in text for text in look(made)) == (not motions)
 
 
 def test_a_wall_that_continues_from_an_earlier_run_is_where_its_points_are():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_cases import SOLID, advance, box, case
+from small_cases import SOLID, advance, assert_resumes, box, case
 
 from pellucid.conditions.no_slip_walls import NoSlipWall
 from pellucid.errors import CaseError
@@ -296,12 +296,7 @@ def test_a_rigid_body_does_not_sink_into_the_region():
 def test_the_same_bits_after_a_checkpoint():
     one = between_plates(2.3, 8.6, 0.5)
     again = between_plates(2.3, 8.6, 0.5)
-    advance(one, 20)
-    again.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
-    advance(one, 20)
-    advance(again, 20)
-    for name, array in one.bodies[0].arrays.items():
-        assert np.array_equal(array, again.bodies[0].arrays[name])
+    assert_resumes(one, again, 20, 20)
     assert np.array_equal(one.budget.reactions()["top"], again.budget.reactions()["top"])
 
 

@@ -139,6 +139,13 @@ class BodyModel(StartOfBody):
         points have grid nodes of their own."""
         return self._is_wall
 
+    def meets_after_solve(self, fluid: "BodyModel") -> bool:
+        """Return True if this body acts on a fluid by contact, after the implicit stress of the fluid is solved for: moving
+        bodies of other velocity fields, and rigid ones unless they are walls of the fluid."""
+        if self is fluid or not self.moves or (self.is_wall and self.field == fluid.field):
+            return False
+        return self.is_rigid or self.field != fluid.field
+
     def as_wall(self, is_wall: bool) -> Self:
         """Return a copy of the settings with this value of `is_wall`, or the settings themselves if it is the same."""
         if is_wall == self._is_wall:

@@ -20,7 +20,6 @@ from pellucid.findings import listed
 from pellucid.geometry.shapes.contract import AXES
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.fluid import FluidMaterial
-from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.step.limit import spread_in_cells
 
@@ -234,7 +233,7 @@ def slipped_past(case: Case) -> Iterator[str]:
             continue
         mu, lam, *_ = material.implicit_stress() or (0.0, 0.0)
         step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
-        after = [other.name for other in case.body if _acts_after(other, fluid)]
+        after = [other.name for other in case.body if other.meets_after_solve(fluid)]
         if after:
             text = f"the implicit viscosity of body {fluid.name} is solved before the contact with {listed(after)}"
             remedy = (
@@ -242,7 +241,3 @@ def slipped_past(case: Case) -> Iterator[str]:
                 "[[motion]]"
             )
             yield f"{text}: with time steps much longer than {step:.2g} s the fluid slips along these bodies. {remedy}."
-
-
-def _acts_after(other: BodyModel, fluid: BodyModel) -> bool:
-    return other is not fluid and other.moves and (other.is_rigid or other.field != fluid.field)

@@ -205,9 +205,7 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
     if not grid.functions.endswith("bspline"):
         text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
         yield Finding(here, text, 'use grid.functions = "quadratic-bspline", or remove implicit_pressure')
-    bodies = parts.of(BodyModel)
-    others = [other for other in bodies if other.moves and not (other.is_wall and other.field == body.field)]
-    after = [other.name for other in others if other.is_rigid or other.field != body.field]
+    after = [other.name for other in parts.of(BodyModel) if other.meets_after_solve(body)]
     if after:
         text = f"the pressure is solved for before the contact with {listed(after)}, which long steps do not resolve"
         remedy = f"remove implicit_pressure, or place {listed(after)} in the velocity field of {body.name}, not rigid"
