@@ -13,7 +13,7 @@ def test_a_fit_has_the_value_of_a_parabola_through_scattered_points():
 
 @pytest.mark.parametrize(("number", "extremes"), [(100, (-0.21090, 0.17527, -0.24533)), (400, (-0.32726, 0.30203, -0.44993))])
 def test_the_reference_has_the_published_extremes(number, extremes):
-    """Of Ghia, Ghia & Shin 1982 with 128 cells at their stations; the extremes between these lie up to 4 % further out."""
+    """Ghia, Ghia & Shin 1982 have 128 cells and values at stations; the extremes between these lie up to 4 % further out."""
     _, u, v = reference(number)
     for found, published in zip((u.min(), v.max(), v.min()), extremes, strict=True):
         assert 0.995 < found / published < 1.04

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
-from small_cases import GAS, SLIP, box, simulation
+from small_cases import GAS, SLIP, box, past_a_disc, simulation
 
 from pellucid.case.spec import EnergyCase
 from pellucid.energy import FIRST_JUDGED
@@ -74,30 +74,20 @@ def test_more_fluid_than_the_grid_holds_is_warned_of(transfer, advice):
         sim._watch.volumes(sim._on_grid, sim.clock)
 
 
-def past_a_disc(even_points):
-    liquid = {"kind": "fluid", "density": 1.0, "viscosity": 1.0, "implicit_pressure": True, "even_points": even_points}
-    liquid["eos"] = {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}
-    how = {"counts": (24, 24, 1), "cell": 1 / 24, "functions": "quadratic-bspline", "transfer": "apic", "scheme": "usl"}
-    disc = {"where": {"cylinder": {"centre": (0.5, 0.5, 0), "radius": 0.16}}}
-    force = [{"kind": "body-force", "body": "block", "acceleration": (4, 0, 0)}]
-    body = box((0, 0, 0), (1, 1, 1 / 24), liquid, (2, 2, 1), cell_pressure=even_points)
-    return simulation(body, **how, periodic=["x", "y"], support=[disc], load=force, end=12.0)
-
-
 @pytest.mark.parametrize("even_points", [False, True])
 def test_gaps_in_a_liquid_are_named(even_points, recwarn):
-    """Behind a disc in a slow flow; not if points are kept even."""
-    sim = past_a_disc(even_points)
+    """Points leave gaps behind a disc in a slow flow, unless they are kept even."""
+    sim = past_a_disc(12.0, even_points=even_points)
     while not sim.clock.finished(None):
         sim.step()
     found = [str(one.message) for one in recwarn if "contain no points" in str(one.message)]
     assert len(found) == (0 if even_points else 1)
     if found:
-        assert "cells inside block contain no points, so the flow is wrong there; set even_points = true" in found[0]
+        assert "cells inside water contain no points, so the flow is wrong there; set even_points = true" in found[0]
 
 
 def test_a_free_surface_has_no_gaps(recwarn):
-    """In splashing water there are cells without points too, but it does not fill its space."""
+    """Splashing water leaves cells without points too, but does not fill its space."""
     water = {"kind": "fluid", "density": 1000.0, "viscosity": 1e-3, "eos": {"kind": "tait", "sound_speed": 20.0}}
     body = box((0, 0, 0), (0.4, 0.8, 0.1), water, (2, 2, 1))
     sim = simulation(body, counts=(16, 10, 1), cell=0.1, gravity=(0, -9.81, 0), support=SLIP[:4], end=0.8)

@@ -54,6 +54,7 @@ from pellucid.grid.points import (
     GrowingCells,
     cell_of,
     place_of,
+    pressure_of,
 )
 from pellucid.grid.stencil import node_behind
 from pellucid.grid.velocity_field import VelocityField
@@ -119,12 +120,6 @@ class CellGrid(NamedTuple):
     edges: np.ndarray  # (chunks + 1,) first layer of each chunk, and the end of the last
 
 
-@pointwise
-def _pressure(stress, p):
-    """Return the pressure of point p, i.e. minus its mean normal stress [Pa]; stress: shape (points, 6) [Pa]."""
-    return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
-
-
 @parallel_loop_by_colour(gives="sums")
 def sum_cells(s, mapped, stiffness, sums):
     """Add the volume of each point of slab s (see `Slabs`), and its pressure and the stiffness ρc² of an implicit pressure
@@ -137,7 +132,7 @@ def sum_cells(s, mapped, stiffness, sums):
         p = place_of(index, q)
         cell, V = cell_of(mapped.lattice, points.position, p), points.volume[p]
         sums[cell, VOLUMES] += V
-        sums[cell, PRESSURES] += V * _pressure(points.stress, p)
+        sums[cell, PRESSURES] += V * pressure_of(points.stress, p)
         sums[cell, STIFFNESSES] += V * stiffness
 
 
@@ -155,7 +150,7 @@ def apply_volume_correction(s, mapped, found, column, energy, dt):
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         shift = found[cell_of(mapped.lattice, points.position, p), column]
-        more = -dt * points.volume[p] * _pressure(points.stress, p) * shift
+        more = -dt * points.volume[p] * pressure_of(points.stress, p) * shift
         energy[p] += more / points.mass[p]
         gained += more
     slabs.sums[s, GAINED] = gained
@@ -469,9 +464,10 @@ class CellPressure(StepPart):
         """Compute the relative volume growth rate [1/s] that the points of each full cell (a cell that the fluid fills)
         lack compared with the cell, in the column SHIFT of `FullCells.found`, and add the work of this growth over the step
         dt [s] to the energy of the points. Called after the growth rates of the points are summed."""
-        sums, found, full = self.cells.sums, self.cells.found, self.cells.full
-        np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
-        np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
+        if not self._implicit:
+            sums, found, full = self.cells.sums, self.cells.found, self.cells.full
+            np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
+            np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
         for body in self._bodies:
             body.apply_volume_correction(dt)
         if self._implicit:

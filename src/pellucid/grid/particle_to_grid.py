@@ -20,7 +20,7 @@ from pellucid.grid.passes.gifts import (
     scatter,
 )
 from pellucid.grid.passes.points_pass import arrays_in
-from pellucid.grid.points import PRESSURE, FullCells, GrowingCells, MappedPoints, cell_of
+from pellucid.grid.points import PRESSURE, FullCells, GrowingCells, MappedPoints, cell_of, pressure_of
 from pellucid.jit import point_function, pointwise
 from pellucid.jit.columns import moved
 from pellucid.jit.rows import symmetric_at_point, tensor_at_point, vector_at_point
@@ -55,11 +55,10 @@ class InternalForce(NamedTuple):
 
 class InternalForceInCells(NamedTuple):
     """Contribution -V (σ + p I) ∇N [N] of a point with the volume V and stress σ in a full cell (a cell that the fluid
-    fills) to the nodal forces. The forces of the pressure p of the cell are added separately, see
+    fills) to the nodal forces. The forces of the mean pressure p of the cell are added separately, see
     `pellucid.grid.full_cells`."""
 
     found: np.ndarray  # see `FullCells`
-    column: int  # column of `found` with the pressure p: PRESSURE, or PRESSURE_CHANGE with an implicit stress σ
 
 
 class InternalForceWithoutPressure(NamedTuple):
@@ -122,26 +121,25 @@ def _internal_force(rule, lattice, points, p):
     return _times_volume(points.volume[p], x, y, z)
 
 
-@point_function(given, InternalForceInCells)
-def _internal_force_in_cells(rule, lattice, points, p):
+@pointwise
+def _with_pressure(points, p, pressure):
+    """Return the columns of the stress of point p plus a pressure [Pa], multiplied by -V with its volume V [m³]."""
     x, y, z = symmetric_at_point(points.stress, p)
-    pressure = rule.found[cell_of(lattice, points.position, p), rule.column]
     x += row(pressure, 0.0, 0.0, 0.0)
     y += row(0.0, pressure, 0.0, 0.0)
     z += row(0.0, 0.0, pressure, 0.0)
     return _times_volume(points.volume[p], x, y, z)
+
+
+@point_function(given, InternalForceInCells)
+def _internal_force_in_cells(rule, lattice, points, p):
+    return _with_pressure(points, p, rule.found[cell_of(lattice, points.position, p), PRESSURE])
 
 
 @point_function(given, InternalForceWithoutPressure)
 def _internal_force_without_pressure(rule, lattice, points, p):
-    x, y, z = symmetric_at_point(points.stress, p)
-    pressure = 0.0
-    if rule.full[cell_of(lattice, points.position, p)]:
-        pressure = -(points.stress[p, 0] + points.stress[p, 1] + points.stress[p, 2]) / 3.0
-    x += row(pressure, 0.0, 0.0, 0.0)
-    y += row(0.0, pressure, 0.0, 0.0)
-    z += row(0.0, 0.0, pressure, 0.0)
-    return _times_volume(points.volume[p], x, y, z)
+    full = rule.full[cell_of(lattice, points.position, p)]
+    return _with_pressure(points, p, pressure_of(points.stress, p) if full else 0.0)
 
 
 def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None = None) -> ByValue:
@@ -162,7 +160,7 @@ def internal_force_of(mapped: MappedPoints, cells: FullCells | GrowingCells | No
     if isinstance(cells, GrowingCells):
         rule = InternalForceWithoutPressure(cells.cells.full)
     elif cells is not None:
-        rule = InternalForceInCells(cells.found, PRESSURE)
+        rule = InternalForceInCells(cells.found)
     return by_slope(rule, read, mapped.nodes.forces)
 
 

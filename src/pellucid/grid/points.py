@@ -155,6 +155,13 @@ PRESSURE, GROWTH, SHIFT, PRESSURE_CHANGE = range(4)
 """Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], this rate minus the
 relative growth rate of its points [1/s], and change of an implicit pressure in the step [Pa]."""
 
+
+@pointwise
+def pressure_of(stress, p):
+    """Return the pressure of point p, i.e. minus its mean normal stress [Pa]; stress: shape (points, 6) [Pa]."""
+    return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
+
+
 FIELD_ENERGY = 9
 """Column of `affine` with the kinetic energy of the affine field per unit mass after the last transfer [J/kg]."""
 

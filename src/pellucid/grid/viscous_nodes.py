@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.grid.momentum import sum_loads
 from pellucid.grid.nodal_conditions import MASS_EPS, apply_rule, find_rule
 from pellucid.grid.nodal_fields import with_fields
-from pellucid.grid.particle_to_grid import InternalForce, InternalForceInCells, InternalForceRead
+from pellucid.grid.particle_to_grid import InternalForce, InternalForceRead, InternalForceWithoutPressure
 from pellucid.grid.passes.gifts import BySquare, by_slope, giving
 from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
 from pellucid.grid.points import HEATING, OK, POWER, PRESSURE_CHANGE, FullCells, MappedPoints, NoCells, cell_at, place_of
@@ -326,7 +326,7 @@ def straining_by_viscosity(
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
     in_cells = not isinstance(rule.cells, NoCells)
     reads = InternalForceRead(points.volume, stress, points.position if in_cells else ())
-    gives = by_slope(InternalForceInCells(rule.cells.found, PRESSURE_CHANGE) if in_cells else InternalForce(), reads, force)
+    gives = by_slope(InternalForceWithoutPressure(rule.cells.full) if in_cells else InternalForce(), reads, force)
     declared = Declaration(gathers=IDENTITY, sums=(POWER, HEATING))
     read, kept = Read(points.position, points.volume, () if viscosity is None else viscosity), Kept(stress)
     return pass_points(rule, declared, mapped._replace(nodes=nodes), read, kept, gives)

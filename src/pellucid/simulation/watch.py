@@ -190,8 +190,9 @@ def share_of_gaps(field: VelocityField, bodies: Sequence[GridBody]) -> float:
         if body.liquid_volume() > 0.0:
             dry[tuple(at.T)] = False
     middle = grid.lattice.lower + (np.argwhere(empty) + 0.5) * cell
+    axes = np.eye(3)[~np.array(grid.thin)]
     for wall in field.walls:
-        near = [wall.fills(middle + way * step * cell) for step in np.eye(3)[~np.array(grid.thin)] for way in (-1, 0, 1)]
+        near = [wall.fills(middle + step * cell) for step in (np.zeros(3), *axes, *-axes)]
         middle = middle[~np.any(near, axis=0)]
     filled, gaps = dry.size - np.count_nonzero(dry), len(middle)
     volume = sum(body.liquid_volume() for body in bodies)
