@@ -12,6 +12,9 @@ from pellucid.results.pictures.style import Axes
 from pellucid.results.storage.run_folder import StoredWall
 from pellucid.state import COMPONENT_NAMES, FIELDS
 
+SEAM = "seam"
+"""Name of the additional field with the displacement of points into the periodic box [m], shape (n, 3)."""
+
 
 class Mirror(NamedTuple):
     """A plane of symmetry normal to an axis."""
@@ -41,7 +44,7 @@ def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -
             image = values.copy()
             if name == "position":
                 image[:, axis] = 2.0 * place - image[:, axis]
-            elif values.ndim == 2 and FIELDS[name].names == COMPONENT_NAMES.get(values.shape[1]):
+            elif name == SEAM or (values.ndim == 2 and FIELDS[name].names == COMPONENT_NAMES.get(values.shape[1])):
                 odd = [component.count("xyz"[axis]) == 1 for component in COMPONENT_NAMES[values.shape[1]]]
                 image[:, odd] *= -1.0
             found[name] = np.concatenate([values, image])
@@ -52,10 +55,6 @@ def cells_with_images(cells: Cells, n: int, mirrors: tuple[Mirror, ...]) -> Cell
     """Return the cells of n points together with the cells of their mirror images, in the order of points of `with_images`."""
     copies = range(2 ** len(mirrors))
     return Cells(*(np.concatenate([corners + n * copy for copy in copies]) for corners in cells))
-
-
-SEAM = "seam"
-"""Name of the additional field with the displacement of points into the periodic box [m], shape (n, 3)."""
 
 
 def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
