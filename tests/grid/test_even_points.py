@@ -24,6 +24,7 @@ from pellucid.simulation.simulation import Simulation
 N = 16
 TAIT = {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}
 LIQUID = {"kind": "fluid", "density": 1.0, "viscosity": 0.01, "eos": TAIT, "even_points": True}
+SKIN = {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3}
 LID = [{"where": "y-upper", "velocity": (1, 0, 0)}, {"where": ["x-lower", "x-upper", "y-lower"]}]
 
 
@@ -148,6 +149,19 @@ def test_it_is_for_liquids_with_apic():
         ValueError, match=r"even_points: points that move need the affine velocity field of APIC, which the transfer \"flip\""
     ):
         full_box(transfer="flip")
+
+
+def test_it_is_refused_beside_membranes():
+    """It would move points of a liquid through the membrane of a drop: a cell in a slit lost the liquid around it."""
+    surface = {"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "divisions": 4}}
+    skin = {"kind": "membrane-elements", "name": "skin", "surface": surface, "thickness": 0.01, "material": SKIN}
+    grid = {"counts": (8, 8, 8), "cell": 0.125, "transfer": "apic"}
+    water = box((0, 0, 0), (1, 1, 1), LIQUID, name="water")
+    with pytest.raises(
+        ValueError, match=r"moves points to where points are missing, also through skin in the same velocity field"
+    ):
+        case(water, skin, **grid)
+    case(water, skin | {"field": "own"}, **grid)
 
 
 def test_implicit_pressure_passes_the_corners_of_a_lid():

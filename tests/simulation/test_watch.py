@@ -83,7 +83,7 @@ def test_gaps_in_a_liquid_are_named(even_points, recwarn):
     found = [str(one.message) for one in recwarn if "contain no points" in str(one.message)]
     assert len(found) == (0 if even_points else 1)
     if found:
-        assert "cells inside water contain no points, so the flow is wrong there; set even_points = true" in found[0]
+        assert "cells inside water contain no points, so the flow is wrong there. Set even_points = true" in found[0]
 
 
 def test_a_free_surface_has_no_gaps(recwarn):

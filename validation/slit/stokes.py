@@ -2,7 +2,7 @@
 the flow as a share of the law of Poiseuille for the slit and the channel in series. Lengths in micrometres."""
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import spsolve
 
 LENGTH, WIDTH, START, END, SLIT = 39.0, 10.5, 19.5, 24.0, 3.0  # of the channel; of the slit along the channel; its width
@@ -30,10 +30,9 @@ class Unknowns:
         self.u, self.v, self.p = numbers
 
 
-def flow_share(n: int) -> float:
-    """Return the flow divided by that of the law of Poiseuille in series; n: cells in 0.75. The pressure falls by 1 along the
-    channel; the viscosity is 1."""
-    of = Unknowns(n)
+def equations(of: Unknowns) -> tuple[csc_array, np.ndarray]:
+    """Return the matrix and the right-hand side of the equations of Stokes, times the square of the cell in rows of velocities.
+    The pressure falls by 1 along the channel; the viscosity is 1."""
     u, v, p, h = of.u, of.v, of.p, of.h
     rows, columns, values, right = [], [], [], np.zeros(of.count)
 
@@ -76,8 +75,14 @@ def flow_share(n: int) -> float:
         for number, sign in ((u[i + 1, j], 1.0), (u[i, j], -1.0), (v[i, j + 1], 1.0), (v[i, j], -1.0)):
             if number >= 0:
                 add(p[i, j], number, sign)
-    found = spsolve(coo_array((values, (rows, columns)), shape=(of.count, of.count)).tocsc(), right)
-    flow = 2.0 * h * found[u[last // 4]].sum()
+    return coo_array((values, (rows, columns)), shape=(of.count, of.count)).tocsc(), right
+
+
+def flow_share(n: int) -> float:
+    """Return the flow divided by that of the law of Poiseuille in series; n: cells in 0.75."""
+    of = Unknowns(n)
+    found = spsolve(*equations(of))
+    flow = 2.0 * of.h * found[of.u[len(of.p) // 4]].sum()
     resistance = 12.0 * ((END - START) / SLIT**3 + (LENGTH - END + START) / WIDTH**3)
     return float(flow * resistance)
 

@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol
 import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
+from pellucid.conditions.narrow_layers import IsInWall, NarrowLayers, face_walls
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.wall_surface import WallMaker, find_wall
 from pellucid.conditions.walls_of_bodies import BodyAsWall, EnclosedFluids, find_region
@@ -124,6 +125,8 @@ class NodalFluid(StepPart):
 class FluidWall(WallMaker, Protocol):
     """Interface of a support or body that makes a wall: its region, its velocity, and the account of its reaction."""
 
+    name: str
+    """Name in messages."""
     slips: bool
     """True if fluids slip on the surface."""
 
@@ -141,6 +144,7 @@ class SupportAsWall:
 
     def __init__(self, support: "Support", row: int, region: Geometry, actions: NodalActions) -> None:
         """row: index of the support among all supports; region: its region; actions: actions on the nodes of the fluids."""
+        self.name = f"the support `{support.name}`" if support.name else "the wall of a support"
         self.row, self.axes, self.region, self.slips = row, support.axes(), region, support.slips()
         self._velocity = actions.supports.velocity[row]
 
@@ -179,7 +183,7 @@ class NoSlipWall(StepPart):
         self._field, self._faces, self._others = actions.field, faces, others
         self._fluid, self._no_slip = fluid, NoSlip(actions.field.grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
-        self._slips, self._axes = maker.slips, np.array(maker.axes, float)
+        self.name, self.slips, self._axes = maker.name, maker.slips, np.array(maker.axes, float)
         self.find()
 
     def find(self) -> None:
@@ -243,7 +247,7 @@ class NoSlipWall(StepPart):
         window, at, velocity_at = wall.window, wall.node, self._maker.velocity_at
         self._velocity = velocity_at(wall.place)
         self._across = wall.across * self._acts[:, None]
-        if self._slips:
+        if self.slips:
             self._mass = domain.of_nodes(nodes.mass[at], at)
             self._old = self._drag = self._lag = np.zeros((len(at), 3))
             self._yields = self._yielding(wall.surface.certainty)
@@ -389,6 +393,7 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[Ste
             if member.model.is_wall and member.model.field == name
             if (region := find_region(member, actions.field.grid)) is not None
         ]
+        holding: list[tuple[str, IsInWall]] = []
         if makers or led:
             fluid, shapes = NodalFluid(bodies, actions), [maker.region for maker in makers]
             enclosed = EnclosedFluids(name, actions.field.grid, shapes, bodies.fluids)
@@ -396,7 +401,11 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[Ste
             walls = [NoSlipWall(actions, maker, bodies, fluid, supports, led, assembly) for maker in (*makers, *led)]
             walls = [wall for wall in walls if wall.acts_anywhere]
             actions.field.walls = walls
+            holding += [(wall.name, wall.fills) for wall in walls if not wall.slips]
             found += [*([MovingWalls(walls, led, enclosed)] if led else []), fluid, *walls] if walls else []
+        membranes = [member for member in members if member.model.is_surface]
+        if membranes and any(model.is_fluid and model.shear_viscosity > 0.0 for model in models):
+            found.append(NarrowLayers(membranes, [*holding, *face_walls(supports, actions)], actions))
     return found
 
 

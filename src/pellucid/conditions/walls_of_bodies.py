@@ -149,7 +149,7 @@ class BodyAsWall:
         inside = MARGIN * grid.lattice.cell
         open_axes = np.array(grid.periodic) | np.array(grid.thin)
         self._ends = np.where(open_axes, [[-np.inf], [np.inf]], [lower + inside, upper - inside])
-        self._grid, self._body, self._at_start = grid, member.body, at_start
+        self.name, self._grid, self._body, self._at_start = f"the body {member.body.name}", grid, member.body, at_start
         self._active, self._rates = member.active_axes, RigidRates(np.zeros(3), np.zeros(3), np.zeros(3))
         self._feet = np.zeros((2, 0, 3))
         self._behind: EmptySpace | None = None

@@ -37,6 +37,11 @@ class GridBody(Body):
     """True if points of the body store the kinetic energy lost by transfers and internal forces as heat: the body then
     implements `KeepsHeat`."""
 
+    @property
+    def keeps_even(self) -> bool:
+        """True if density and spacing of the points are corrected, see `pellucid.grid.even_points`."""
+        return False
+
     def fluid_volume(self) -> float:
         """Return the volume of the body's points [m³] if it is a fluid, else 0."""
         return 0.0

@@ -168,8 +168,12 @@ class Watch:
                 continue
             names = " and ".join(body.name for body in liquids)
             text = f"{100 * share:.2g} % of the cells inside {names} contain no points, so the flow is wrong there"
-            advice = "set even_points = true in the material, or a smaller grid.cell"
-            return self._warn("gaps", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice}.")
+            even = "Set even_points = true in the material, or a smaller grid.cell"
+            if any(body.is_surface or body.keeps_even for body in bodies):  # refused beside membranes; already set
+                even = "Set a smaller grid.cell"
+            elif self._transfer != "apic":
+                even = 'Set time.transfer = "apic" and even_points = true in the material, or a smaller grid.cell'
+            return self._warn("gaps", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}. {even}.")
 
     def _warn(self, what: str, text: str) -> None:
         if what not in self.warned:

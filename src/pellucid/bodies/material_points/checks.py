@@ -213,13 +213,18 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
 
 
 def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield a finding (an error of the case) for `even_points` without the affine velocity fields of APIC. path: path of the
-    body in the data of the case; parts: all parts of the case.
+    """Yield findings (errors of the case) for `even_points` without the affine velocity fields of APIC, and beside membranes.
+    path: path of the body in the data of the case; parts: all parts of the case.
     """
-    time = next(iter(parts.sections["time"].items), None)
-    if body.material.keeps_points_even and (transfer := getattr(time, "transfer", "apic")) != "apic":
+    if not body.material.keeps_points_even:
+        return
+    here, time = (*path, "material", "even_points"), next(iter(parts.sections["time"].items), None)
+    if (transfer := getattr(time, "transfer", "apic")) != "apic":
         text = f'points that move need the affine velocity field of APIC, which the transfer "{transfer}" does not have'
-        yield Finding((*path, "material", "even_points"), text, 'use time.transfer = "apic", or remove even_points')
+        yield Finding(here, text, 'use time.transfer = "apic", or remove even_points')
+    if membranes := [other.name for other in parts.of(BodyModel) if other.is_surface and other.field == body.field]:
+        text = f"it moves points to where points are missing, also through {listed(membranes)} in the same velocity field"
+        yield Finding(here, text, "remove even_points")
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -1,0 +1,84 @@
+"""Warning about layers of liquid between a membrane and a wall that are too thin for the grid.
+
+A membrane that moves past a wall slides on a layer of liquid. Membrane and liquid share the nodes of the grid, so in a thin
+layer the nodes of the wall also hold the membrane. `validation/slit` has measured errors: with B-splines a cell passes a slit
+in the right time, within 3 %, if the layer is nowhere thinner than 0.6 cells, and in up to half as much again if it becomes
+thinner than 0.3 cells. With other functions it stops 1.4 cells before the edges of the slit, where such a layer should form.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.grid.actions import NodalActions
+from pellucid.grid.lattice import Lattice
+from pellucid.parts.assembly import AssembledBody
+from pellucid.step.part import StepPart
+
+if TYPE_CHECKING:
+    from pellucid.conditions.support import Support
+
+LEAST_SMOOTH, LEAST_OTHER = 0.5, 1.5  # cells: thinnest layer with B-splines; with other functions, which reach up to this far
+FUNCTIONS = 'grid.functions = "quadratic-bspline", and if this warning comes again, '
+
+IsInWall = Callable[[np.ndarray], np.ndarray]
+"""Returns a mask of the positions [m], shape (n, 3), that lie in a wall, shape (n,)."""
+
+
+class NarrowLayers(StepPart):
+    """Warns of layers between the membranes of a velocity field and walls on which its liquids do not slip. Points of membranes
+    that are near a wall from the start are left out: membranes may be attached there."""
+
+    def __init__(
+        self, membranes: Sequence[AssembledBody], walls: Sequence[tuple[str, IsInWall]], actions: NodalActions
+    ) -> None:
+        """membranes: membranes of the velocity field; walls: name of each wall, and whether positions lie in it; actions:
+        actions on the nodes of the field."""
+        self._membranes, self._walls, self._grid = membranes, walls, actions.field.grid
+        smooth = self._grid.case.functions.endswith("bspline")
+        self._least = LEAST_SMOOTH if smooth else LEAST_OTHER
+        self._remedy = f"Set {'' if smooth else FUNCTIONS}a smaller grid.cell"
+        self._attached = [self._near_points(member) for member in membranes]
+
+    def warnings(self, energy_scale: float) -> Mapping[str, str]:
+        found = {}
+        for member, attached in zip(self._membranes, self._attached, strict=True):
+            for wall, near in self._near_points(member).items():
+                if not near <= attached[wall]:
+                    found[f"layer between {member.body.name} and {wall}"] = (
+                        f"the membrane {member.body.name} has come within {self._least:g} cells of {wall}. The grid "
+                        "is too coarse for the layer of liquid between them: the membrane may be too slow there, or stop. "
+                        f"{self._remedy}."
+                    )
+        return found
+
+    def _near_points(self, member: AssembledBody) -> dict[str, frozenset[int]]:
+        """Return the numbers of the points of a membrane around which a cube of twice the least layer meets each wall."""
+        place, number = (np.asarray(member.body.stored_field(name)) for name in ("position", "id"))
+        steps = (
+            self._least
+            * self._grid.lattice.cell
+            * np.array(list(product(*((-1, 0, 1) if a else (0,) for a in member.active_axes))))
+        )
+        return {
+            wall: frozenset(number[np.any([is_in(place + step) for step in steps], axis=0)].tolist())
+            for wall, is_in in self._walls
+        }
+
+
+def face_walls(supports: "Sequence[Support]", actions: NodalActions) -> list[tuple[str, IsInWall]]:
+    """Return the faces of the grid on which supports hold liquids, for `NarrowLayers`; supports: all supports, split so that
+    each acts on at most one face."""
+    x, y, z = actions.field.grid.thin
+    holding = [one.face() for one in supports if one.body is None and one.holds_all((not x, not y, not z))]
+    names = [f"the face {'xyz'[face[0]]}-{('lower', 'upper')[face[1]]}" for face in holding if face is not None]
+    beyond = [partial(_is_beyond, actions.field.grid.lattice, *face) for face in holding if face is not None]
+    return list(zip(names, beyond, strict=True))
+
+
+def _is_beyond(lattice: Lattice, axis: int, end: int, place: np.ndarray) -> np.ndarray:
+    at = place[:, axis] - lattice.lower[axis]
+    return np.asarray(at > lattice.cell * lattice.counts[axis] if end else at < 0.0)
