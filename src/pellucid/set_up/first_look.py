@@ -7,6 +7,7 @@ from pellucid.case import Case
 from pellucid.findings import listed
 from pellucid.parts.start_of_body import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
+from pellucid.set_up.drops import coarse_drops
 from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.flows import flow_warnings, slipped_past
 from pellucid.set_up.gaps import narrow_gaps, narrow_slits
@@ -66,6 +67,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from leading_out(case)
     yield from floating_bodies(case)
     yield from held_edges(case)
+    yield from coarse_drops(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
         yield from coarse_sheets(case)

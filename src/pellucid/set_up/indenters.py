@@ -35,8 +35,8 @@ def coarse_indenters(case: Case) -> Iterator[str]:
             faces = other.faces_pressed()
             if other.is_surface or (faces is None and not other.deforms_in_contact):
                 continue
-            box = _with_images(_within(one.bounds(), case.grid), planes, case.grid.cell)
-            radius, spacing = _radius_and_spacing(box, _within(other.bounds(), case.grid), faces, case.grid)
+            box = box_with_images(box_in_grid(one.bounds(), case.grid), planes, case.grid.cell)
+            radius, spacing = _radius_and_spacing(box, box_in_grid(other.bounds(), case.grid), faces, case.grid)
             if radius < FEWEST * spacing:
                 resolved_by, finer = (
                     ("cells", "a smaller grid.cell")
@@ -64,8 +64,8 @@ def coarse_sheets(case: Case) -> Iterator[str]:
         for body in bodies:
             if body.field == sheet.field or not (body.deforms_in_contact or body.is_rigid):
                 continue
-            box = _with_images(_within(body.bounds(), case.grid), planes, case.grid.cell)
-            radius, edge = _radius_and_spacing(box, _within(sheet.bounds(), case.grid), faces, case.grid)
+            box = box_with_images(box_in_grid(body.bounds(), case.grid), planes, case.grid.cell)
+            radius, edge = _radius_and_spacing(box, box_in_grid(sheet.bounds(), case.grid), faces, case.grid)
             half = radius + sheet.contact_reach
             if half < PASSES * edge:
                 yield describe_passage(body.name, sheet.name, 2.0 * half, "across its way", edge)
@@ -112,12 +112,12 @@ def _along(axis: int, hard: Box, soft: Box, faces: Faces | None, grid: GridCase)
     return radius, float(np.median(edge[beside] if beside.any() else edge))
 
 
-def _within(box: Box, grid: GridCase) -> Box:
+def box_in_grid(box: Box, grid: GridCase) -> Box:
     """Return the part of a box inside the grid."""
     return np.maximum(box[0], grid.lower), np.minimum(box[1], grid.extent_upper())
 
 
-def _with_images(box: Box, planes: Sequence[Plane], near: float) -> Box:
+def box_with_images(box: Box, planes: Sequence[Plane], near: float) -> Box:
     """Return a box that encloses a given box and its mirror images at the planes of symmetry that are not further away
     than `near` [m]."""
     lower, upper = box[0].copy(), box[1].copy()
