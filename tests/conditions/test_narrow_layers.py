@@ -35,6 +35,13 @@ def test_a_membrane_that_comes_near_a_wall_is_named(kind, functions, least):
     assert text.endswith("a smaller grid.cell.")
 
 
+def test_walls_without_names_are_told_apart():
+    left = {"where": {"box": {"lower": [-9, 0, 0], "upper": [0.5, 9, 9]}}}
+    position, part = beside_walls(support=[left, {"where": WALL["where"]}])
+    position[:, 0] += 0.9 - position[:, 0].min()
+    assert list(part.warnings(1.0)) == ["layer between skin and the wall of a support"]
+
+
 def test_a_convex_edge_of_a_wall_counts():
     edge = {"name": "edge", "where": {"box": {"lower": [6, 6, 0], "upper": [9, 9, 9]}}}
     position, part = beside_walls(support=[edge])

@@ -146,7 +146,7 @@ def test_it_is_for_liquids_with_apic():
     with pytest.raises(ValueError, match=r"even_points = true, but energy_update = 'closed'"):
         full_box(LIQUID | {"energy_update": "closed"})
     with pytest.raises(
-        ValueError, match=r"even_points: points that move need the affine velocity field of APIC, which the transfer \"flip\""
+        ValueError, match=r"even_points: points that move need an affine velocity field, which the transfer \"flip\""
     ):
         full_box(transfer="flip")
 

@@ -7,7 +7,7 @@ from small_cases import box, case
 from pellucid.approximants import grid_functions
 from pellucid.case import Case
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.set_up.smoothing import damping, narrowest_passage
+from pellucid.set_up.smoothing import damping, drag_at_walls, narrowest_passage
 from pellucid.simulation.simulation import Simulation
 
 THIN, PERIODIC = (False, False, True), (True, False, False)
@@ -103,3 +103,29 @@ def test_a_slot_that_the_transfer_smooths_is_reported(recwarn):
 def test_others_are_not(time, recwarn):
     Simulation(tank(**time), threads=1)
     assert not recwarn
+
+
+def test_apic_with_b_splines_takes_momentum_at_walls():
+    """β = 1/42 with evenly spread points; nothing with linear functions and other transfers, and little with AFLIP."""
+    drag = {
+        (transfer, name): drag_at_walls(TRANSFERS[transfer](0.99), grid_functions(name, (2, 2, 1), THIN)[1])
+        for transfer in ("apic", "aflip", "flip")
+        for name in ("trilinear", "quadratic-bspline")
+    }
+    assert drag["apic", "quadratic-bspline"] == pytest.approx(0.0238, rel=0.01)
+    assert drag["aflip", "quadratic-bspline"] == pytest.approx(0.01 * drag["apic", "quadratic-bspline"])
+    assert drag["apic", "trilinear"] == pytest.approx(0.0, abs=1e-12)
+    assert drag["flip", "quadratic-bspline"] == 0.0
+
+
+@pytest.mark.parametrize(("transfer", "cells", "warns"), [("apic", 8, True), ("apic", 24, False), ("aflip", 8, False)])
+def test_a_channel_that_the_transfer_slows_is_warned_of(transfer, cells, warns, recwarn):
+    oil = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
+    oil |= {"eos": {"kind": "tait", "sound_speed": 40.0, "carries_tension": True}}
+    body = box((0, 0, 0), (8 / cells, 2, 0), oil, (2, 2, 1), name="oil")
+    more = {"periodic": ["x"], "functions": "quadratic-bspline", "support": [{"where": ["y-lower", "y-upper"]}]}
+    Simulation(case(body, counts=(4, cells, 1), cell=2 / cells, transfer=transfer, gravity=(3, 0, 0), **more), threads=1)
+    found = [str(one.message) for one in recwarn if "at walls on faces of the grid" in str(one.message)]
+    assert len(found) == warns
+    if warns:
+        assert "in a channel, 7.5 cells wide, by about 13 % of the mean velocity. Set `time.transfer" in found[0]

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from small_cases import GAS, SLIP, SOLID, advance, box, simulation
 
-TRANSFERS = ({"transfer": "flip"}, {"transfer": "pic"}, {"transfer": "blend", "flip_fraction": 0.9}, {"transfer": "apic"})
+TRANSFERS = [{"transfer": "flip"}, {"transfer": "pic"}, {"transfer": "blend", "flip_fraction": 0.9}, {"transfer": "apic"}]
+TRANSFERS += [{"transfer": "aflip", "flip_fraction": 0.9}]
 every_transfer = pytest.mark.parametrize("transfer", TRANSFERS, ids=lambda transfer: transfer["transfer"])
 every_scheme = pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
 ROUNDING, STEPS = 1e-12, 150

@@ -63,8 +63,12 @@ class TimeCase(Part):
     end: float = parameter("s", "end time of the run", gt=0)
     step: float | None = parameter("s", "fixed time step (default: `courant` times the largest stable step)", None, gt=0)
     courant: float = parameter("", "fraction of the largest stable step", 0.4, gt=0, le=1)
-    transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "velocity transfer from grid to points (G2P)", "flip")
-    flip_fraction: float = parameter("", 'fraction of FLIP in the transfer "blend"; the rest is PIC', 0.99, ge=0, le=1)
+    transfer: Literal["flip", "pic", "blend", "apic", "aflip"] = parameter(
+        "", "velocity transfer from grid to points (G2P)", "flip"
+    )
+    flip_fraction: float = parameter(
+        "", 'fraction of FLIP in the transfers "blend" and "aflip"; the rest is PIC', 0.99, ge=0, le=1
+    )
 
     def reached(self, time: float) -> bool:
         """Return True if a time [s] is at or beyond the end of the run."""

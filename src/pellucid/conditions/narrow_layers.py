@@ -2,8 +2,8 @@
 
 A membrane that moves past a wall slides on a layer of liquid. Membrane and liquid share the nodes of the grid, so in a thin
 layer the nodes of the wall also hold the membrane. `validation/slit` has measured errors: with B-splines a cell passes a slit
-in the right time, within 3 %, if the layer is nowhere thinner than 0.6 cells, and in up to half as much again if it becomes
-thinner than 0.3 cells. With other functions it stops 1.4 cells before the edges of the slit, where such a layer should form.
+in the right time, within 3 %, if the layer is nowhere thinner than 0.6 cells, and up to 60 % later if it becomes thinner
+than 0.3 cells. With other functions it stops 1.4 cells before the edges of the slit, where such a layer should form.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -46,8 +46,8 @@ class NarrowLayers(StepPart):
     def warnings(self, energy_scale: float) -> Mapping[str, str]:
         found = {}
         for member, attached in zip(self._membranes, self._attached, strict=True):
-            for wall, near in self._near_points(member).items():
-                if not near <= attached[wall]:
+            for (wall, _), near, before in zip(self._walls, self._near_points(member), attached, strict=True):
+                if not near <= before:
                     found[f"layer between {member.body.name} and {wall}"] = (
                         f"the membrane {member.body.name} has come within {self._least:g} cells of {wall}. The grid "
                         "is too coarse for the layer of liquid between them: the membrane may be too slow there, or stop. "
@@ -55,18 +55,13 @@ class NarrowLayers(StepPart):
                     )
         return found
 
-    def _near_points(self, member: AssembledBody) -> dict[str, frozenset[int]]:
-        """Return the numbers of the points of a membrane around which a cube of twice the least layer meets each wall."""
+    def _near_points(self, member: AssembledBody) -> list[frozenset[int]]:
+        """Return, for each wall, the numbers of the points of a membrane that are near it: the wall contains the point, or a
+        position that is the least layer away along axes and diagonals."""
         place, number = (np.asarray(member.body.stored_field(name)) for name in ("position", "id"))
-        steps = (
-            self._least
-            * self._grid.lattice.cell
-            * np.array(list(product(*((-1, 0, 1) if a else (0,) for a in member.active_axes))))
-        )
-        return {
-            wall: frozenset(number[np.any([is_in(place + step) for step in steps], axis=0)].tolist())
-            for wall, is_in in self._walls
-        }
+        along = [(-1, 0, 1) if active else (0,) for active in member.active_axes]
+        steps = self._least * self._grid.lattice.cell * np.array(list(product(*along)))
+        return [frozenset(number[np.any([is_in(place + step) for step in steps], axis=0)].tolist()) for _, is_in in self._walls]
 
 
 def face_walls(supports: "Sequence[Support]", actions: NodalActions) -> list[tuple[str, IsInWall]]:
@@ -74,9 +69,10 @@ def face_walls(supports: "Sequence[Support]", actions: NodalActions) -> list[tup
     each acts on at most one face."""
     x, y, z = actions.field.grid.thin
     holding = [one.face() for one in supports if one.body is None and one.holds_all((not x, not y, not z))]
-    names = [f"the face {'xyz'[face[0]]}-{('lower', 'upper')[face[1]]}" for face in holding if face is not None]
-    beyond = [partial(_is_beyond, actions.field.grid.lattice, *face) for face in holding if face is not None]
-    return list(zip(names, beyond, strict=True))
+    return [
+        (f"the face {'xyz'[axis]}-{('lower', 'upper')[end]}", partial(_is_beyond, actions.field.grid.lattice, axis, end))
+        for axis, end in (face for face in holding if face is not None)
+    ]
 
 
 def _is_beyond(lattice: Lattice, axis: int, end: int, place: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""Transfer of velocity from the grid to points: FLIP, a blend of FLIP and PIC, or APIC.
+"""Transfer of velocity from the grid to points: FLIP, a blend of FLIP and PIC, APIC, or AFLIP.
 
 Sources: Brackbill & Ruppel 1986 (FLIP); Stomakhin et al. 2013 (blend); Jiang, Schroeder & Teran 2017, J. Comput. Phys. 338,
-137 (APIC). An APIC point also carries the affine velocity field C around itself: nine numbers of its row of `affine`, shape
-(n, 10) [1/s].
+137 (APIC); Fei et al. 2021, ACM Trans. Graph. 40, 109 (AFLIP). With APIC and AFLIP a point also carries the affine velocity
+field C around itself: nine numbers of its row of `affine`, shape (n, 10) [1/s].
 """
 
 from collections.abc import Callable
@@ -25,9 +25,10 @@ class Blend(NamedTuple):
 
 
 class Apic(NamedTuple):
-    """APIC: points receive the interpolated nodal velocity, and the affine velocity field C of the nodes around them."""
+    """APIC: points receive the interpolated nodal velocity, and the affine velocity field C of the nodes around them. AFLIP:
+    the same field, but velocities of a blend of FLIP, with the share `flip`, and PIC, with the share 1 - `flip`."""
 
-    flip: float = 0.0  # share of FLIP
+    flip: float = 0.0  # share of FLIP, between 0 and 1; 0 with APIC
 
 
 VelocityTransfer = Flip | Blend | Apic
@@ -48,13 +49,9 @@ def _flip(transfer, v, mapped, change):
 
 
 @point_function(new_velocity, Blend)
+@point_function(new_velocity, Apic)
 def _blend(transfer, v, mapped, change):
     return transfer.flip * (v + change) + (1.0 - transfer.flip) * mapped
-
-
-@point_function(new_velocity, Apic)
-def _apic(transfer, v, mapped, change):
-    return mapped
 
 
 # by the name in the case file; each takes the case's flip fraction
@@ -63,4 +60,7 @@ TRANSFERS: dict[str, Callable[[float], VelocityTransfer]] = {
     "pic": lambda fraction: Blend(0.0),
     "blend": lambda fraction: Blend(fraction),
     "apic": lambda fraction: Apic(),
+    "aflip": lambda fraction: Apic(fraction),
 }
+AFFINE = tuple(name for name, transfer in TRANSFERS.items() if isinstance(transfer(0.0), Apic))
+"""Names of the transfers with affine velocity fields."""

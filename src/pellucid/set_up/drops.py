@@ -2,7 +2,7 @@
 
 The velocity along the surface of a drop that oscillates in a liquid changes within a thin layer on both sides. Shape functions
 as wide as this layer smooth it, so more liquid moves with the surface. `validation/drop-in-liquid` has the error of the period
-of a plane drop in a liquid of the same density: 10 to 12 % with 7.5 cells per radius, 1 to 4 % with 15.
+of a plane drop in a liquid of the same density: 8 to 12 % with 7.5 cells per radius, 1 to 4 % with 15.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.set_up.indenters import box_in_grid, box_with_images
 
-FEWEST = 12.0  # cells per radius: the middle between a period that is 10 % too long and one that is 1 to 4 % too long
+FEWEST = 12.0  # cells per radius: the middle between a period that is 8 to 12 % too long and one that is 1 to 4 % too long
 HEAVY = 0.1  # density relative to that of the drop, below which a surrounding fluid hardly takes part in the motion
 
 
@@ -35,6 +35,6 @@ def coarse_drops(case: Case) -> Iterator[str]:
         if beside and radius < FEWEST:
             yield (
                 f"body {drop.name} has {radius:.2g} cells in its radius, fewer than {FEWEST:g}. If it oscillates in "
-                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 10 to 12 % "
-                'too long, with 15 cells 1 to 4 %, the smaller values with time.transfer = "flip". Set a smaller grid.cell.'
+                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 8 to 12 % "
+                'too long, with 15 cells 1 to 4 %, the smaller values with time.transfer = "aflip". Set a smaller grid.cell.'
             )

@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.parts.body import Body
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def small_masses(
     with their bodies on the grid."""
     arrays = {body: {name: body.stored_array(name) for name in SIZES if name in body.arrays} for body in bodies}
     small = small_mass(arrays.values())
-    if case.time.transfer != "apic" or case.grid.functions != "trilinear":
+    if case.time.transfer not in AFFINE or case.grid.functions != "trilinear":
         return dict.fromkeys(fields, small)
     return {
         field: max(small, small_mass_of_affine((arrays[body] for body in members), field.grid, case.time.courant))

@@ -19,6 +19,7 @@ from pellucid.contact.contact_body import WarnsOfApproach
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody
 from pellucid.simulation.clock import Clock, fastest_point
@@ -39,6 +40,7 @@ TURNING = {
     "flip": f'The transfer "flip" does not conserve it if stresses vary from cell to cell. {APIC}',
     "blend": f'The PIC part of the transfer "blend" damps rotation within a cell. {APIC}',
     "pic": f'The transfer "pic" damps rotation within a cell. {APIC}',
+    "aflip": f'The transfer "aflip" conserves it only in a rigid rotation. {APIC}',
     "apic": f'The transfer "apic" conserves it only with grid.functions = "quadratic-bspline": set these, or {CELLS}',
 }
 """Remedies for a drift of the angular momentum, by transfer."""
@@ -171,7 +173,7 @@ class Watch:
             even = "Set even_points = true in the material, or a smaller grid.cell"
             if any(body.is_surface or body.keeps_even for body in bodies):  # refused beside membranes; already set
                 even = "Set a smaller grid.cell"
-            elif self._transfer != "apic":
+            elif self._transfer not in AFFINE:
                 even = 'Set time.transfer = "apic" and even_points = true in the material, or a smaller grid.cell'
             return self._warn("gaps", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}. {even}.")
 

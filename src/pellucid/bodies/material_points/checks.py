@@ -13,6 +13,7 @@ from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.surface import Inside
 from pellucid.grid.model import GridCase
+from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
@@ -213,15 +214,15 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
 
 
 def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield findings (errors of the case) for `even_points` without the affine velocity fields of APIC, and beside membranes.
+    """Yield findings (errors of the case) for `even_points` without affine velocity fields, and beside membranes.
     path: path of the body in the data of the case; parts: all parts of the case.
     """
     if not body.material.keeps_points_even:
         return
     here, time = (*path, "material", "even_points"), next(iter(parts.sections["time"].items), None)
-    if (transfer := getattr(time, "transfer", "apic")) != "apic":
-        text = f'points that move need the affine velocity field of APIC, which the transfer "{transfer}" does not have'
-        yield Finding(here, text, 'use time.transfer = "apic", or remove even_points')
+    if (transfer := getattr(time, "transfer", "apic")) not in AFFINE:
+        text = f'points that move need an affine velocity field, which the transfer "{transfer}" does not have'
+        yield Finding(here, text, 'use time.transfer = "apic" or "aflip", or remove even_points')
     if membranes := [other.name for other in parts.of(BodyModel) if other.is_surface and other.field == body.field]:
         text = f"it moves points to where points are missing, also through {listed(membranes)} in the same velocity field"
         yield Finding(here, text, "remove even_points")
