@@ -59,7 +59,7 @@ class Line:
 
 def passage(n: int, pressure: float) -> list[tuple[float, ...]]:
     """Return times, places of front and rear, largest half height in the slit, relative change of the area and largest stretch
-    until the cell has passed. n: cells in 0.75; pressure: that by which the pressure falls along the channel."""
+    until the cell has passed. n: cells in 0.75; pressure: difference between the ends of the channel."""
     of = Unknowns(n)
     matrix, right = equations(of)
     solve = splu(matrix).solve

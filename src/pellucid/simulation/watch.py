@@ -171,7 +171,7 @@ class Watch:
             names = " and ".join(body.name for body in liquids)
             text = f"{100 * share:.2g} % of the cells inside {names} contain no points, so the flow is wrong there"
             even = "Set even_points = true in the material, or a smaller grid.cell"
-            if any(body.is_surface or body.keeps_even for body in bodies):  # refused beside membranes; already set
+            if any(body.is_surface or body.keeps_even for body in bodies):  # not possible beside membranes, or set already
                 even = "Set a smaller grid.cell"
             elif self._transfer not in AFFINE:
                 even = 'Set time.transfer = "apic" and even_points = true in the material, or a smaller grid.cell'
