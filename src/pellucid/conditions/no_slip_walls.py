@@ -26,6 +26,8 @@ The wall is the region that the body fills, moved with its points; its velocity 
 found again when its surface has moved along the normal. Space behind a body that no fluid can reach counts as part of it, so
 that a wall around a fluid may be thin. The motions of the body receive the reaction.
 
+Several supports whose shapes touch and which hold the same axes make one wall, see `pellucid.conditions.walls_of_supports`.
+
 Requirements of supports: material points of viscous fluids; a velocity field that they share at most with rigid bodies and
 membranes; a support that does not end. A support that holds only some axes stops and drags fluids along these. Near a rigid
 body the nodes of the region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces and
@@ -42,9 +44,9 @@ from pellucid.conditions.narrow_layers import IsInWall, NarrowLayers, face_walls
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.wall_surface import WallMaker, find_wall
 from pellucid.conditions.walls_of_bodies import BodyAsWall, EnclosedFluids, find_region
-from pellucid.energy import IMPACT, SUPPORT, StepWork, WorkLayout
+from pellucid.conditions.walls_of_supports import Part, SupportsAsWall, walls_of_supports
+from pellucid.energy import IMPACT, StepWork, WorkLayout
 from pellucid.geometry.region import within
-from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
@@ -123,7 +125,7 @@ class NodalFluid(StepPart):
 
 
 class FluidWall(WallMaker, Protocol):
-    """Interface of a support or body that makes a wall: its region, its velocity, and the account of its reaction."""
+    """Interface of supports or a body that make a wall: its region, its velocity, and the account of its reaction."""
 
     name: str
     """Name in messages."""
@@ -131,40 +133,17 @@ class FluidWall(WallMaker, Protocol):
     """True if fluids slip on the surface."""
 
     def velocity_at(self, place: np.ndarray) -> np.ndarray:
-        """Return the velocities of the wall at positions [m], shape (n, 3), continued rigidly beyond its surface: shape (n, 3),
-        or (3,) if it is uniform [m/s]."""
+        """Return the velocities of the wall at positions [m], shape (n, 3), one for each node near the surface, continued
+        rigidly beyond the surface: shape (n, 3), or (3,) if it is uniform [m/s]."""
 
     def account(self, impulse: np.ndarray, place: np.ndarray, layout: WorkLayout) -> StepWork:
         """Return the reaction of the wall and its work. impulse: impulses of the wall on the fluid [N s] at the positions
         `place` [m], shape (n, 3) each, which the velocity field counted as external; layout: order of the works."""
 
 
-class SupportAsWall:
-    """A support whose shape makes a wall."""
-
-    def __init__(self, support: "Support", row: int, region: Geometry, actions: NodalActions) -> None:
-        """row: index of the support among all supports; region: its region; actions: actions on the nodes of the fluids."""
-        self.name = f"the support `{support.name}`" if support.name else "the wall of a support"
-        self.row, self.axes, self.region, self.slips = row, support.axes(), region, support.slips()
-        self._velocity = actions.supports.velocity[row]
-
-    def faces_fluid(self, place: np.ndarray) -> np.ndarray:
-        return np.ones(len(place), bool)
-
-    def velocity_at(self, place: np.ndarray) -> np.ndarray:
-        return self._velocity
-
-    def account(self, impulse: np.ndarray, place: np.ndarray, layout: WorkLayout) -> StepWork:
-        done, total = layout.no_work(), impulse.sum(axis=0)
-        done.reactions[self.row] += total
-        done.impulse[:] -= total
-        done.works[[SUPPORT, IMPACT]] += float(total @ self._velocity)
-        return done
-
-
 class NoSlipWall(StepPart):
-    """Active condition of the no-slip wall that one support or body makes in one velocity field: fluid does not slip on the
-    surface of its region, wherever the surface lies between the nodes."""
+    """Active condition of the no-slip wall that a body or supports that touch make in one velocity field: fluid does not slip
+    on the surface of its region, wherever the surface lies between the nodes."""
 
     def __init__(
         self,
@@ -176,7 +155,7 @@ class NoSlipWall(StepPart):
         others: Sequence[BodyAsWall],
         assembly: Assembly,
     ) -> None:
-        """actions: actions on the nodes of the velocity field; maker: support or body that makes the wall; bodies: bodies in
+        """actions: actions on the nodes of the velocity field; maker: supports or body that make the wall; bodies: bodies in
         the velocity field; fluid: mass and viscosity of its fluids at the nodes; faces: all supports, split so that each acts
         on at most one face; others: all bodies that act as walls on these fluids."""
         self._actions, self._maker, self._rigid, self._layout = actions, maker, bodies.rigid, assembly.layout
@@ -194,10 +173,12 @@ class NoSlipWall(StepPart):
         self._acts, self._taken = np.zeros(len(wall.node), bool), np.zeros((len(wall.node), 3))
         if isinstance(self._maker, BodyAsWall):
             self._maker.stand(wall.feet[wall.known], wall.surface.normal[wall.known])
+        elif isinstance(self._maker, SupportsAsWall):
+            self._maker.find_owners(wall.place, wall.feet, wall.surface.normal)
 
     @property
     def stands(self) -> bool:
-        return self._maker.row is not None
+        return len(self._maker.rows) > 0
 
     def fills(self, place: np.ndarray) -> np.ndarray:
         grid = self._field.grid
@@ -211,7 +192,7 @@ class NoSlipWall(StepPart):
     @property
     def acts_anywhere(self) -> bool:
         """True if there are nodes near the surface, on which the wall can act, or may come near it."""
-        return len(self._wall.node) > 0 or self._maker.row is None
+        return len(self._wall.node) > 0 or not self._maker.rows
 
     def begin(self, time: float, dt: float) -> None:
         """Free the nodes near the surface, which the support constrains, for this step; nodes near rigid bodies stay
@@ -382,11 +363,12 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[Ste
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
         models, bodies, name = [member.model for member in members], _sorted(members), actions.field.name
-        makers: list[FluidWall] = [
-            SupportAsWall(one, row, shape.geometry(), actions)
+        parts = [
+            Part(row, one, shape.geometry())
             for row, one in enumerate(supports)
             if one.acts_as_wall_among(models) and (shape := one.wall_of_fluids()) is not None
         ]
+        makers: list[FluidWall] = [*walls_of_supports(parts, actions)]
         led = [
             BodyAsWall(member, region, actions)
             for member in assembly.bodies.values()

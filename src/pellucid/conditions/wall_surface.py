@@ -29,11 +29,11 @@ ZERO = (0.0, 0.0, 0.0)
 
 
 class WallMaker(Protocol):
-    """Interface of a support or body whose region acts as a wall of fluids."""
+    """Interface of supports or a body whose region acts as a wall of fluids."""
 
     @property
-    def row(self) -> int | None:
-        """Index of the support among all supports, split so that each acts on at most one face; None for a body."""
+    def rows(self) -> tuple[int, ...]:
+        """Indices of the supports among all supports, split so that each acts on at most one face; none for a body."""
 
     @property
     def axes(self) -> tuple[bool, bool, bool]:
@@ -54,7 +54,7 @@ class WallSurface(NamedTuple):
     place: np.ndarray  # (n, 3) their positions [m]
     held: np.ndarray  # (n,) mask of the nodes in the region, which have the velocity of the wall across the surface
     across: np.ndarray  # (n, 3) unit vector along which a node does not move relative to the wall; zero if there is none
-    released: np.ndarray  # (n, 3) mask of the axes along which only the support of the wall holds the nodes
+    released: np.ndarray  # (n, 3) mask of the axes along which only supports of the wall hold the nodes
     surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
     share: np.ndarray  # (n,) part of each node within faces that the surface meets
@@ -74,8 +74,8 @@ class WallSurface(NamedTuple):
 def find_wall(
     no_slip: NoSlip, actions: NodalActions, maker: WallMaker, faces: "Sequence[Support]", bodies: Sequence[WallMaker]
 ) -> WallSurface:
-    """Return the surface of the region of a wall (`maker`), described at the nodes near it that are free or that the support of
-    the wall constrains. no_slip: computes surfaces on the grid; actions, faces, bodies: as in `NoSlipWall.__init__`."""
+    """Return the surface of the region of a wall (`maker`), described at the nodes near it that are free or that the supports
+    of the wall constrain. no_slip: computes surfaces on the grid; actions, faces, bodies: as in `NoSlipWall.__init__`."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
     x, y, z = grid.thin
@@ -110,15 +110,16 @@ def find_wall(
     open_axes = np.array(active) & ~by_faces
     wanted = open_axes & np.array(maker.axes)
     free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
-    if maker.row is None:
+    own = np.isin(marks, np.array(maker.rows, int) + 1)
+    if not maker.rows:
         held = free & inside
     else:
-        held = np.all((marks == maker.row + 1) | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
+        held = np.all(own | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
     chosen = np.flatnonzero(_is_near(contains, inside, place, lower, cell, active) & (held | free))
     filled, slope = _find_shares(no_slip, contains, place[chosen], cell, half, active)
     steepness = np.linalg.norm(slope, axis=1)
     keep = (steepness > LEAST_SLOPE) & (filled > 0.0) & (filled < 1.0)
-    if maker.row is None:  # no support constrains nodes that lie deeper
+    if not maker.rows:  # no support constrains nodes that lie deeper
         keep |= held[chosen]
     chosen, filled, slope, steepness = chosen[keep], filled[keep], slope[keep], steepness[keep]
     normal, most = -slope / np.maximum(steepness, LEAST_SLOPE)[:, None], half * cell * np.sqrt(len(axes))
@@ -149,7 +150,7 @@ def find_wall(
     ]
     places = [on_surface + height[:, None] * normal for height in heights]
     samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
-    released = held[chosen, None] & wanted[chosen] & (maker.row is not None and marks[chosen] == maker.row + 1)
+    released = held[chosen, None] & wanted[chosen] & own[chosen]
     neighbours = _neighbours(no_slip, node, active)
     stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
     across = normal * np.array(maker.axes)

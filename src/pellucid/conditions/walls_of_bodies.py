@@ -139,7 +139,7 @@ def find_region(member: AssembledBody, grid: Grid) -> Geometry | None:
 class BodyAsWall:
     """A body whose motion is prescribed and whose surface makes a wall."""
 
-    row: int | None = None
+    rows: tuple[int, ...] = ()
     axes, slips = (True, True, True), False
 
     def __init__(self, member: AssembledBody, at_start: Geometry, actions: NodalActions) -> None:
