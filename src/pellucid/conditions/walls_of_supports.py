@@ -3,8 +3,8 @@
 Walls are often made of several shapes that touch or overlap. A face of one shape inside another one is no surface on which a
 fluid flows: as a wall of its own, each shape would drag the fluid with its whole surface, also with the faces at seams. Shapes
 that touch and hold the same axes therefore make one wall. Its region is their union, and its velocity at a node is that of the
-support whose shape has the surface there. Walls that hold different axes remain apart; none has a surface inside another one
-that stops fluids along the same axes.
+support whose shape has the surface there. Supports that hold different axes, or of which only one lets fluids slip, make walls
+of their own. Such a wall has no surface inside another one that holds all its axes; at a seam both are approximate.
 """
 
 from collections.abc import Sequence
@@ -56,9 +56,11 @@ class UnionOfShapes(Geometry):
         return np.min(lower, axis=0), np.max(upper, axis=0)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        inside = np.zeros(len(points), bool)
+        inside, on = np.zeros(len(points), bool), np.array(active)
         for shape in self._shapes:
-            inside |= shape.contains(points, active)
+            lower, upper = shape.bounds()
+            near = np.flatnonzero(~inside & np.all(((points >= lower) & (points <= upper))[:, on], axis=1))
+            inside[near] = shape.contains(points[near], active)
         return inside
 
     def measure(self, active: ActiveAxes) -> float:
@@ -66,7 +68,7 @@ class UnionOfShapes(Geometry):
 
 
 class SupportsAsWall:
-    """Supports whose shapes touch and which hold the same axes: they make one wall together."""
+    """Supports whose shapes touch, which hold the same axes and slip alike: they make one wall together."""
 
     def __init__(self, parts: Sequence[Part], actions: NodalActions) -> None:
         """parts: the supports, at least one; actions: actions on the nodes of the fluids."""
@@ -133,22 +135,21 @@ def walls_of_supports(parts: Sequence[Part], actions: NodalActions) -> list[Supp
     """Return the walls that supports make in a velocity field, in the order of the first support of each. parts: the supports;
     actions: actions on the nodes of the field."""
     grid, pairs = actions.field.grid, np.zeros((len(parts), len(parts)), bool)
+    held = [np.array(part.support.axes()) & active_axes(grid) for part in parts]
     nodes = [_around(part.region, grid) for part in parts] if len(parts) > 1 else []
     for k, one in enumerate(parts):
         for n, other in enumerate(parts[:k]):
-            pairs[k, n] = _act_alike(one.support, other.support) and _touch(one.region, other.region, nodes[k] & nodes[n], grid)
+            alike = one.support.slips() == other.support.slips() and np.array_equal(held[k], held[n])
+            pairs[k, n] = alike and _touch(one.region, other.region, nodes[k] & nodes[n], grid)
     label = connected_components(csr_array(pairs), directed=False)[1] if len(parts) else np.zeros(0, int)
     walls = [
         SupportsAsWall([part for part, of in zip(parts, label, strict=True) if of == wall], actions)
         for wall in dict.fromkeys(label.tolist())
     ]
     for wall in walls:
-        wall.others = [other.region for other in walls if other is not wall and not np.any(np.array(wall.axes) > other.axes)]
+        freed = [np.array(wall.axes) & active_axes(grid) & ~np.array(other.axes) for other in walls]
+        wall.others = [other.region for other, axes in zip(walls, freed, strict=True) if other is not wall and not axes.any()]
     return walls
-
-
-def _act_alike(one: "Support", other: "Support") -> bool:
-    return one.axes() == other.axes() and one.slips() == other.slips()
 
 
 def _around(region: Geometry, grid: Grid) -> np.ndarray:
