@@ -22,6 +22,8 @@ def coarse_drops(case: Case) -> Iterator[str]:
     """Yield a warning for each body with surface tension that has too few cells in its radius, half of its smallest extent,
     and shares its velocity field with another fluid of similar density."""
     fluids = {body.name: (body, body.material) for body in case.body if isinstance(body, MaterialPointsCase) and body.is_fluid}
+    if not case.surface_tension:  # as in every case without a grid
+        return
     planes, active = symmetry_planes(case.support, case.grid), ~np.array(case.thin)
     for condition in case.surface_tension:
         drop, liquid = fluids[condition.body]
