@@ -42,6 +42,11 @@ class ImplicitStress(NamedTuple):
     least: float = 0.0  # smallest shear viscosity at any shear rate [Pa s]
     second: SecondViscosity | None = None  # λ as a function of the viscosity μ of the point; None: uniform viscosities
 
+    @property
+    def resists_volume(self) -> bool:
+        """True if the viscosities resist changes of the volume, i.e. λ is above Stokes' value -2μ/3."""
+        return 3.0 * self.lam + 2.0 * self.mu > 1e-12 * self.mu
+
 
 class PointMaterial(BodyMaterial):
     """Base of materials of material points: user's parameters, law, and initial state.
@@ -94,8 +99,8 @@ class PointMaterial(BodyMaterial):
         return None
 
     def uneven(self, densities: np.ndarray) -> str | None:
-        """Return a description of the problem if the densities of single points of a liquid [kg/m³], shape (n,), differ so much
-        from their mean that pressures of points are wrong; None otherwise."""
+        """Return a description of the problem, without a remedy, if the densities of single points of a liquid [kg/m³], shape
+        (n,), differ so much from their mean that pressures of points are wrong; None otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:

@@ -170,7 +170,7 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
     if not body.material.flows:
         text = f"a material of kind {body.material.kind!r} has shear stresses, so `cell_pressure` cannot be used"
         yield Finding(here, text, remedy)
-    elif (found := body.material.implicit_stress()) is not None and 3.0 * found.lam + 2.0 * found.mu > 1e-12 * found.mu:
+    elif (found := body.material.implicit_stress()) is not None and found.resists_volume:
         text = "the implicit second viscosity is not compatible with cell pressures"
         yield Finding(here, text, "remove cell_pressure, or material.second_viscosity")
     elif body.is_rigid or is_driven(body.name, parts):
@@ -206,11 +206,16 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
     if not grid.functions.endswith("bspline"):
         text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
         yield Finding(here, text, 'use grid.functions = "quadratic-bspline", or remove implicit_pressure')
-    after = [other.name for other in parts.of(BodyModel) if other.meets_after_solve(body)]
+    after = [other for other in parts.of(BodyModel) if other.meets_after_solve(body)]
     if after:
-        text = f"the pressure is solved for before the contact with {listed(after)}, which long steps do not resolve"
-        remedy = f"remove implicit_pressure, or place {listed(after)} in the velocity field of {body.name}, not rigid"
-        yield Finding(here, text, remedy)
+        names = listed([other.name for other in after])
+        text = f"the pressure is solved for before the contact with {names}, which long steps do not resolve"
+        near = (other for other in after if other.field == body.field and other.may_be_wall)
+        can_lead = [other.name for other in near if not is_driven(other.name, parts)]
+        rest = [other.name for other in after if other.name not in can_lead]
+        ways = [f"prescribe the whole motion of {listed(can_lead)} by [[motion]], as of a wall"] if can_lead else []
+        ways += [f"place {listed(rest)} in the velocity field of {body.name}, not rigid"] if rest else []
+        yield Finding(here, text, f"remove implicit_pressure, or {' and '.join(ways)}")
 
 
 def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
