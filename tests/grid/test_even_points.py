@@ -19,6 +19,7 @@ from small_cases import (
 
 from pellucid.errors import RunStopped
 from pellucid.grid.even_points import FILLING, EvenPoints
+from pellucid.grid.points import INVERTED
 from pellucid.simulation.simulation import Simulation
 
 N = 16
@@ -171,8 +172,53 @@ def test_implicit_pressure_passes_the_corners_of_a_lid():
     even = finished(full_box(implicit, **how))
     assert spread(even) < 0.15
     assert abs(even.budget.conservation()["energy"]) < 1e-13
-    with pytest.raises(RunStopped, match="its volume would become zero or negative"):
+    advice = (
+        r'set even_points = true in its material \(with time.transfer = "apic"\) and cell_pressure = true in the body, or use'
+    )
+    with pytest.raises(RunStopped, match=f"its volume would become zero or negative in this step; {advice}"):
         finished(full_box(implicit | {"even_points": False}, **how))
+
+
+OPEN = {"inflow": [{"body": "water", "where": "x-lower", "velocity": 0.1}], "outflow": [{"where": ["x-upper"]}]}
+IMPLICIT = {"scheme": "usl", "functions": "quadratic-bspline"}
+
+
+@pytest.mark.parametrize(
+    ("material", "body", "more", "settings"),
+    [
+        ({}, {}, {}, ["even_points"]),
+        ({"even_points": True}, {}, {}, []),
+        ({"implicit_pressure": True}, {}, IMPLICIT, ["even_points", "cell_pressure"]),
+        ({"implicit_pressure": True, "even_points": True}, {}, IMPLICIT, ["cell_pressure"]),
+        ({"implicit_pressure": True, "even_points": True}, {"cell_pressure": True}, IMPLICIT, []),
+        ({"implicit_pressure": True, "second_viscosity": 0.01}, {}, IMPLICIT, ["even_points"]),
+        ({"implicit_pressure": True}, {}, IMPLICIT | OPEN | {"support": SLIP[2:4]}, ["even_points"]),
+    ],
+)
+def test_the_advice_about_densities_can_be_followed(material, body, more, settings):
+    """All settings that the case accepts and lacks are named, and no others: `cell_pressure` closes open faces and needs
+    Stokes' second viscosity."""
+    found = full_box(LIQUID | {"even_points": False} | material, body=dict(body), **more)
+    water = found.bodies[0]
+    water.arrays["volume"][::50] *= 1.2
+    advice, remedy = water.state_warning().rsplit("; ", 1)[1], water.fault(INVERTED, 0).remedy
+    assert advice.startswith("for confined flow set " if settings else "use a smaller grid.cell")
+    for name in ("even_points", "cell_pressure"):
+        assert (f"{name} = true" in advice) == (name in settings)
+        assert (f"{name} = true" in remedy) == (name in settings and "implicit_pressure" in material)
+    assert ("artificial viscosity" in remedy) == ("implicit_pressure" not in material)
+    followed = LIQUID | {"even_points": False} | material | ({"even_points": True} if "even_points" in settings else {})
+    full_box(followed, body=body | ({"cell_pressure": True} if "cell_pressure" in settings else {}), **more)
+
+
+def test_beside_a_membrane_only_smaller_cells_are_advised():
+    surface = {"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "divisions": 4}}
+    skin = {"kind": "membrane-elements", "name": "skin", "surface": surface, "thickness": 0.01, "material": SKIN}
+    water = box((0, 0, 0), (1, 1, 1), LIQUID | {"even_points": False, "implicit_pressure": True}, name="water")
+    sim = simulation(water, skin, counts=(8, 8, 8), cell=0.125, transfer="apic", **IMPLICIT)
+    sim.bodies[0].arrays["volume"][::50] *= 1.2
+    assert sim.bodies[0].state_warning().endswith("wrong; use a smaller grid.cell")
+    assert sim.bodies[0].fault(INVERTED, 0).remedy == "use a smaller time.step or time.courant, or a finer grid.cell"
 
 
 def test_a_run_names_densities_that_drift():

@@ -275,12 +275,9 @@ class FluidMaterial(PointMaterial):
         share = float(np.mean(off > UNEVEN))
         if share <= SEVERAL:
             return None
-        even = "for confined flow set even_points = true in its material"
-        even += ", and cell_pressure = true in the body" if self.implicit_pressure else ""
-        remedy = "use a smaller grid.cell" if self.even_points else even
         return (
             f"the densities of {100 * share:.2g} % of its points differ by more than {100 * UNEVEN:g} % from the mean, so the "
-            f"pressures of single points are wrong; {remedy}"
+            "pressures of single points are wrong"
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:

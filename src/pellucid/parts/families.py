@@ -36,6 +36,8 @@ class GridBody(Body):
     keeps_heat = False
     """True if points of the body store the kinetic energy lost by transfers and internal forces as heat: the body then
     implements `KeepsHeat`."""
+    is_beside_membrane = False
+    """True if a membrane is in the same velocity field."""
 
     @property
     def keeps_even(self) -> bool:

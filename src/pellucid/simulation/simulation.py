@@ -91,6 +91,9 @@ class Simulation:
         for body, field in built.values():
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
+        for bodies in self._on_grid.values():
+            for body in bodies:
+                body.is_beside_membrane = any(other.is_surface for other in bodies if other is not body)
         numbers = (
             numbers_up_to(min(1 + free_cores(), max(1, set_threads(None) // domain.group.here)))
             if threads is None

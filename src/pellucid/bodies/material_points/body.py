@@ -15,7 +15,7 @@ from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
-from pellucid.grid.points import DISSIPATED, NOT_FINITE, Fault
+from pellucid.grid.points import DISSIPATED, INVERTED, NOT_FINITE, Fault
 from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.transfer import sum_momentum
@@ -150,7 +150,24 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
                     law_fails = f"the energy of its law {type(law).__name__} is not defined at {where}"
                     meaning = f"its state is not a finite number; {law_fails}"
                     return Fault(meaning, "use a law or parameters that allow larger strains, or smaller loads and velocities")
+        if code == INVERTED and self.implicit_stiffness > 0.0:  # artificial viscosity is refused
+            settings, smaller = self._even_settings(), "use a smaller time.step or time.courant, or a finer grid.cell"
+            return super().fault(code, p)._replace(remedy=f"set {settings}, or {smaller}" if settings else smaller)
         return super().fault(code, p)
+
+    def _even_settings(self) -> str:
+        """Return the settings, as text, that keep the densities of the points of a liquid even and that the case allows but
+        does not have; an empty text if there are none. Beside membranes `even_points` is refused, and `cell_pressure` would
+        spread the jump of the pressure over a cell; it also closes the faces of the grid."""
+        if self.is_beside_membrane or not self.material.is_liquid:
+            return ""
+        settings, stress = list[str](), self.implicit_stress
+        if self.material.keeps_heat and not self.material.keeps_points_even:
+            settings.append('even_points = true in its material (with time.transfer = "apic")')
+        is_open = self._open_faces is not None or self._takes_in
+        if stress.stiffness > 0.0 and not (self._model.cell_pressure or is_open or stress.resists_volume):
+            settings.append("cell_pressure = true in the body")
+        return " and ".join(settings)
 
     def state_warning(self) -> str | None:
         """Return a warning if a liquid is compressed beyond the limit of its material law, or if the densities of its points
@@ -159,7 +176,9 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
             uneven = self.material.uneven(self.stored_field("density")) if self._strains else None
-            return None if uneven is None else f"body `{self.name}`: {uneven}"
+            settings = self._even_settings()
+            remedy = f"for confined flow set {settings}" if settings else "use a smaller grid.cell"
+            return None if uneven is None else f"body `{self.name}`: {uneven}; {remedy}"
         passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
 
