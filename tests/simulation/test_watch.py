@@ -86,6 +86,38 @@ def test_gaps_in_a_liquid_are_named(even_points, recwarn):
         assert "cells inside water contain no points, so the flow is wrong there. Set even_points = true" in found[0]
 
 
+BETTER, EVEN = 'grid.functions = "quadratic-bspline"', "even_points = true in the material"
+
+
+@pytest.mark.parametrize(
+    ("functions", "transfer", "even", "has_membrane", "advice"),
+    [
+        ("quadratic-bspline", "apic", False, False, EVEN),
+        ("quadratic-bspline", "flip", False, False, f'time.transfer = "apic" and {EVEN}'),
+        ("trilinear", "apic", False, False, f"{BETTER} and {EVEN}"),
+        ("gimp", "flip", False, False, f'time.transfer = "apic" and {BETTER} and {EVEN}'),
+        ("gimp", "apic", True, False, BETTER),
+        ("quadratic-bspline", "apic", True, False, ""),
+        ("trilinear", "flip", False, True, BETTER),
+        ("quadratic-bspline", "apic", False, True, ""),
+    ],
+)
+def test_the_advice_about_gaps_can_be_followed(functions, transfer, even, has_membrane, advice, monkeypatch):
+    """Even points need APIC, are refused beside membranes, and flow too fast with other functions than B-splines."""
+    material = {"kind": "fluid", "density": 1.0, "even_points": even, "eos": {"kind": "tait", "sound_speed": 10.0}}
+    surface = {"rectangle": {"corner": [1, 1, 1], "first_edge": [2, 0, 0], "second_edge": [0, 2, 0], "points": [5, 5]}}
+    skin = {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3}
+    sheet = {"kind": "membrane-points", "name": "sheet", "surface": surface, "thickness": 0.01, "material": skin}
+    water = box((0, 0, 0), (4, 4, 4), material, (2, 2, 2), name="water")
+    sim = simulation(water, *([sheet] if has_membrane else []), functions=functions, transfer=transfer, support=SLIP)
+    monkeypatch.setattr("pellucid.simulation.watch.share_of_gaps", lambda field, bodies: 0.05)
+    wrong = "5 % of the cells inside water contain no points, so the flow is wrong there"
+    with pytest.warns(UserWarning, match=wrong) as caught:
+        sim._watch.gaps(sim._on_grid, sim.clock)
+    smaller = f"{advice}, or a smaller grid.cell" if advice else "a smaller grid.cell"
+    assert str(caught[0].message).endswith(f"{wrong}. Set {smaller}.")
+
+
 def test_a_free_surface_has_no_gaps(recwarn):
     """Splashing water leaves cells without points too, but does not fill its space."""
     water = {"kind": "fluid", "density": 1000.0, "viscosity": 1e-3, "eos": {"kind": "tait", "sound_speed": 20.0}}
