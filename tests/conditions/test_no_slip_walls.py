@@ -267,6 +267,11 @@ def test_what_cannot_be_outside_a_surface():
     away = {"outside": {"surface": {"box": {"lower": [-9, -8, -8], "upper": [20, -6, -6], "points": [2, 2, 2]}}}}
     with pytest.raises(CaseError, match="no point of the shape is outside the shapes of supports"):
         Simulation(through(away), threads=1)
+    everything = {"box": {"lower": [-1, -1, -1], "upper": [9, 9, 9]}}
+    with pytest.raises(CaseError, match="no point of the shape is outside the shapes of supports") as error:
+        Simulation(through(everything), threads=1)
+    assert error.value.problems[0].key == "body.oil.shape"
+    assert error.value.problems[0].remedy.startswith("make these shapes smaller, or move them")
 
 
 def test_shapes_that_hold_different_axes_do_not_hold_what_the_other_releases():

@@ -131,9 +131,11 @@ class FilledRegion:
         """Return the length [m], area [m²] or volume [m³] of the region, by its dimension, once `points` has yielded all
         points.
 
-        total: sum of the relative volumes that `points` yielded. Raises ValueError if the points represent clearly less than
-        the region, since thin parts of it contain no points.
+        total: sum of the relative volumes that `points` yielded; without points the region counts as empty. Raises ValueError
+        if the points represent clearly less than the region, since thin parts of it contain no points.
         """
+        if total == 0.0:
+            return 0.0
         exact = self._shape.measure(self._active) + self._twice / len(self._offsets) * self._cell
         for other, samples in zip(self._left_out, self._taken, strict=True):
             known = _in_a_box(other, self._shape, self._active)
@@ -143,7 +145,7 @@ class FilledRegion:
         if self._left_out and abs(exact - total * self._cell) > LARGEST_SCALE * exact:
             raise ValueError(
                 f"the points represent {total * self._cell:.4g} of the remaining {exact:.4g} of the shape: the space "
-                f"between the excluded bodies is partly thinner than the distance between points"
+                "that excluded bodies and shapes of supports leave is partly thinner than the distance between points"
             )
         return exact
 

@@ -170,11 +170,15 @@ class SeededBody(DampedModel):
         try:
             seeds = seed(self.shape.geometry(), grid, per_cell, self._left_out_in(grid), wanted)
         except ValueError as error:
-            raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
-        if not seeds.n and self._walls:
-            text = "no point of the shape is outside the shapes of supports, which stop fluids"
-            remedy = "make the shapes of the supports smaller, or move them"
-            raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
+            key = "outside" if self.outside else "shape"
+            raise CaseError(Problem(str(error), f"body.{self.name}.{key}", remedy=remedy)) from None
+        left_out = self.left_out(grid) if not seeds.n else ()
+        if left_out and seed(self.shape.geometry(), grid, per_cell).n:
+            others = ["the bodies that `outside` names"] if self.outside else []
+            others += ["the shapes of supports, which stop fluids"] if len(left_out) > len(self.excluded) else []
+            text = f"no point of the shape is outside {' and '.join(others)}"
+            remedy = f"make these shapes smaller, or move them; if they leave a gap, {remedy}"
+            raise CaseError(Problem(text, f"body.{self.name}.{'outside' if self.outside else 'shape'}", remedy=remedy))
         if not seeds.n:
             text = "no material point is inside the shape: it is thinner than the distance between points"
             raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
