@@ -136,6 +136,7 @@ def test_a_faulty_file_is_an_error_of_the_body(fault: str, place: str, tmp_path:
     message = blamed(tmp_path, written)
     assert f"my.toml:{written[: written.index('bag.obj')].count(chr(10)) + 1}: body." in message
     assert words in message
+    assert ("declare it open" in message) == (fault == "holes" and place == MEMBRANE)
 
 
 def test_a_surface_has_an_inside_in_space_alone(tmp_path: Path) -> None:

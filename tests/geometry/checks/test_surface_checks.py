@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.checks.surface_checks import REPAIR, faults, mesh_faults
+from pellucid.geometry.checks.surface_checks import MOST_EDGES, REPAIR, faults, mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.surfaces.quadrilaterals import BoxSurface, CylinderSurface, Lid, Rectangle, SphereSurface, Tube
 from pellucid.geometry.surfaces.triangles import Disc, Icosphere
@@ -25,8 +25,8 @@ SOUND = {
 }
 
 
-def found(vertices, triangles, closed=True):
-    return list(faults(vertices, triangles, closed))
+def found(vertices, triangles, closed=True, **keys):
+    return list(faults(vertices, triangles, closed, **keys))
 
 
 @pytest.mark.parametrize("surface", SOUND.values(), ids=SOUND)
@@ -110,8 +110,17 @@ def test_holes_are_counted():
     assert text.startswith(
         "the surface is declared closed but has 3 holes with 9 edges in total, one of which is between vertices"
     )
-    assert "`closed = false`" in remedy
+    assert "`close_holes = 3`" in remedy
+    assert "closed = false" not in remedy
+    ((_, remedy),) = found(vertices, np.delete(triangles, apart, axis=0), may_be_open=True)
+    assert remedy.endswith("; or declare it open with `closed = false`")
     assert found(vertices, np.delete(triangles, apart, axis=0), closed=False) == []
+
+
+def test_a_hole_that_repair_cannot_close_is_for_a_mesh_program():
+    tube = Tube(start=(0, 0, 0), end=(0, 0, 1), radius=1.0, points=(MOST_EDGES + 1, 2))
+    ((_, remedy),) = found(*tube.triangulate())
+    assert remedy == "close it in a mesh program: a hole has 201 edges, and `close_holes` closes at most 200"
 
 
 SQUARES = Rectangle(corner=(0, 0, 0), first_edge=(3, 0, 0), second_edge=(0, 3, 0), points=(4, 4)).mesh()

@@ -180,7 +180,7 @@ class MembraneElementsCase(MembraneCase):
             text = "elements have no law of damage: a failed element would leave a hole"
             yield Finding((*path, "material"), text, "remove `damage`, or use kind membrane-points")
         place = (*path, self.place)
-        wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed)]
+        wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed, True)]
         yield from wrong
         if self.bending is not None and not wrong:
             functions = None if parts.grid is None or is_alone(self, parts) else parts.grid.functions

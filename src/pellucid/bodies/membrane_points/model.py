@@ -88,7 +88,7 @@ class MembranePointsCase(MembraneCase):
         if grid is None:
             return
         vertices, triangles = self.surface.triangulate()
-        wrong = [Finding(place, text, remedy) for text, remedy in faults(vertices, triangles, self.surface.closed)]
+        wrong = [Finding(place, text, remedy) for text, remedy in faults(vertices, triangles, self.surface.closed, True)]
         if wrong:
             yield from wrong
         else:

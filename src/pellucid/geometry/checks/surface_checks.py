@@ -12,18 +12,19 @@ from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each
 
 FLATTEST = 1e-10  # area over the square of the longest edge: the normal of an element with a smaller value is not meaningful
 STRAIGHTEST = 1e-3  # twice the area of the triangle at a corner over the area of the quadrilateral: 1 for a square
+MOST_EDGES = 200  # of a hole that `repair` closes: the time grows with the cube, and is a few seconds then
 MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral; the element formulation assumes a flat one
 
 
-def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
+def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool, may_be_open: bool = False) -> Iterator[Fault]:
     """Yield the faults of a triangulated surface, each as a text that describes it and a remedy. vertices: positions, shape
-    (n, 3); triangles: vertex numbers, shape (m, 3); closed: the surface must have no holes."""
-    return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
+    (n, 3); triangles: vertex numbers, shape (m, 3); closed, may_be_open: see `mesh_faults`."""
+    return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed, may_be_open)
 
 
-def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
+def mesh_faults(mesh: Mesh, closed: bool, may_be_open: bool = False) -> Iterator[Fault]:
     """Yield the faults of a surface of quadrilaterals and triangles, each as a text that describes it and a remedy. closed:
-    the surface must have no holes.
+    the surface must have no holes; may_be_open: True if an open surface can be used in its place, as for a membrane.
 
     Faults that make neighbours ambiguous (repeated and degenerate elements, edges with more than two elements) hide the
     others until they are repaired.
@@ -53,7 +54,7 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     flipped = list(_flipped(elements))
     yield from flipped
     if closed:
-        holes = list(_holes(elements))
+        holes = list(_holes(elements, may_be_open))
         yield from holes
         if not (flipped or holes) and is_inside_out(*mesh.triangulated()):
             volume = signed_volume(*mesh.triangulated())
@@ -268,7 +269,7 @@ def _flipped(elements: _Elements) -> Iterator[Fault]:
         yield f"{text} numbers {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
 
 
-def _holes(elements: _Elements) -> Iterator[Fault]:
+def _holes(elements: _Elements, may_be_open: bool) -> Iterator[Fault]:
     rim = elements.edges_of(lambda n: n == 1)
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
@@ -276,7 +277,10 @@ def _holes(elements: _Elements) -> Iterator[Fault]:
         text += f" with {counted(len(rim), 'edge', 'edges')} in total"
         largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
         remedy = f"close it: for a mesh file, set `repair = true` and `close_holes = {largest}`, or run `pellucid mesh FILE"
-        remedy += f" --repair --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
+        remedy += f" --repair --close-holes {largest} --out NEW`"
+        if largest > MOST_EDGES:
+            remedy = f"close it in a mesh program: a hole has {largest} edges, and `close_holes` closes at most {MOST_EDGES}"
+        remedy += "; or declare it open with `closed = false`" if may_be_open else ""
         yield f"{text}, one of which is {_between(rim[0])}{elements.place(rim[0])}", remedy
 
 

@@ -273,7 +273,6 @@ def _turned(mesh: Mesh, turned: np.ndarray) -> Mesh:
 
 
 Triangles = list[tuple[int, int, int]]
-MOST_EDGES = 200  # of a hole that is closed: the time grows with the cube, and is a few seconds then
 
 
 def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:

@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.checks.surface_repair import MOST_EDGES, repaired
+from pellucid.geometry.checks.surface_checks import MOST_EDGES
+from pellucid.geometry.checks.surface_repair import repaired
 from pellucid.geometry.files.contents import Contents, first_order, flat_blocks
 from pellucid.geometry.files.read import SURFACES, FileState, MeshFile, read_file, states_of_files
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed, joined, layers_parted, rounding_of
