@@ -54,6 +54,18 @@ MISTAKES = {
     "unknown unit": ("cell = 0.05", 'cell = "5 Cm"', "", ['unknown unit "Cm"', "did you mean"]),
     "number for a text": ('title = "A drop and a block"', "title = 3", "", ["title = 3", "must be text in quotes"]),
     "number for a table": ("[quick]", "[quick]\ntime = 3\n[quick.a]", "time = 3", ["quick", "must be a table"]),
+    "a number for a table with known keys": (
+        "density = 1000.0,",
+        "density = 1000.0, artificial_viscosity = 1,",
+        "",
+        ["must be a table (artificial viscosity)", "Write `artificial_viscosity = { ... }` with", "quadratic, linear, work"],
+    ),
+    "outside a surface without the key surface": (
+        "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] } }",
+        "where = { outside = { cylinder = { start = [0, 0, 0], end = [1, 0, 0], radius = 0.4, rings = 3, along = 4 } } }",
+        "",
+        ["support.1.where.outside.cylinder", "into the table `surface`: `outside = { surface = { cylinder = ... } }`."],
+    ),
     "not finite": ("end = 0.1", "end = inf", "", ["time.end = inf", "finite"]),
     "two components": (
         "velocity = [1.0, 0, 0]",
@@ -459,6 +471,15 @@ MISTAKES |= {
             'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["block", "block"]',
             "bodies =",
             ["wall.0.bodies.1", "body block is named twice", "remove one of them"],
+        ),
+        (
+            "of a file",
+            'surface = { file = { path = "channel.stl" } }',
+            "[[wall]]",
+            [
+                "a [[wall]] is a plane and has no `surface`",
+                'use a [[support]] with where = { outside = { surface = { file = { path = "',
+            ],
         ),
         (
             "with friction of no kind",

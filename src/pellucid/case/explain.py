@@ -11,6 +11,7 @@ from pellucid.errors import Problem, shown
 from pellucid.findings import Disagreement, Finding, Path, Refusal, hint, listed
 
 MISSING = object()
+INTO = "Move it into the table `"
 
 LIMITS = {
     "greater_than": ("gt", "greater than"),
@@ -154,6 +155,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     text = f"must be {' or '.join(dict.fromkeys(wanted))}{meaning}"
     if wanted == ["a list"] and isinstance(value, dict):
         return [Finding(path, text, _list_remedy(path, field, schema))]
+    if wanted == ["a table"] and (keys := schema.keys_of(field)):
+        return [Finding(path, text, f"Write `{path[-1]} = {{ ... }}` with some of the keys {listed(keys)}.")]
     return [Finding(path, text, hint(value, choices) if isinstance(value, str) else "")]
 
 
@@ -161,6 +164,11 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
     """Return the remedy for an unknown key, at `path`, that would be valid in a neighbouring or enclosing table; an empty
     text if the key is valid in none of these tables."""
     key, around = path[-1], path[:-1]
+    for needed in schema.required_at(around, data):
+        if value_at((*around, needed), data) is MISSING and key in schema.keys_of(schema.field_at((*around, needed), data)):
+            table = f"{needed} = {{ {key} = ... }}"
+            table = f"{path[-2]} = {{ {table} }}" if isinstance(path[-2], str) else table
+            return f"{INTO}{needed}`: `{table}`."
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
         return f"Move it to {table}, next to `{path[-2]}`."
@@ -221,6 +229,6 @@ def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:
 
 
 def _without_echoes(found: list[Finding]) -> list[Finding]:
-    """Remove each finding of a missing key that only repeats a finding of a misspelt key in the same table."""
-    meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith("did you mean `")}
+    """Remove each finding of a missing key that only repeats a finding of a misspelt or misplaced key in the same table."""
+    meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith(("did you mean `", INTO))}
     return [item for item in found if not (item.text.startswith("is missing") and item.path in meant)]

@@ -47,6 +47,15 @@ class Schema:
             return []
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
+    def keys_of(self, node: dict[str, Any]) -> list[str]:
+        """Return the names of the keys of a table that a case does not contain, of the first of its kinds; an empty list if
+        the key does not hold a table. node: schema of the key that would hold the table."""
+        return list(self._choice(node, {}).get("properties", {}))
+
+    def required_at(self, path: Path, data: Any) -> list[str]:
+        """Return the names of the keys that the table at `path` must have."""
+        return list(self._choice(self.field_at(path, data), {}).get("required", ()))
+
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
         """Return the names of the kinds of tables that a key accepts. With `key`, only kinds with a key of this name are
         returned. node: schema of the key that holds the table."""

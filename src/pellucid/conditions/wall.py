@@ -2,15 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 
 from pellucid.conditions.contact import Sliding
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import CONTACT_WORK, Channel
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
@@ -19,6 +19,12 @@ from pellucid.parts.part import Parts
 from pellucid.units import in_degrees
 
 ON_A_FACE = 1e-9  # tolerance for a plane on a face of the grid, in cells
+OF_OTHER_WALLS = ("surface", "shape", "where")  # keys that users give for walls that are not planes
+CURVED = (
+    "for a channel of fluids with a wall from a file use a [[support]] with "
+    'where = { outside = { surface = { file = { path = "...", closed = true } } } }, for an obstacle a shape, such as '
+    "where = { sphere = { ... } }; for other bodies use a fixed body"
+)
 
 
 class Wall(Sliding):
@@ -47,6 +53,13 @@ class Wall(Sliding):
     )
 
     _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_a_plane(cls, data: Any) -> Any:
+        if isinstance(data, dict) and (other := next((key for key in OF_OTHER_WALLS if key in data), None)):
+            raise Refusal(f"a [[wall]] is a plane and has no `{other}`", CURVED)
+        return data
 
     @property
     def advances(self) -> bool:
