@@ -172,9 +172,8 @@ def test_implicit_pressure_passes_the_corners_of_a_lid():
     even = finished(full_box(implicit, **how))
     assert spread(even) < 0.15
     assert abs(even.budget.conservation()["energy"]) < 1e-13
-    advice = (
-        r'set even_points = true in its material \(with time.transfer = "apic"\) and cell_pressure = true in the body, or use'
-    )
+    transfers = r'\(with time.transfer = "apic" or "aflip"\)'
+    advice = f"set even_points = true in its material {transfers} and cell_pressure = true in the body, or use"
     with pytest.raises(RunStopped, match=f"its volume would become zero or negative in this step; {advice}"):
         finished(full_box(implicit | {"even_points": False}, **how))
 

@@ -214,7 +214,7 @@ def _keys_of_even_densities(case: "Case", names: Sequence[str], settings: dict[s
         is_open = bool(case.inflow or case.outflow)  # cell pressures treat faces as walls
         if not (is_open or getattr(body, "cell_pressure", True)) and _accepts(case, settings | found | {cells: True}):
             found[cells] = True
-        if not body.material.keeps_points_even:
+        if isinstance(body.material, PointMaterial) and not body.material.keeps_points_even:
             tried = ({even: True}, {"time.transfer": "apic", even: True})
             found |= next((more for more in tried if _accepts(case, settings | found | more)), {})
     return found

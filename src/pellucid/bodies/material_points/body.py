@@ -163,7 +163,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
             return ""
         settings, stress = list[str](), self.implicit_stress
         if self.material.keeps_heat and not self.material.keeps_points_even:
-            settings.append('even_points = true in its material (with time.transfer = "apic")')
+            settings.append('even_points = true in its material (with time.transfer = "apic" or "aflip")')
         is_open = self._open_faces is not None or self._takes_in
         if stress.stiffness > 0.0 and not (self._model.cell_pressure or is_open or stress.resists_volume):
             settings.append("cell_pressure = true in the body")
