@@ -177,7 +177,8 @@ class SeededBody(DampedModel):
             others = ["the bodies that `outside` names"] if self.outside else []
             others += ["the shapes of supports, which stop fluids"] if len(left_out) > len(self.excluded) else []
             text = f"no point of the shape is outside {' and '.join(others)}"
-            remedy = f"make these shapes smaller, or move them; if they leave a gap, {remedy}"
+            text += ": nothing is left, or only gaps thinner than the distance between points"
+            remedy = f"make these shapes smaller, or move them; for gaps, {remedy}"
             raise CaseError(Problem(text, f"body.{self.name}.{'outside' if self.outside else 'shape'}", remedy=remedy))
         if not seeds.n:
             text = "no material point is inside the shape: it is thinner than the distance between points"
