@@ -25,7 +25,13 @@ from pellucid.simulation.simulation import Simulation
 N = 16
 TAIT = {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}
 LIQUID = {"kind": "fluid", "density": 1.0, "viscosity": 0.01, "eos": TAIT, "even_points": True}
-SKIN = {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3}
+SKIN = {
+    "kind": "membrane-elements",
+    "name": "skin",
+    "surface": {"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "divisions": 4}},
+    "thickness": 0.01,
+    "material": {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3},
+}
 LID = [{"where": "y-upper", "velocity": (1, 0, 0)}, {"where": ["x-lower", "x-upper", "y-lower"]}]
 
 
@@ -154,15 +160,13 @@ def test_it_is_for_liquids_with_apic():
 
 def test_it_is_refused_beside_membranes():
     """It would move points of a liquid through the membrane of a drop: a cell in a slit lost the liquid around it."""
-    surface = {"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "divisions": 4}}
-    skin = {"kind": "membrane-elements", "name": "skin", "surface": surface, "thickness": 0.01, "material": SKIN}
     grid = {"counts": (8, 8, 8), "cell": 0.125, "transfer": "apic"}
     water = box((0, 0, 0), (1, 1, 1), LIQUID, name="water")
     with pytest.raises(
         ValueError, match=r"moves points to where points are missing, also through skin in the same velocity field"
     ):
-        case(water, skin, **grid)
-    assert len(case(water, skin | {"field": "own"}, **grid).body) == 2
+        case(water, SKIN, **grid)
+    assert len(case(water, SKIN | {"field": "own"}, **grid).body) == 2
 
 
 def test_implicit_pressure_passes_the_corners_of_a_lid():
@@ -211,10 +215,8 @@ def test_the_advice_about_densities_can_be_followed(material, body, more, settin
 
 
 def test_beside_a_membrane_only_smaller_cells_are_advised():
-    surface = {"sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.3, "divisions": 4}}
-    skin = {"kind": "membrane-elements", "name": "skin", "surface": surface, "thickness": 0.01, "material": SKIN}
     water = box((0, 0, 0), (1, 1, 1), LIQUID | {"even_points": False, "implicit_pressure": True}, name="water")
-    sim = simulation(water, skin, counts=(8, 8, 8), cell=0.125, transfer="apic", **IMPLICIT)
+    sim = simulation(water, SKIN, counts=(8, 8, 8), cell=0.125, transfer="apic", **IMPLICIT)
     sim.bodies[0].arrays["volume"][::50] *= 1.2
     assert sim.bodies[0].state_warning().endswith("wrong; use a smaller grid.cell")
     assert sim.bodies[0].fault(INVERTED, 0).remedy == "use a smaller time.step or time.courant, or a finer grid.cell"

@@ -310,7 +310,7 @@ OPEN = {"outflow": [{"where": ["y-upper"]}], "support": WALLS[:1]}
     ],
 )
 def test_the_forecast_names_what_keeps_densities_even_in_long_steps(change, more, also):
-    """As far as the case accepts it: with implicit pressure alone, points of a lid-driven cavity collapse."""
+    """Points of a lid-driven cavity collapse with implicit pressure alone. The hint names the keys that the case accepts."""
     thick = {"implicit_pressure": False, "implicit_viscosity": True}
     body = box((0, -0.5, 0), (0.5, 0.5, H), LIQUID | thick | change, (2, 2, 1), velocity=(1.0, 0, 0))
     sim = plane(body, functions="quadratic-bspline", output={"history": 0.05}, **more)

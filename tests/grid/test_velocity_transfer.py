@@ -1,4 +1,4 @@
-"""What transfers of velocity do to a slow flow between walls, and which energy they keep."""
+"""Transfers of velocity in a slow flow between walls: error of the flow and of the energy."""
 
 import numpy as np
 import pytest

@@ -77,7 +77,8 @@ def test_heat_is_the_same_for_every_observer(transfer):
         sim = simulation(body, counts=(12, 12, 1), functions="quadratic-bspline", step=0.01, end=1.0, **transfer)
         advance(sim, 2)
         heats.append(sim.bodies[0].transfer_loss.total)
-    assert heats[0] > 0.0 or transfer["transfer"] == "aflip", "its affine field, zero at the start, still takes up energy"
+    # the affine field of AFLIP, zero at the start, takes up more energy than the velocities lose
+    assert heats[0] < 0.0 if transfer["transfer"] == "aflip" else heats[0] > 0.0
     # the second step begins a tenth of a cell further on, where the functions differ: the first order of that
     assert heats[1] == pytest.approx(heats[0], rel=0.3 if transfer["transfer"] != "flip" else 0.6)
 

@@ -45,8 +45,8 @@ def test_the_period_in_a_liquid(transfer):
 
 @pytest.mark.slow
 def test_the_reference_has_the_exact_period():
-    """Of small oscillations in an unbounded liquid, compared with a box of edge 2. With 96 terms along an axis the series are
-    1.3 to 1.6 % off, with 192 terms 0.3 %."""
+    """The period of small oscillations: exact in an unbounded liquid, by series in a box of edge 2. With 96 terms along an axis
+    the series are 1.3 to 1.6 % off, with 192 terms 0.3 %."""
     reference = runpy.run_path(str(CASE.parent / "reference.py"))
     exact, series = (
         zeros_of(*result) for result in (reference["exact"](0.005, 0.4), reference["oscillate"](0.005, 0.4, 96, 8e-4, edge=2.0))

@@ -38,34 +38,36 @@ def weights(place):
 
 
 @njit(cache=True)
+def around(place, shape):
+    """Return the indices along x, y and z of the 64 nodes around a place, in cells, and their weights. shape: of the grid
+    (3, x, y, z), which is periodic along x and z."""
+    (a, wa), (b, wb), (c, wc) = weights(place[0]), weights(place[1]), weights(place[2])
+    x, y, z, w = np.empty(64, np.int64), np.empty(64, np.int64), np.empty(64, np.int64), np.empty(64)
+    for n in range(64):
+        p, q, r = n // 16, n // 4 % 4, n % 4
+        x[n], y[n], z[n], w[n] = (a + p) % shape[1], b + q, (c + r) % shape[3], wa[p] * wb[q] * wc[r]
+    return x, y, z, w
+
+
+@njit(cache=True)
 def spread(places, forces, grid):
     """Add forces at places, in cells, to a grid (3, x, y, z) that is periodic along x and z."""
     for i in range(len(places)):
-        a, wa = weights(places[i, 0])
-        b, wb = weights(places[i, 1])
-        c, wc = weights(places[i, 2])
-        for p in range(4):
-            for q in range(4):
-                for r in range(4):
-                    w = wa[p] * wb[q] * wc[r]
-                    for k in range(3):
-                        grid[k, (a + p) % grid.shape[1], b + q, (c + r) % grid.shape[3]] += w * forces[i, k]
+        x, y, z, w = around(places[i], grid.shape)
+        for n in range(64):
+            for k in range(3):
+                grid[k, x[n], y[n], z[n]] += w[n] * forces[i, k]
 
 
 @njit(cache=True)
 def gathered(places, grid):
-    """The values of a grid at places, in cells."""
+    """Return the values of a grid at places, in cells."""
     found = np.zeros_like(places)
     for i in range(len(places)):
-        a, wa = weights(places[i, 0])
-        b, wb = weights(places[i, 1])
-        c, wc = weights(places[i, 2])
-        for p in range(4):
-            for q in range(4):
-                for r in range(4):
-                    w = wa[p] * wb[q] * wc[r]
-                    for k in range(3):
-                        found[i, k] += w * grid[k, (a + p) % grid.shape[1], b + q, (c + r) % grid.shape[3]]
+        x, y, z, w = around(places[i], grid.shape)
+        for n in range(64):
+            for k in range(3):
+                found[i, k] += w[n] * grid[k, x[n], y[n], z[n]]
     return found
 
 

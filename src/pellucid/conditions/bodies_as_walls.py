@@ -29,8 +29,7 @@ def with_walls(
     """
     if grid is None:
         return list(bodies)
-    x, y, z = (not thin for thin in grid.thin())
-    active, kept, known = (x, y, z), [], {body.name for body in bodies}
+    active, kept, known = grid.active_axes(), [], {body.name for body in bodies}
     whole = [one for one in supports if one.holds_all(active) or one.slips()]
     walls_of = {body.field: _walls_in([o for o in bodies if o.field == body.field], bodies, motions, grid) for body in bodies}
     marked = [body.as_wall(body.name in walls_of[body.field]) for body in bodies]
@@ -52,17 +51,16 @@ def _walls_in(
     """Return the names of the bodies of one velocity field on whose surface fluids do not slip, see
     `pellucid.conditions.no_slip_walls`: motions prescribe their whole motion, none is thinner than a cell, and the only other
     bodies are viscous fluids. together: bodies of the field; bodies, motions: of the case; grid: table of the grid."""
-    x, y, z = (not thin for thin in grid.thin())
     fluids = [body for body in together if body.is_fluid and not body.is_rigid and body.shear_viscosity > 0.0]
     rest = [body for body in together if body not in fluids]
-    if not fluids or not all(is_led(body, motions, (x, y, z)) for body in rest):
+    if not fluids or not all(is_led(body, motions, grid.active_axes()) for body in rest):
         return set()
     return set() if any(is_thin(body, bodies, grid) for body in rest) else {body.name for body in rest}
 
 
 def is_thin(body: BodyModel, bodies: Sequence[BodyModel], grid: GridCase) -> bool:
     """Return True if a tenth of a solid is thinner than LEAST_THICKNESS along an axis. bodies: of the case."""
-    x, y, z = active = np.array([not thin for thin in grid.thin()])
+    x, y, z = active = np.array(grid.active_axes())
     names = {other.name for other in bodies}
     region = body.with_others(bodies).wall_region(grid) if names.issuperset(body.excluded_bodies()) else None
     if region is None:

@@ -10,12 +10,20 @@ from pellucid.conditions.open_walls import OpenWalls
 from pellucid.energy import StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
-from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults, needs_mesh
+from pellucid.geometry.region import (
+    CONSTRAINS_NOTHING,
+    EVERY_AXIS,
+    NOWHERE,
+    Selectable,
+    chosen_nodes,
+    faults,
+    needs_mesh,
+)
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_conditions import Supports, YieldingWalls, no_walls
 from pellucid.grid.nodal_fields import fields_of
-from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
+from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import HeldInRegions, NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 from pellucid.parts.support_precedence import find_owners
@@ -210,15 +218,14 @@ def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
 def nodes_of(support: "Support", grid: GridCase | None, of: Selectable) -> np.ndarray:
     """Return a mask of the nodes that a support constrains, shape (n,); of: all nodes of the grid or of a body."""
     region, face, position = support.region(), support.face(), of.position
-    thin = grid.thin() if grid else NO_AXES
+    active = grid.active_axes() if grid else EVERY_AXIS
     if region is not None:
-        x, y, z = thin
         reach = REACH * grid.cell if grid else 0.0
-        return chosen_nodes(region, of, (not x, not y, not z), reach)
+        return chosen_nodes(region, of, active, reach)
     if face is None or grid is None:
         return np.ones(len(position), bool)
     axis, end = face
-    if thin[axis]:
+    if not active[axis]:
         return np.ones(len(position), bool)
     cells = (position[:, axis] - grid.lower[axis]) / grid.cell
     return np.asarray(np.abs(cells - end * grid.counts()[axis]) <= REACH)

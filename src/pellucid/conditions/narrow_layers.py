@@ -38,7 +38,7 @@ class NarrowLayers(StepPart):
         """membranes: membranes of the velocity field; walls: name of each wall, and whether positions lie in it; actions:
         actions on the nodes of the field."""
         self._membranes, self._walls, self._grid = membranes, walls, actions.field.grid
-        smooth = self._grid.case.functions.endswith("bspline")
+        smooth = self._grid.case.is_smooth
         self._least = LEAST_SMOOTH if smooth else LEAST_OTHER
         self._remedy = f"Set {'' if smooth else FUNCTIONS}a smaller grid.cell"
         self._attached = [self._near_points(member) for member in membranes]
@@ -61,16 +61,18 @@ class NarrowLayers(StepPart):
         place, number = (np.asarray(member.body.stored_field(name)) for name in ("position", "id"))
         along = [(-1, 0, 1) if active else (0,) for active in member.active_axes]
         steps = self._least * self._grid.lattice.cell * np.array(list(product(*along)))
-        return [frozenset(number[np.any([is_in(place + step) for step in steps], axis=0)].tolist()) for _, is_in in self._walls]
+        around = (place[:, None] + steps).reshape(-1, 3)
+        near = (is_in(around).reshape(len(place), -1).any(axis=1) for _, is_in in self._walls)
+        return [frozenset(number[mask].tolist()) for mask in near]
 
 
 def face_walls(supports: "Sequence[Support]", actions: NodalActions) -> list[tuple[str, IsInWall]]:
     """Return the faces of the grid on which supports hold liquids, for `NarrowLayers`; supports: all supports, split so that
     each acts on at most one face."""
-    x, y, z = actions.field.grid.thin
-    holding = [one.face() for one in supports if one.body is None and one.holds_all((not x, not y, not z))]
+    grid = actions.field.grid
+    holding = [one.face() for one in supports if one.body is None and one.holds_all(grid.active_axes)]
     return [
-        (f"the face {'xyz'[axis]}-{('lower', 'upper')[end]}", partial(_is_beyond, actions.field.grid.lattice, axis, end))
+        (f"the face {'xyz'[axis]}-{('lower', 'upper')[end]}", partial(_is_beyond, grid.lattice, axis, end))
         for axis, end in (face for face in holding if face is not None)
     ]
 

@@ -182,8 +182,7 @@ class NoSlipWall(StepPart):
 
     def fills(self, place: np.ndarray) -> np.ndarray:
         grid = self._field.grid
-        x, y, z = grid.thin
-        return within(self._maker.region, place, (not x, not y, not z), grid.periods)
+        return within(self._maker.region, place, grid.active_axes, grid.periods)
 
     def restore_marks(self) -> None:
         """Let the support constrain the nodes again that the wall freed."""

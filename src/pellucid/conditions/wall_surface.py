@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.geometry.region import within
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.contract import ActiveAxes, Space
 from pellucid.grid.actions import NodalActions
 from pellucid.model import Vector
 
@@ -40,7 +40,7 @@ class WallMaker(Protocol):
         """Axes along which the wall stops and drags fluids."""
 
     @property
-    def region(self) -> Geometry:
+    def region(self) -> Space:
         """Region of the wall in this step."""
 
     def faces_fluid(self, place: np.ndarray) -> np.ndarray:
@@ -78,8 +78,7 @@ def find_wall(
     of the wall constrain. no_slip: computes surfaces on the grid; actions, faces, bodies: as in `NoSlipWall.__init__`."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
-    x, y, z = grid.thin
-    active: ActiveAxes = (not x, not y, not z)
+    active: ActiveAxes = grid.active_axes
     cell, axes = lattice.cell, np.flatnonzero(active)
     index, place = grid.where()
     order = np.argsort(index)
@@ -241,7 +240,7 @@ class Walls:
             velocity[new], number[new] = np.asarray(moving, float), body
         return Opposite(np.where(gap > 0.0, gap, np.inf), velocity, number)
 
-    def _in_region(self, region: Geometry) -> Inside:
+    def _in_region(self, region: Space) -> Inside:
         return lambda place: within(region, _mirrored(place, *self._ends, self._mirrors)[0], self._active, self._periods)
 
     def _beyond_face(self, axis: int, end: int) -> Inside:

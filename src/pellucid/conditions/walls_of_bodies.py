@@ -4,17 +4,15 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from pydantic import PrivateAttr
 from scipy import ndimage
 
 from pellucid.conditions.rigid.kinematics import rotation_between
 from pellucid.energy import IMPACT, MOTION, StepWork, WorkLayout
 from pellucid.geometry.region import within
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.contract import ActiveAxes, Space
 from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.model import parameter
 from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.body import Body
 from pellucid.parts.constraint import PrescribesWhole, RigidRates
@@ -32,7 +30,7 @@ class EmptySpace:
     grid: the grid; walls: regions of all walls; fluid: positions of the points of fluids [m], shape (n, 3).
     """
 
-    def __init__(self, grid: Grid, walls: Sequence[Geometry], fluid: np.ndarray) -> None:
+    def __init__(self, grid: Grid, walls: Sequence[Space], fluid: np.ndarray) -> None:
         self._thin, self._periodic = np.array(grid.thin), np.array(grid.periodic)
         self._walls, self._periods = walls, grid.periods
         self._lower, self._apart = np.array(grid.lattice.lower), grid.lattice.cell / PER_CELL
@@ -86,44 +84,28 @@ class EmptySpace:
         return tuple(np.where(self._periodic, np.mod(at, self._counts), np.clip(at, 0, self._counts - 1)).T)
 
 
-class MovedRegion(Geometry):
+class MovedRegion:
     """Region that a body fills after a rigid motion. Where the region ends at a face of the grid, it continues beyond."""
 
-    shape: Geometry = parameter("", "region at the start")
-
-    _turn: Turn = PrivateAttr()
-    _ends: np.ndarray = PrivateAttr()
-    _bounds: tuple[np.ndarray, np.ndarray] = PrivateAttr()
-    _behind: EmptySpace | None = PrivateAttr(default=None)
-
-    @classmethod
-    def of(cls, shape: Geometry, turn: Turn, ends: np.ndarray, behind: EmptySpace | None) -> "MovedRegion":
-        """Return the region to which `turn` moves `shape`.
-
-        ends: lower and upper corner of the grid [m], shape (2, 3), infinite along axes on which the region does not continue;
-        behind: space that counts as part of the region.
-        """
-        region = cls(shape=shape)
-        region._turn, region._ends, region._behind = turn, ends, behind
+    def __init__(self, shape: Space, turn: Turn, ends: np.ndarray, behind: EmptySpace | None) -> None:
+        """shape: region at the start; turn: its motion; ends: lower and upper corner of the grid [m], shape (2, 3), infinite
+        along axes on which the region does not continue; behind: space that counts as part of the region."""
+        self._shape, self._turn, self._ends, self._behind = shape, turn, ends, behind
         corners = turn.forth(np.array(list(product(*zip(*shape.bounds(), strict=True)))))
-        region._bounds = corners.min(axis=0), corners.max(axis=0)
-        return region
+        self._bounds = corners.min(axis=0), corners.max(axis=0)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return self._bounds
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         points = np.clip(points, *self._ends)
-        inside = np.array(self.shape.contains(self._turn.back(points), active))
+        inside = np.array(self._shape.contains(self._turn.back(points), active))
         if self._behind is not None and not inside.all():
             inside[~inside] = self._behind.contains(points[~inside])
         return inside
 
-    def measure(self, active: ActiveAxes) -> float:
-        return self.shape.measure(active)
 
-
-def find_region(member: AssembledBody, grid: Grid) -> Geometry | None:
+def find_region(member: AssembledBody, grid: Grid) -> Space | None:
     """Return the region that a solid fills at the start of the run, moved if it continues from an earlier run; None if its
     shape is not known. grid: the grid."""
     shape = member.model.wall_region(grid.case)
@@ -133,7 +115,7 @@ def find_region(member: AssembledBody, grid: Grid) -> Geometry | None:
     if np.abs(place - seeds).max() <= ROUNDING * grid.lattice.cell:
         return shape
     one, before, after = np.ones((len(seeds), 1)), seeds.mean(axis=0), place.mean(axis=0)
-    return MovedRegion.of(shape, Turn(rotation_between(one, seeds - before, place - after), before, after), ENDLESS, None)
+    return MovedRegion(shape, Turn(rotation_between(one, seeds - before, place - after), before, after), ENDLESS, None)
 
 
 class BodyAsWall:
@@ -142,7 +124,7 @@ class BodyAsWall:
     rows: tuple[int, ...] = ()
     axes, slips = (True, True, True), False
 
-    def __init__(self, member: AssembledBody, at_start: Geometry, actions: NodalActions) -> None:
+    def __init__(self, member: AssembledBody, at_start: Space, actions: NodalActions) -> None:
         """member: the body; at_start: region that it fills at the start; actions: actions on the nodes of the fluids."""
         grid = actions.field.grid
         lower, upper = np.array(grid.case.lower), np.array(grid.case.extent_upper())
@@ -165,12 +147,12 @@ class BodyAsWall:
     def move(self, turn: Turn) -> None:
         """Move the region by a rigid motion from its initial place."""
         self.turn, self._behind = turn, None
-        self.region = MovedRegion.of(self._at_start, turn, self._ends, None)
+        self.region = MovedRegion(self._at_start, turn, self._ends, None)
 
     def fill_behind(self, behind: EmptySpace) -> None:
         """Let space that no fluid can reach count as part of the region."""
         self._behind = behind
-        self.region = MovedRegion.of(self._at_start, self.turn, self._ends, behind)
+        self.region = MovedRegion(self._at_start, self.turn, self._ends, behind)
 
     def faces_fluid(self, place: np.ndarray) -> np.ndarray:
         return np.ones(len(place), bool) if self._behind is None else self._behind.is_wet(place)
@@ -187,7 +169,7 @@ class BodyAsWall:
         turn = self._constraint.placement()
         if all(np.array_equal(one, other) for one, other in zip(turn, self.turn, strict=True)):
             return None
-        region = MovedRegion.of(self._at_start, turn, self._ends, None)
+        region = MovedRegion(self._at_start, turn, self._ends, None)
         if not self._feet.size:
             return turn
         inside, outside = (within(region, at, self._active, self._grid.periods) for at in self._feet)
@@ -222,7 +204,7 @@ class EnclosedFluids:
     name: name of the velocity field; grid: its grid; shapes: regions of walls made by supports; fluids: the fluids.
     """
 
-    def __init__(self, name: str, grid: Grid, shapes: Sequence[Geometry], fluids: Sequence[Body]) -> None:
+    def __init__(self, name: str, grid: Grid, shapes: Sequence[Space], fluids: Sequence[Body]) -> None:
         self.name, self._grid, self._shapes, self._fluids, self._may_be = name, grid, shapes, fluids, True
 
     def fill_behind(self, bodies: Sequence[BodyAsWall]) -> None:

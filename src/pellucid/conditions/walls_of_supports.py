@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from pydantic import PrivateAttr
 from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from pellucid.energy import IMPACT, SUPPORT, StepWork, WorkLayout
 from pellucid.geometry.region import within
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry, Space
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 
@@ -39,32 +38,22 @@ class Part(NamedTuple):
     region: Geometry
 
 
-class UnionOfShapes(Geometry):
+class UnionOfShapes(NamedTuple):
     """The region that several shapes fill together."""
 
-    _shapes: Sequence[Geometry] = PrivateAttr()
-
-    @classmethod
-    def of(cls, shapes: Sequence[Geometry]) -> "UnionOfShapes":
-        """Return the union of `shapes`."""
-        union = cls()
-        union._shapes = tuple(shapes)
-        return union
+    shapes: Sequence[Geometry]
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        lower, upper = zip(*(shape.bounds() for shape in self._shapes), strict=True)
+        lower, upper = zip(*(shape.bounds() for shape in self.shapes), strict=True)
         return np.min(lower, axis=0), np.max(upper, axis=0)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         inside, on = np.zeros(len(points), bool), np.array(active)
-        for shape in self._shapes:
+        for shape in self.shapes:
             lower, upper = shape.bounds()
             near = np.flatnonzero(~inside & np.all(((points >= lower) & (points <= upper))[:, on], axis=1))
             inside[near] = shape.contains(points[near], active)
         return inside
-
-    def measure(self, active: ActiveAxes) -> float:
-        raise NotImplementedError("the volume of a union of shapes that may overlap is not computed")
 
 
 class SupportsAsWall:
@@ -77,8 +66,8 @@ class SupportsAsWall:
         self.name = ("the wall of a support", one, several)[min(len(names), 2)]
         self.rows, self.axes, self.slips = tuple(part.row for part in parts), first.axes(), first.slips()
         self.shapes = [part.region for part in parts]
-        self.region = self.shapes[0] if len(parts) == 1 else UnionOfShapes.of(self.shapes)
-        self.others: Sequence[Geometry] = ()
+        self.region: Space = self.shapes[0] if len(parts) == 1 else UnionOfShapes(self.shapes)
+        self.others: Sequence[Space] = ()
         """Regions of other walls inside which this one has no surface."""
         self._grid, self._velocities = actions.field.grid, actions.supports.velocity[list(self.rows)]
         # for several supports: velocities of the wall at the nodes near the surface, and the share of each support there
@@ -87,7 +76,7 @@ class SupportsAsWall:
     def faces_fluid(self, place: np.ndarray) -> np.ndarray:
         outside = np.ones(len(place), bool)
         for region in self.others:
-            outside &= ~within(region, place, active_axes(self._grid), self._grid.periods)
+            outside &= ~within(region, place, self._grid.active_axes, self._grid.periods)
         return outside
 
     def velocity_at(self, place: np.ndarray) -> np.ndarray:
@@ -112,7 +101,7 @@ class SupportsAsWall:
 
     def _in_shapes(self, place: np.ndarray) -> np.ndarray:
         """Return masks of the positions [m], shape (n, 3), in each shape, shape (shapes, n)."""
-        active, periods = active_axes(self._grid), self._grid.periods
+        active, periods = self._grid.active_axes, self._grid.periods
         return np.stack([within(shape, place, active, periods) for shape in self.shapes])
 
     def account(self, impulse: np.ndarray, place: np.ndarray, layout: WorkLayout) -> StepWork:
@@ -125,17 +114,11 @@ class SupportsAsWall:
         return done
 
 
-def active_axes(grid: Grid) -> ActiveAxes:
-    """Return a mask of the axes along which the grid is more than one cell thick."""
-    x, y, z = grid.thin
-    return not x, not y, not z
-
-
 def walls_of_supports(parts: Sequence[Part], actions: NodalActions) -> list[SupportsAsWall]:
     """Return the walls that supports make in a velocity field, in the order of the first support of each. parts: the supports;
     actions: actions on the nodes of the field."""
     grid, pairs = actions.field.grid, np.zeros((len(parts), len(parts)), bool)
-    held = [np.array(part.support.axes()) & active_axes(grid) for part in parts]
+    held = [np.array(part.support.axes()) & grid.active_axes for part in parts]
     nodes = [_around(part.region, grid) for part in parts] if len(parts) > 1 else []
     for k, one in enumerate(parts):
         for n, other in enumerate(parts[:k]):
@@ -147,7 +130,7 @@ def walls_of_supports(parts: Sequence[Part], actions: NodalActions) -> list[Supp
         for wall in dict.fromkeys(label.tolist())
     ]
     for wall in walls:
-        freed = [np.array(wall.axes) & active_axes(grid) & ~np.array(other.axes) for other in walls]
+        freed = [np.array(wall.axes) & grid.active_axes & ~np.array(other.axes) for other in walls]
         wall.others = [other.region for other, axes in zip(walls, freed, strict=True) if other is not wall and not axes.any()]
     return walls
 
@@ -155,10 +138,10 @@ def walls_of_supports(parts: Sequence[Part], actions: NodalActions) -> list[Supp
 def _around(region: Geometry, grid: Grid) -> np.ndarray:
     """Return a mask of the nodes of a grid that lie at most `AROUND` cells along each axis from a node in a region."""
     place = grid.where()[1]
-    active, cell, lower = np.array(active_axes(grid)), grid.lattice.cell, place.min(axis=0)
+    active, cell, lower = np.array(grid.active_axes), grid.lattice.cell, place.min(axis=0)
     at = np.where(active, np.rint((place - lower) / cell), 0).astype(int)
     box = np.zeros(at.max(axis=0) + 1, bool)
-    box[tuple(at.T)] = within(region, place, active_axes(grid), grid.periods)
+    box[tuple(at.T)] = within(region, place, grid.active_axes, grid.periods)
     modes: list[Literal["wrap", "nearest"]] = ["wrap" if periodic else "nearest" for periodic in grid.periodic]
     size = np.where(active, 2 * AROUND + 1, 1).tolist()
     return np.asarray(ndimage.maximum_filter(box, size=size, mode=modes)[tuple(at.T)])
@@ -167,7 +150,7 @@ def _around(region: Geometry, grid: Grid) -> np.ndarray:
 def _touch(one: Geometry, other: Geometry, nodes: np.ndarray, grid: Grid) -> bool:
     """Return True if two regions overlap or lie less than about a quarter of a cell apart, in the cells around `nodes`, a
     mask of the nodes of a grid."""
-    active, periods, apart = active_axes(grid), grid.periods, grid.lattice.cell / PER_CELL
+    active, periods, apart = grid.active_axes, grid.periods, grid.lattice.cell / PER_CELL
     steps = np.arange(-PER_CELL // 2, PER_CELL // 2 + 1)  # with one step more than a cell, for neighbours in the next cell
     block = np.stack(np.meshgrid(*(apart * steps if on else [0.0] for on in active), indexing="ij"), axis=-1)
     place = grid.where()[1][nodes]

@@ -18,7 +18,7 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry, Space
 from pellucid.geometry.shapes.rotation import Rotated, Rotations, plane_problems, rotate_parameter
 from pellucid.geometry.shapes.solids import Box, Cushion, Cylinder, Pipe, Shell, Sphere
 from pellucid.geometry.surfaces.surface import Inside, Outside
@@ -299,8 +299,8 @@ def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np
     return (np.array(way) for way in product(*ways))
 
 
-def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
-    """Return a mask of the positions `places` [m], shape (n, 3), that lie in a shape (`region`) or have a periodic image in
+def within(region: Space, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
+    """Return a mask of the positions `places` [m], shape (n, 3), that lie in a region or have a periodic image in
     it, shape (n,). active: axes along which the grid is more than one cell thick; periods: periods of the grid [m], 0 if
     not periodic."""
     inside = np.zeros(len(places), bool)

@@ -155,7 +155,8 @@ class Grid:
             max(order[1:], key=lambda axis: counts[axis]),
             _folding(counts, periodic, layers, strides),
         )
-        self.thin, self.periodic, self.periods = thin, periodic, case.periods()
+        self.thin, self.active_axes = thin, case.active_axes()
+        self.periodic, self.periods = periodic, case.periods()
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
         self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)

@@ -74,6 +74,16 @@ class GridCase(Model):
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
 
+    def active_axes(self) -> tuple[bool, bool, bool]:
+        """Return for each axis True if the grid is more than one cell thick along it."""
+        x, y, z = self.thin()
+        return not x, not y, not z
+
+    @property
+    def is_smooth(self) -> bool:
+        """True if the gradients of the shape functions are continuous, as those of B-splines."""
+        return self.functions.endswith("bspline")
+
     def is_periodic(self) -> tuple[bool, bool, bool]:
         """Return for each axis True if it is periodic."""
         return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic

@@ -116,9 +116,9 @@ def _filtered(transfer, about, lattice, nodes, v, mapped, change):
 
 @generic
 def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
-    """Return the factors with which the affine field of a point is computed from the velocities of its nodes: for
-    x, y and z a tuple with one factor [1/cell] for each node along the axis, see `affine_weights`. Return () for transfers
-    without affine fields.
+    """Return the factors with which the affine field of a point is computed from the velocities of its nodes: for x, y and z a
+    tuple with one factor [1/cell] for each node along the axis, see `affine_weights`. Return () for transfers without affine
+    fields.
 
     functions: shape functions along x, y, z; about: stencil of the point.
     """
@@ -173,10 +173,8 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
     after = gather_gradient(about_field, lattice, velocity)
     spread = spread_along(offset[0], wx), spread_along(offset[1], wy), spread_along(offset[2], wz)
     reached = _energy(after, spread, lattice.cell)
-    kept = p.affine[FIELD_ENERGY]
-    heat = (
-        _lost(about, lattice, nodes, p.velocity, mapped, p.affine) + kept - reached
-    )  # the energy of the field before is in both
+    kept = p.affine[FIELD_ENERGY]  # also in the loss
+    heat = _lost(about, lattice, nodes, p.velocity, mapped, p.affine) + kept - reached
     if transfer.flip > 0.0:
         heat -= _kept_by_flip(transfer.flip, about, lattice, nodes, p.velocity, mapped, change, p.affine)
     return (after, reached), heat

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.energy import WorkLayout, channel_of_load
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
-from pellucid.geometry.region import Selectable
+from pellucid.geometry.region import EVERY_AXIS, Selectable
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
@@ -42,8 +42,7 @@ class AssembledBody(NamedTuple):
     @property
     def active_axes(self) -> ActiveAxes:
         """Axes along which the grid is more than one cell thick: True for these."""
-        x, y, z = self.thin
-        return not x, not y, not z
+        return self.actions.field.grid.active_axes if self.actions else EVERY_AXIS
 
     def offers(self, capability: type[Capability]) -> Capability:
         """Return the body of this entry, typed as having a capability (a class of `pellucid.parts.capabilities`). Raises

@@ -76,8 +76,7 @@ class Parts:
     @property
     def active_axes(self) -> ActiveAxes:
         """Axes along which the grid is more than one cell thick: True for these; all axes if there is no grid."""
-        x, y, z = self.grid.thin() if self.grid else (False, False, False)
-        return not x, not y, not z
+        return self.grid.active_axes() if self.grid else (True, True, True)
 
     def seam(self, path: Path, face: str) -> Iterator[Finding]:
         """Yield an error if a face of the grid, such as "x-lower", does not exist because the axis is periodic; path: location

@@ -7,12 +7,11 @@ from pellucid.case import Case
 from pellucid.findings import listed
 from pellucid.parts.start_of_body import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
-from pellucid.set_up.drops import coarse_drops
+from pellucid.set_up.coarse_bodies import coarse_drops, coarse_indenters, coarse_sheets
 from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.flows import flow_warnings, slipped_past
 from pellucid.set_up.gaps import narrow_gaps, narrow_slits
 from pellucid.set_up.held_edges import held_edges
-from pellucid.set_up.indenters import coarse_indenters, coarse_sheets
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.set_up.supports import crossing_supports, free_turns, leading_out, passed_walls
 

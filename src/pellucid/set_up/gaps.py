@@ -68,8 +68,7 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
     soft = [body.with_others(case.body) for body in case.body if body.name not in names and not body.is_surface]
     if not hard or not soft:
         return
-    x, y, z = (not thin for thin in grid.thin())
-    active = (x, y, z)
+    active = grid.active_axes()
     borders = [_border(body, case, active) for body in hard]
     points = [_boundary(body, grid) for body in hard]
     others = [*borders, *_planes(case)]
@@ -134,14 +133,14 @@ def _behind(plane: WallPlane) -> Covers:
 def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions [m] of points on the boundary of a body within the grid, about a cell apart, and the outward
     unit normals there, shape (n, 3) each."""
-    x, y, z = (not thin for thin in grid.thin())
+    active = grid.active_axes()
     lower, upper = body.bounds()
     place, area = boundary_points(
-        lambda places: body.contains(places, (x, y, z), grid.periods()),
+        lambda places: body.contains(places, active, grid.periods()),
         lower,
         upper,
         grid.cell,
-        (x, y, z),
+        active,
         grid.slice_thickness(),
     )
     flat = np.array(grid.thin()) | np.array(grid.is_periodic())
@@ -203,7 +202,7 @@ def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterat
     """
     grid = case.grid
     hard = {body.name for body in hard_bodies(case)}
-    x, y, z = (not thin for thin in grid.thin())
+    active = grid.active_axes()
     for model in case.body:
         if not isinstance(model, SeededBody) or model.material.flows or model.name in hard | going_on:
             continue
@@ -216,7 +215,7 @@ def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterat
         filled = np.zeros(len(facing.middle), bool)
         for body in case.body:
             if body is not model and not body.is_surface and len(filled):
-                filled |= body.with_others(case.body).contains(facing.middle, (x, y, z), grid.periods())
+                filled |= body.with_others(case.body).contains(facing.middle, active, grid.periods())
         slit = find_slit(facing, ~filled, grid.cell)
         if slit is not None:
             yield describe_gap(model.name, slit, grid.cell, at_start=True)

@@ -113,9 +113,9 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
     standing: initial points of the body; going_on: names of the bodies that continue from an earlier run. The region of the
     body is its shape or, if the body continues from an earlier run, the union of cubes with the volumes of its points.
     """
-    x, y, z = active = np.array([not thin for thin in grid.thin()])
+    active = np.array(grid.active_axes())
     if model.name not in going_on or standing.volume is None:
-        return lambda places: model.contains(places, (x, y, z), grid.periods())
+        return lambda places: model.contains(places, grid.active_axes(), grid.periods())
     from scipy.spatial import cKDTree
 
     size = standing.volume / grid.slice_thickness() ** np.count_nonzero(~active)

@@ -73,17 +73,28 @@ def smoothing_warnings(case: Case, on_grid: Mapping[VelocityField, Sequence[Grid
                 f"{where}, {cells:.2g} cells wide, the Reynolds number is at most {reynolds:.2g}. "
                 f'Set `time.transfer = "flip"` or "blend", or a smaller `grid.cell`{longer}.'
             )
-        own, (width, axis) = material.viscosity / material.density, _channel(case, position)
-        if own == 0.0 or speed * width * cell > LEAST_REYNOLDS * own:
-            continue
-        slower = 3.0 * drag_at_walls(transfer, body.functions[axis]) * cell**2 / (own * dt) / (0.5 * width) ** 2
-        if slower > MOST_DRAG:
-            implicit = "" if material.implicit_stress() else ", `implicit_pressure = true`, which needs fewer steps,"
-            yield (
-                f"the transfer `{case.time.transfer}` slows the flow of body {body.name} in each step at walls on faces of the "
-                f"grid: in a channel, {width:.2g} cells wide, by about {100 * min(slower, 1.0):.2g} % of the mean velocity. "
-                f'Set `time.transfer = "aflip"`{implicit} or a smaller `grid.cell`.'
-            )
+        yield from _slowed(case, body, material, transfer, speed, dt)
+
+
+def _slowed(
+    case: Case, body: PointsOnGrid, material: FluidMaterial, transfer: VelocityTransfer, speed: float, dt: float
+) -> Iterator[str]:
+    """Yield a warning if the transfer of velocities slows a slow flow between walls on faces of the grid by more than
+    MOST_DRAG.
+
+    speed: upper estimate of the speed of the fluid [m/s]; dt: first time step [s].
+    """
+    own, (width, axis) = material.viscosity / material.density, _channel(case, body.stored_array("position"))
+    if own == 0.0 or speed * width * case.grid.cell > LEAST_REYNOLDS * own:
+        return
+    slower = 3.0 * drag_at_walls(transfer, body.functions[axis]) * case.grid.cell**2 / (own * dt) / (0.5 * width) ** 2
+    if slower > MOST_DRAG:
+        implicit = "" if material.implicit_stress() else ", `implicit_pressure = true`, which needs fewer steps,"
+        yield (
+            f"the transfer `{case.time.transfer}` slows the flow of body {body.name} in each step at walls on faces of the "
+            f"grid: in a channel, {width:.2g} cells wide, by about {100 * min(slower, 1.0):.2g} % of the mean velocity. "
+            f'Set `time.transfer = "aflip"`{implicit} or a smaller `grid.cell`.'
+        )
 
 
 def _channel(case: Case, position: np.ndarray) -> tuple[float, int]:
@@ -102,17 +113,23 @@ def damping(transfer: VelocityTransfer, function: GridFunction, wave: float) -> 
 
     function: shape functions along the axis of the wave; wave: wave number times the cell size.
     """
-    factors = []
+    kept = []
     for u in CELLS // 2 + (np.arange(SAMPLES) + 0.5) / SAMPLES:
-        first, weights, slopes = axis_weights(function, float(u), CELLS)
-        node, w = first + np.arange(len(weights)), np.array(weights)
+        node, w, factors = _weights_at(function, float(u))
         nodal = np.exp(1j * wave * node)
         velocity = w @ nodal
         if isinstance(transfer, Apic):
-            affine = np.array(affine_weights(function, first - float(u), weights, slopes)) @ nodal
-            velocity = velocity + affine * (node - u)
-        factors.append(np.sum(w * np.conj(nodal) * velocity).real)
-    return -float(np.log(1.0 - (1.0 - transfer.flip) * (1.0 - np.mean(factors))))
+            velocity = velocity + factors @ nodal * (node - u)
+        kept.append(np.sum(w * np.conj(nodal) * velocity).real)
+    return -float(np.log(1.0 - (1.0 - transfer.flip) * (1.0 - np.mean(kept))))
+
+
+def _weights_at(function: GridFunction, u: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nodes around a point, the values of their shape functions there, and the factors of the affine field, see
+    `affine_weights`. u: position of the point [cells]."""
+    first, weights, slopes = axis_weights(function, u, CELLS)
+    factors = affine_weights(function, first - u, weights, slopes)
+    return first + np.arange(len(weights)), np.array(weights), np.array(factors)
 
 
 def drag_at_walls(transfer: VelocityTransfer, function: GridFunction) -> float:
@@ -125,9 +142,8 @@ def drag_at_walls(transfer: VelocityTransfer, function: GridFunction) -> float:
         return 0.0
     profile, mass, momentum = -0.5 * np.arange(CELLS + 2.0) ** 2, 0.0, 0.0
     for u in (np.arange(SAMPLES * CELLS // 2) + 0.5) / SAMPLES:
-        first, weights, slopes = axis_weights(function, float(u), CELLS)
-        node, w = first + np.arange(len(weights)), np.array(weights)
-        affine = np.array(affine_weights(function, first - float(u), weights, slopes)) @ profile[node]
+        node, w, factors = _weights_at(function, float(u))
+        affine = factors @ profile[node]
         share = float(np.sum(w[node == 1])) / SAMPLES
         mass, momentum = mass + share, momentum + share * float(w @ profile[node] + affine * (1.0 - u))
     return (1.0 - transfer.flip) * max(0.0, mass * float(profile[1]) - momentum)

@@ -170,7 +170,7 @@ class Watch:
                 continue
             names = " and ".join(body.name for body in liquids)
             text = f"{100 * share:.2g} % of the cells inside {names} contain no points, so the flow is wrong there"
-            smooth = field.grid.case.functions.endswith("bspline")  # with others a slit lets too much pass, see validation/slit
+            smooth = field.grid.case.is_smooth  # with others a slit lets too much pass, see validation/slit
             settings = [] if smooth else ['grid.functions = "quadratic-bspline"']
             if not any(body.is_surface or body.keeps_even for body in bodies):  # not possible beside membranes, or set already
                 settings.append("even_points = true in the material")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_cases import advance, box, case
 
-from pellucid.set_up.indenters import coarse_sheets
+from pellucid.set_up.coarse_bodies import coarse_sheets
 from pellucid.simulation.simulation import Simulation
 
 EDGE = 0.1

@@ -176,9 +176,11 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
             uneven = self.material.uneven(self.stored_field("density")) if self._strains else None
+            if uneven is None:
+                return None
             settings = self._even_settings()
             remedy = f"for confined flow set {settings}" if settings else "use a smaller grid.cell"
-            return None if uneven is None else f"body `{self.name}`: {uneven}; {remedy}"
+            return f"body `{self.name}`: {uneven}; {remedy}"
         passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
 

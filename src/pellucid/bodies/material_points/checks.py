@@ -203,7 +203,7 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
     if stress is None or stress.stiffness == 0.0 or grid is None:
         return
     here = (*path, "material", "implicit_pressure")
-    if not grid.functions.endswith("bspline"):
+    if not grid.is_smooth:
         text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
         yield Finding(here, text, 'use grid.functions = "quadratic-bspline", or remove implicit_pressure')
     after = [other for other in parts.of(BodyModel) if other.meets_after_solve(body)]

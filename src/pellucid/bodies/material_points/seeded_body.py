@@ -131,10 +131,10 @@ class SeededBody(DampedModel):
             return self.excluded
         key = (grid.lower, grid.extent_upper(), grid.cell, grid.periodic, self.points_per_cell, self.shape.model_dump_json())
         if key not in self._filling:
-            x, y, z = (not thin for thin in grid.thin())
+            active = grid.active_axes()
             per_cell = points_along_axes(self.points_per_cell, grid.thin())
             places = seed(self.shape.geometry(), grid, per_cell).position
-            self._filling[key] = tuple(wall for wall in self._walls if within(wall, places, (x, y, z), grid.periods()).any())
+            self._filling[key] = tuple(wall for wall in self._walls if within(wall, places, active, grid.periods()).any())
         return (*self.excluded, *self._filling[key])
 
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
@@ -208,18 +208,18 @@ class SeededBody(DampedModel):
         3) each. A cut at a face of the grid is not a surface. hard: True if the body does not deform; spacing: distance of the
         points [m], by default `boundary_spacing`.
         """
-        x, y, z = (not thin for thin in grid.thin())
+        active = grid.active_axes()
 
         left_out = self._left_out_in(grid)
 
         def contains(places: np.ndarray) -> np.ndarray:
-            inside = self.shape.geometry().contains(places, (x, y, z))
+            inside = self.shape.geometry().contains(places, active)
             for other in left_out:
-                inside &= ~other.contains(places, (x, y, z))
+                inside &= ~other.contains(places, active)
             return inside
 
         spacing = spacing or self.boundary_spacing(grid, hard)
-        place, area = boundary_points(contains, *self.bounds(), spacing, (x, y, z), grid.slice_thickness())
+        place, area = boundary_points(contains, *self.bounds(), spacing, active, grid.slice_thickness())
         flat, low, high = np.array(grid.thin()), np.array(grid.lower, float), np.array(grid.extent_upper(), float)
         depth, slack = 0.5 * grid.cell / self._points_per_edge(grid), 1e-9 * grid.cell
         anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
@@ -237,13 +237,13 @@ class SeededBody(DampedModel):
     def edge_points(self, grid: GridCase, side: float) -> EdgePoints:
         """Return contact points on the sharp edges of a body that does not deform. side: area of the largest side of the
         body [m²]."""
-        x, y, z = (not thin for thin in grid.thin())
+        active = grid.active_axes()
         others, spacing = self._left_out_in(grid), self.boundary_spacing(grid, hard=True)
 
         def left_out(places: np.ndarray) -> np.ndarray:
-            return np.any([other.contains(places, (x, y, z)) for other in others], axis=0)
+            return np.any([other.contains(places, active) for other in others], axis=0)
 
-        found = self.shape.geometry().sharp_edges((x, y, z), spacing)
+        found = self.shape.geometry().sharp_edges(active, spacing)
         return edge_points(found, grid, self.bounds(), spacing, side, left_out if others else None)
 
     def n_points(self, grid: GridCase | None) -> float:
@@ -252,13 +252,13 @@ class SeededBody(DampedModel):
         """
         if grid is None:
             raise RuntimeError(f"body {self.name} needs a grid for its points, but there is none")
-        x, y, z = (not thin for thin in grid.thin())
+        active = grid.active_axes()
         geometry = self.shape.geometry()
         own = geometry.n_own_points()
         if own is not None and not self.outside:
             return own
-        cells = geometry.measure((x, y, z)) - sum(other.measure((x, y, z)) for other in self._excluded)
-        cells = max(cells, 0.0) / grid.cell ** (x + y + z)
+        cells = geometry.measure(active) - sum(other.measure(active) for other in self._excluded)
+        cells = max(cells, 0.0) / grid.cell ** sum(active)
         return cells * prod(points_along_axes(self.points_per_cell, grid.thin()))
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:

@@ -78,9 +78,9 @@ def seed(
         position, volume = shape.own_points()
         number = wanted(position)
         return Seeds(number, position[number], volume[number], len(position))
-    x, y, z = (not flat for flat in grid.thin())
+    active = grid.active_axes()
     cells = SeedLattice.of(shape, grid, per_cell)
-    region = FilledRegion(shape, left_out, cells, (x, y, z))
+    region = FilledRegion(shape, left_out, cells, active)
     n, total, found = 0, list[float](), list[tuple[np.ndarray, ...]]()
     for position, share in region.points():
         chosen = wanted(position)

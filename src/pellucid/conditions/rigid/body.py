@@ -194,7 +194,7 @@ class RigidBody(RigidConstraint):
         strength = sum((push.strength for push in pushes), np.zeros(6))
         given = dt * motions.momentum_of(strength)
         if self._region is not None:
-            self.nodes.region = MovedRegion.of(self._region, self.placement(), ENDLESS, None)
+            self.nodes.region = MovedRegion(self._region, self.placement(), ENDLESS, None)
         new = self.nodes.hold(self._centre, arm, motions, self._inertia, old * motions.sizes, given)
         self._push_works[:] = 0.0
         mean = 0.5 * (old + new / motions.sizes)

@@ -44,7 +44,7 @@ from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.wall_surface import find_distances
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
-from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.contract import Space
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, MASS_EPS, free_axes
@@ -113,7 +113,7 @@ class RigidNodes:
         self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
         self._no_slip = no_slip
         self._clear = Clearing(STEP, grid.rows, self._sums)
-        self.region: Geometry | None = None
+        self.region: Space | None = None
         """Region that the body fills in this step, which defines its surface; None if only its points are known."""
         self.led_impulse = np.zeros(6)
         """Sum of the impulses on the nodes, in the six components of a rigid motion, without those of forces and walls.
@@ -290,8 +290,7 @@ class RigidNodes:
         surface = no_slip.find_surface(window, filled, place)
         if (region := self.region) is not None:
             most = SURFACE_WITHIN * self._field.grid.lattice.cell
-            x, y, z = self._field.grid.thin
-            inside = partial(region.contains, active=(not x, not y, not z))
+            inside = partial(region.contains, active=self._field.grid.active_axes)
             distance, found = find_distances(inside, centre + self._arms(centre)[near], surface.normal, most)
             surface = surface._replace(distance=np.where(found, distance, surface.distance))
         relative, known = [], []

@@ -1,8 +1,9 @@
-"""Base class of shapes, i.e. regions of space: bounds, point-in-shape test, volume, sharp edges and corners."""
+"""Base class of shapes, i.e. regions of space: bounds, point-in-shape test, volume, sharp edges and corners; interface of
+regions of which only the first two are known."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -42,6 +43,17 @@ class SharpEdges(NamedTuple):
 def no_edges() -> SharpEdges:
     """Return a `SharpEdges` without edges and corners."""
     return SharpEdges(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3), int))
+
+
+class Space(Protocol):
+    """Interface of a region of space whose volume may be unknown, such as the union of shapes that overlap."""
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and upper corner of a box around the region [m], shape (3,) each."""
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Return a mask of the points [m], shape (n, 3), that lie inside, shape (n,); active: axes along which the grid is
+        more than one cell thick."""
 
 
 class Geometry(Model):
