@@ -20,6 +20,7 @@ from pellucid.bench.contact import WHICH, contact_case
 from pellucid.bench.machine import triad_bandwidth
 from pellucid.bench.measure import measure
 from pellucid.bench.problem import MATERIALS, bench_case, case_of
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.errors import UsageError
 
 SOME_VARIANTS = [{"body": "ideal-gas", "functions": "trilinear", "transfer": "apic"}, {"body": "membrane-elements"}]
@@ -183,7 +184,7 @@ def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
     for _ in range(5):
         sim.step()
     sheet, block = sim.bodies
-    touching = sum(len(places) for surface, places in sim.surface_pairs.touching() if surface.is_sheet)
+    touching = sum(len(places) for surface, places in sim.parts.only(SurfacePairs).touching() if surface.is_sheet)
     assert block.n_points == pytest.approx(points, rel=0.1)
     cells = len(sheet.cells().quadrilaterals) ** 0.5 / 2
     assert touching >= (cells + 1) ** 2

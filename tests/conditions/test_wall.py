@@ -9,6 +9,7 @@ import pytest
 from small_cases import GAS, SOLID, advance, box, simulation
 
 from pellucid.case import Case
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
@@ -377,7 +378,7 @@ def test_a_driven_body_goes_through_a_wall():
     other = box((0.2, 0.6, 0), (0.6, 0.8, 0), SOLID, (2, 2, 1), "other", field="other")
     wall = {"name": "floor", "point": (0, 0.3, 0), "normal": (0, 1, 0)}
     sim = advance(simulation(body, other, counts=(10, 10, 0), cell=0.1, wall=[wall], motion=[hold], end=1.0), 5)
-    assert len(sim.surface_pairs) == 2, "the two bodies, and the other on the wall"
+    assert len(sim.parts.only(SurfacePairs)) == 2, "the two bodies, and the other on the wall"
     assert not sim.budget.reactions()["floor"].any()
 
 

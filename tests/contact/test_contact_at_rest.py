@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from small_cases import advance, box, simulation
 
+from pellucid.contact.surface_pairs import SurfacePairs
+
 SOIL = {"kind": "linear-elastic", "density": 2000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
 HELD = {"name": "held", "body": "plate", "hold": ["x", "y", "z"]}
 
@@ -43,7 +45,7 @@ def test_a_block_that_is_let_go_on_a_plate_gains_no_energy(functions, on, scheme
     assert swings[3] < swings[0]
     assert sim.budget.energies()["contact_work"] < 0.0
     assert -0.01 * moved < sim.budget.energies()["transfer_heat"] < (1.0 if scheme == "usl" else 0.01) * moved  # USL smooths
-    assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * moved
+    assert abs(sim.parts.only(SurfacePairs).energy.unexplained) < 0.01 * moved
     weight = sim.bodies[-1].mass * 9.81
     assert sim.budget.reactions()["touch"][1] == pytest.approx(weight * sim.time, rel=0.01)
 

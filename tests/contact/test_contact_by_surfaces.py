@@ -5,6 +5,8 @@ import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
 
 from pellucid.contact.overlap import SHEET_STIFF
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.running.forecast import of_simulation
 
 G = 9.81
@@ -41,10 +43,10 @@ def test_a_blown_up_ball_glides_without_loss(on):
     ground = {"motion": [{"name": "still", "body": "plate", "hold": ["x", "y", "z"]}]} if on == "plate" else {"wall": [FLOOR]}
     bodies = [blown_up(velocity=(2, 0, 0)), *([plate()] if on == "plate" else [])]
     sim = simulation(*bodies, pressure=PRESSURE, gravity=(0, 0, -G), end=0.2, **SIZE, **ground)
-    assert not len(sim.contact_pairs)
+    assert not len(sim.parts.only(ContactPairs))
     while not sim.clock.finished(None):
         sim.step()
-    ball, energy = sim.bodies[0], sim.surface_pairs.energy
+    ball, energy = sim.bodies[0], sim.parts.only(SurfacePairs).energy
     moving = 0.5 * ball.mass * 2.0**2
     assert ball.totals.momentum / ball.mass == pytest.approx([2.0, 0.0, 0.0], abs=0.15)
     assert ball.totals.momentum[0] / ball.mass == pytest.approx(2.0, rel=1e-3)
@@ -71,7 +73,7 @@ def test_a_meshless_ball_rolls_down_a_wall():
             over.append(sim.bodies[0].totals.momentum[0] / sim.bodies[0].mass / (5.0 / 7.0 * G * 0.5 * (sim.time - 0.1)))
     assert np.mean(over) == pytest.approx(1.0, abs=0.02)
     moving = sim.bodies[0].totals.kinetic
-    assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * moving
+    assert abs(sim.parts.only(SurfacePairs).energy.unexplained) < 0.01 * moving
 
 
 def test_a_blown_up_ball_rolls_down_a_wall():
@@ -92,7 +94,7 @@ def test_a_blown_up_ball_rolls_down_a_wall():
         if sim.time > 0.25:
             over.append(ball.totals.momentum[0] / ball.mass / (0.6 * G * 0.5 * (sim.time - 0.1)))
     assert np.mean(over) == pytest.approx(1.0, abs=0.01)
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert 0.0 < energy.taken < 0.005 * ball.totals.kinetic
     assert abs(energy.unexplained) < 1e-3 * ball.totals.kinetic
 
@@ -104,7 +106,7 @@ def test_what_dampers_take_that_stop_nodes_within_a_step_is_explained():
     sim = simulation(sheet, wall=[FLOOR], end=0.05, **SIZE)
     while not sim.clock.finished(None):
         sim.step()
-    energy, body = sim.surface_pairs.energy, sim.bodies[0]
+    energy, body = sim.parts.only(SurfacePairs).energy, sim.bodies[0]
     velocity = body.totals.momentum / body.mass
     assert velocity[0] == pytest.approx(0.5, rel=1e-9)
     assert 0.0 < velocity[2] < 0.25
@@ -114,7 +116,7 @@ def test_what_dampers_take_that_stop_nodes_within_a_step_is_explained():
 
 def test_steps_do_not_outgrow_the_springs_of_contact():
     sim = simulation(blown_up(), wall=[FLOOR], end=0.1, pressure=PRESSURE, **SIZE)
-    body, (wall,) = sim.bodies[0], sim.surface_pairs._pairs
+    body, (wall,) = sim.bodies[0], sim.parts.only(SurfacePairs)._pairs
     longest = sim.case.time.courant / body.contact_rate
     assert np.sqrt(wall.law.stiffness / body.areal_density) * longest == pytest.approx(SHEET_STIFF)
     body.totals.rate = 0.0
@@ -127,7 +129,7 @@ def test_steps_do_not_outgrow_the_springs_of_contact():
 def test_a_fixed_step_bounds_the_stiffness():
     step = 2e-5
     sim = simulation(blown_up(), wall=[FLOOR], end=0.1, step=step, pressure=PRESSURE, **SIZE)
-    (wall,) = sim.surface_pairs._pairs
+    (wall,) = sim.parts.only(SurfacePairs)._pairs
     assert np.sqrt(wall.law.stiffness / sim.bodies[0].areal_density) * step == pytest.approx(SHEET_STIFF)
 
 
@@ -155,11 +157,11 @@ def bag(of_water):
 
 def test_a_bag_of_water_touches_by_its_surface():
     sim = bag("inside")
-    assert len(sim.surface_pairs) == 1
-    assert not len(sim.contact_pairs)
+    assert len(sim.parts.only(SurfacePairs)) == 1
+    assert not len(sim.parts.only(ContactPairs))
     while sim.time < 0.03:
         sim.step()
-    assert sim.surface_pairs.energy.taken > 0.0
+    assert sim.parts.only(SurfacePairs).energy.taken > 0.0
     assert sim.bodies[0].places()[:, 2].min() > -0.01
     assert sim.bodies[1].totals.momentum[2] / sim.bodies[1].mass > -0.95
     assert sim.budget.conservation()["momentum"] < 1e-12
@@ -173,8 +175,8 @@ def test_a_bag_of_water_touches_by_its_surface():
 
 def test_water_around_a_bag_touches_on_the_nodes():
     sim = bag("around")
-    assert not len(sim.surface_pairs)
-    assert len(sim.contact_pairs)
+    assert not len(sim.parts.only(SurfacePairs))
+    assert len(sim.parts.only(ContactPairs))
 
 
 @pytest.mark.parametrize("density", [500.0, 3.0])

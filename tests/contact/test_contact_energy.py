@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from small_cases import RATE_SOLID, advance, box, case, simulation
 
-from pellucid.case.spec import EnergyCase
 from pellucid.contact.contact_energy import ContactEnergy, Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw
@@ -45,7 +44,7 @@ def sliding(friction, gap=0.1, **time):
 def run(sim):
     while not sim.clock.finished(None):
         sim.step()
-    return sim.surface_pairs.energy
+    return sim.parts.only(SurfacePairs).energy
 
 
 @pytest.mark.parametrize("friction", [0.1, 0.5])
@@ -144,7 +143,7 @@ def test_its_balance_goes_on_from_a_checkpoint_of_a_run_bit_for_bit(scheme, of):
     other.restore(kept, json.loads(json.dumps(whole.state_numbers())))
     for sim in (whole, other):
         advance(sim, 10)
-    assert whole.surface_pairs.energy.state_numbers() == other.surface_pairs.energy.state_numbers()
+    assert whole.parts.only(SurfacePairs).energy.state_numbers() == other.parts.only(SurfacePairs).energy.state_numbers()
     assert whole.budget.energies() == other.budget.energies()
 
 
@@ -250,7 +249,7 @@ def run_with(unexplained, n_steps, **more):
 
 @pytest.mark.parametrize(("amount", "words"), [(6.0, r"added 6 J \(6 %"), (-7.0, r"removed 7 J \(7 %")])
 def test_more_than_five_per_cent_is_warned_of_once(amount, words):
-    watch = Watch(EnergyCase(), False, True, "flip")
+    watch = Watch(case(box((0, 0, 0), (1, 1, 1))), False)
     with pytest.warns(UserWarning, match=f"contact between surfaces {words}"):
         watch.parts(*run_with(amount, FIRST_JUDGED)[1])
     with warnings.catch_warnings():
@@ -262,7 +261,7 @@ def test_more_than_five_per_cent_is_warned_of_once(amount, words):
 def test_less_and_the_first_steps_are_not(amount, n_steps):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        Watch(EnergyCase(), False, True, "flip").parts(*run_with(amount, n_steps)[1])
+        Watch(case(box((0, 0, 0), (1, 1, 1))), False).parts(*run_with(amount, n_steps)[1])
 
 
 def test_neither_are_runs_whose_energy_of_contact_has_other_causes():

@@ -13,6 +13,8 @@ from scipy.spatial import cKDTree
 from small_cases import SOLID, advance, box, place, simulation
 from solids import solid
 
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 
 TESTS = Path(__file__).parent.parent
@@ -158,13 +160,13 @@ def test_nodes_of_a_sheet_overlap_by_their_own_depth():
     cap = falling_sheet() | {"surface": {"rectangle": rectangle}, "thickness": 1e-6, "velocity": (0, 0, 0)}
     block = tissue((1, 1, 1), (11, 11, 3), (10, 10, 2), approximant={"kind": "linear-simplex"})
     sim = simulation(block, cap, counts=(12, 12, 8), end=1.0, contact=[{"between": ["tissue", "sheet"]}])
-    sim.surface_pairs.end(0.1)
-    sim.surface_pairs.exert_forces(0.1)  # apart at the start
+    sim.parts.only(SurfacePairs).end(0.1)
+    sim.parts.only(SurfacePairs).exert_forces(0.1)  # apart at the start
     x = sim.bodies[1].arrays["position"].copy()
     x[:, 2] = 3.0 - deep + radius - np.sqrt(radius**2 - np.sum((x[:, :2] - middle) ** 2, axis=1))
     place(sim.bodies[1], x)
-    sim.surface_pairs.exert_forces(0.1)
-    (overlap,) = sim.surface_pairs._pairs[0].overlaps()
+    sim.parts.only(SurfacePairs).exert_forces(0.1)
+    (overlap,) = sim.parts.only(SurfacePairs)._pairs[0].overlaps()
     r = np.linalg.norm(x[:, :2] - middle, axis=1)
     inside = np.flatnonzero((x[:, 2] < 3.0) & (r < 4.0))
     assert len(inside) > 20
@@ -292,4 +294,4 @@ def test_faces_on_walls_that_their_nodes_do_not_leave_are_met_by_none():
 def test_a_body_gives_the_nodes_its_momentum_where_it_meets_a_fluid_alone(other, gives):
     sim = advance(meeting(OTHERS[other]()), 2)
     assert bool(sim.bodies[0].grid.nodes.mass.any()) == gives
-    assert (len(sim.contact_pairs) > 0) == gives
+    assert (len(sim.parts.only(ContactPairs)) > 0) == gives

@@ -7,6 +7,8 @@ import pytest
 from membranes import sheet
 from small_cases import GAS, box, place, simulation
 
+from pellucid.contact.pairs import ContactPairs
+
 box = partial(box, material=GAS)  # of which others ask the nodes; solids touch by their surfaces
 CENTRE = np.array([4.0, 4.0, 4.0])
 
@@ -23,7 +25,7 @@ def met(*bodies, turn=None, **more):
     index, position = sim.grid.where()
     places = np.full((sim.grid.n_nodes, 3), np.nan)
     places[index] = position
-    meeting = sim.contact_pairs._pairs[0].detection
+    meeting = sim.parts.only(ContactPairs)._pairs[0].detection
     return meeting, places[meeting.node], sim
 
 
@@ -114,7 +116,7 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         sim.stages.clear_nodes()
         sim.stages.grid_bodies[0].particle_to_grid(inertia=True, force=False)
         sim.stages.nodal_bodies[0].predict(0.0)
-        meeting = sim.contact_pairs._pairs[0].detection
+        meeting = sim.parts.only(ContactPairs)._pairs[0].detection
         meeting._close = np.inf
         sim.stages.find_contact()
         index, position = sim.grid.where()

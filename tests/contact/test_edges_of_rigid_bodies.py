@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from small_cases import RATE_SOLID, box, case
 
 from pellucid.contact.dead_stop import Dampers
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.results.storage.probes import carried_by
 from pellucid.simulation.simulation import Simulation
 
@@ -117,7 +118,7 @@ def test_a_block_tips_about_its_lower_edge(on, depth, kind):
     assert -turned(start, now)[2] == pytest.approx(tipped(0.2, 0.8, 30, sim.time), rel=0.01)
     edge = lower_edge(start, 1.0)
     assert np.abs(now[edge] - start[edge]).max() < 2e-4
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert abs(energy.unexplained) < 1e-3 * sim.kinetic_energy()
 
 

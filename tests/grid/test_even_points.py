@@ -176,8 +176,7 @@ def test_implicit_pressure_passes_the_corners_of_a_lid():
     even = finished(full_box(implicit, **how))
     assert spread(even) < 0.15
     assert abs(even.budget.conservation()["energy"]) < 1e-13
-    transfers = r'\(with time.transfer = "apic" or "aflip"\)'
-    advice = f"set even_points = true in its material {transfers} and cell_pressure = true in the body, or use"
+    advice = "set body.water.cell_pressure = true and body.water.material.even_points = true, or use"
     with pytest.raises(RunStopped, match=f"its volume would become zero or negative in this step; {advice}"):
         finished(full_box(implicit | {"even_points": False}, **how))
 
@@ -227,6 +226,6 @@ def test_a_run_names_densities_that_drift():
     water = sim.bodies[0]
     water.arrays["volume"][::50] *= 1.2
     assert "the densities of 2" in water.state_warning()
-    assert "set even_points = true in its material" in water.state_warning()
+    assert "set body.water.material.even_points = true" in water.state_warning()
     water.arrays["volume"][::50] /= 1.2
     assert water.state_warning() is None

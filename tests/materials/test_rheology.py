@@ -207,7 +207,7 @@ def test_a_law_without_thinning_is_newtonian(how, more):
 def test_the_preconditioner_is_the_diagonal(second):
     (viscosity,) = advance(channel(CARREAU, VISCOUS | second, n=8), 3).parts.of(ImplicitViscosity)
     rows = viscosity._rows
-    assert np.ptp(viscosity._bodies[0].point_viscosity) > 0.5
+    assert np.ptp(viscosity._bodies[0].arrays["viscosity"]) > 0.5
     rows.inverse[:] = 0.0
     viscosity._point_viscosities[0].add_diagonal()
     scatter(viscosity._diagonals[0])

@@ -6,6 +6,7 @@ from membranes import sheet
 from small_cases import SOLID, advance, box, case, simulation
 
 import pellucid
+from pellucid.contact.surface_pairs import SurfacePairs
 
 STIFF = SOLID | {"young_modulus": 1e6}
 G, CELL = 10.0, 0.1
@@ -45,7 +46,7 @@ def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
     assert min(taken) < -0.1 * start
     assert min(taken) < taken[-1] < -0.005 * start
     # edges that press into faces, of blocks of two cells; with USL light nodes strain points, and surfaces with them
-    assert sim.surface_pairs.energy.unexplained < (0.1 if scheme == "usl" else 0.04) * start
+    assert sim.parts.only(SurfacePairs).energy.unexplained < (0.1 if scheme == "usl" else 0.04) * start
 
 
 @pytest.mark.parametrize(("cell", "most"), [(1.0, 0.03), (0.5, 0.01)])
@@ -59,9 +60,9 @@ def test_faces_that_meet_flush_give_back_what_they_stored(cell, most):
     while sim.time < 3.2:
         sim.step()
     assert sim.bodies[1].totals.momentum[2] > 0.4 * 0.4 * sim.bodies[1].mass, "they part"
-    assert abs(sim.surface_pairs.energy.held) < 1e-3 * start
+    assert abs(sim.parts.only(SurfacePairs).energy.held) < 1e-3 * start
     assert sim.budget.energies()["contact_work"] < -0.05 * start
-    assert abs(sim.surface_pairs.energy.unexplained) < most * start
+    assert abs(sim.parts.only(SurfacePairs).energy.unexplained) < most * start
 
 
 def test_the_same_bits_on_two_threads_and_after_a_restart():

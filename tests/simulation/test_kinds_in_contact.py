@@ -9,7 +9,8 @@ from small_cases import SOLID, box, case
 from pellucid.bodies.models import BODIES
 from pellucid.conditions.contact import why_no_self_contact
 from pellucid.conditions.wall import why_no_wall
-from pellucid.contact.surface_pairs import SurfacePair
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.simulation.simulation import Simulation
 
@@ -94,13 +95,13 @@ def test_two_kinds_touch_as_the_table_states(one, other, plane):
     low, high = one[2]("low", 0.5, plane), other[2]("high", 2.5, plane)
     bodies = [body | {"field": name} for name, members in (("low", low), ("high", high)) for body in members]
     sim = Simulation(case(*bodies, counts=(8, 16, 1) if plane else (8, 16, 8), cell=CELL), threads=1)
-    found = [type(pair) for pair in sim.surface_pairs._pairs]
-    assert len(sim.contact_pairs) + len(found) == 1
+    found = [type(pair) for pair in sim.parts.only(SurfacePairs)._pairs]
+    assert len(sim.parts.only(ContactPairs)) + len(found) == 1
     how = "nodes" if not found else "triangles" if found == [TrianglePair] else "surfaces"
     assert how != "surfaces" or found == [SurfacePair]
     stated = table()
     assert how == stated[one[0], other[0]] == stated[other[0], one[0]]
-    lines = sim.node_contacts
+    lines = sim.parts.only(ContactPairs).reasons
     assert len(lines) == (how == "nodes" and "fluid" not in (one[0], other[0]))
     for line in lines:
         assert line.startswith("contact: low and high touch on the nodes of the grid, since ")

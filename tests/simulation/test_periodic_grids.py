@@ -8,6 +8,7 @@ from small_cases import SOLID, advance, box
 
 from pellucid.case import Case
 from pellucid.contact import implicit
+from pellucid.contact.pairs import ContactPairs
 from pellucid.simulation.simulation import Simulation
 
 LIQUID = {
@@ -100,7 +101,7 @@ def test_bodies_moved_by_cells_do_the_same(bodies, monkeypatch):
         ]
         found.append([(x[np.argsort(i)] - at, v[np.argsort(i)]) for x, v, i in states])
         assert sim.budget.conservation()["momentum"] < 1e-13
-    assert (len(sim.contact_pairs) > 0) == (bodies == "contact on nodes")
+    assert (len(sim.parts.only(ContactPairs)) > 0) == (bodies == "contact on nodes")
     if "contact" in bodies:
         assert np.abs(found[0][0][1][:, 0] - 1.0).max() > 0.2
     for other in found[1:]:

@@ -10,6 +10,7 @@ from pressed_oocytes import FORCES, RADIUS, THICKNESS, WAYS, force_on_plate, pre
 from small_cases import SOLID, advance, box, case, simulation
 
 from pellucid.case import Case
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.contact.touch import OverlappingStart
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
@@ -44,8 +45,10 @@ def test_the_force_on_a_pressed_sphere_is_exact(plate, offset, clear):
     reach += 0.5e-6 if plate == "sheet" else 0.0  # half of its thickness
     sim, told = built(pressed_oocyte(RADIUS + reach + clear, SPEED, plate=plate, **given))
     depth = max(-clear, 0.0)
-    assert [overlap.depth for overlap in sim.start_overlaps] == pytest.approx([depth] if depth else [], rel=1e-9)
-    assert len(told) == len(sim.start_overlaps)
+    assert [overlap.depth for overlap in sim.parts.only(SurfacePairs).start_overlaps] == pytest.approx(
+        [depth] if depth else [], rel=1e-9
+    )
+    assert len(told) == len(sim.parts.only(SurfacePairs).start_overlaps)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the size of the elements
         way, force = force_on_plate(sim, SPEED)
@@ -76,7 +79,7 @@ def test_without_thickness_there_is_no_contact_distance():
     forces = []
     for body in bodies:
         sim = simulation(body, counts=(8, 8, 8), cell=0.25, lower=(-1, -1, -1), wall=[wall], end=0.05, energy=LOUD)
-        assert not sim.start_overlaps
+        assert not sim.parts.only(SurfacePairs).start_overlaps
         advance(sim, 60)
         forces.append(sim.bodies[0].arrays["velocity"][:, 2])
     assert forces[0].min() < -0.1, "the wall came up to it, and pushes"
@@ -122,7 +125,7 @@ def test_what_overlaps_at_the_start_is_not_thrown_off(body, other):
         settings["motion"], bodies = LED, (table, PLATE if other == "plate" else led_sheet())
     with pytest.warns(UserWarning, match=r"body tissue .*0\.06 m"):
         sim = simulation(*bodies, **settings)
-    (overlap,) = sim.start_overlaps
+    (overlap,) = sim.parts.only(SurfacePairs).start_overlaps
     assert overlap.depth == pytest.approx(0.06, abs=0.001)
     assert set(overlap.between) == {"body tissue", "wall lid" if other == "wall" else "body plate"}
     advance(sim, 20)
@@ -142,7 +145,7 @@ def test_it_presses_once_it_has_come_apart(sheet):
     apart = coming((0, 0, -1.0), sheet)
     start = apart.bodies[0].arrays["position"][0, 2]
     advance(apart, 100)  # 0.1 m
-    assert apart.surface_pairs._pairs[0].start_depth() == 0.0
+    assert apart.parts.only(SurfacePairs)._pairs[0].start_depth() == 0.0
     apart.bodies[0].arrays["velocity"][:] = (0.0, 0.0, 1.0)
     advance(apart, 100)
     assert apart.bodies[0].arrays["position"][:, 2].max() < start - 0.05, "stopped where contact acts"
@@ -167,7 +170,7 @@ def test_bodies_that_continue_an_earlier_run_press_from_the_start_on():
     with pytest.warns(UserWarning, match="body tissue and wall lid"):
         first = Simulation(whole, threads=1)
     sim = Simulation(whole, threads=1, start={"tissue": first.bodies[0].state_arrays()})
-    assert not sim.start_overlaps
+    assert not sim.parts.only(SurfacePairs).start_overlaps
     advance(sim, 5)
     assert sim.bodies[0].arrays["velocity"][:, 2].max() < -1e-3
 

@@ -16,6 +16,11 @@ def clock(n_steps):
     return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, **known)
 
 
+def watch_of(own_steps=False, has_grid=True):
+    grid, time = ("a grid" if has_grid else None), SimpleNamespace(transfer="flip")
+    return Watch(SimpleNamespace(energy=EnergyCase(), grid_or_none=grid, time=time), own_steps)
+
+
 def half_lost(moved, made=0.0):
     """A balance that lacks half of what moved, with 1 J stored."""
     lost = {"transfer": 0.0, "time_integration": -0.5 * moved, "made": made}
@@ -30,20 +35,20 @@ def half_lost(moved, made=0.0):
     ],
 )
 def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(has_grid, advice):
-    watch = Watch(EnergyCase(), False, has_grid, "flip")
+    watch = watch_of(has_grid=has_grid)
     watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1), [])
     with pytest.raises(RunStopped, match=advice):
         watch.energy(half_lost(5.0), clock(FIRST_JUDGED), [])
 
 
 def test_what_contact_and_transfers_made_is_named():
-    watch = Watch(EnergyCase(), False, True, "flip")
+    watch = watch_of()
     with pytest.raises(RunStopped, match=r"time integration -2.5 J, added by contact and transfers 0.25 J\)"):
         watch.energy(half_lost(5.0, made=0.25), clock(FIRST_JUDGED), [])
 
 
 def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():
-    watch = Watch(EnergyCase(), True, False, "flip")
+    watch = watch_of(own_steps=True, has_grid=False)
     with pytest.raises(RunStopped, match="Use a lower `accuracy` or more nodes, or increase"):
         watch.energy(half_lost(5.0), clock(1), [])
 
@@ -83,10 +88,11 @@ def test_gaps_in_a_liquid_are_named(even_points, recwarn):
     found = [str(one.message) for one in recwarn if "contain no points" in str(one.message)]
     assert len(found) == (0 if even_points else 1)
     if found:
-        assert "cells inside water contain no points, so the flow is wrong there. Set even_points = true" in found[0]
+        settings = "body.water.cell_pressure = true and body.water.material.even_points = true"
+        assert f"cells inside water contain no points, so the flow is wrong there. Set {settings}" in found[0]
 
 
-BETTER, EVEN = 'grid.functions = "quadratic-bspline"', "even_points = true in the material"
+BETTER, EVEN = 'grid.functions = "quadratic-bspline"', "body.water.material.even_points = true"
 
 
 @pytest.mark.parametrize(
@@ -95,7 +101,7 @@ BETTER, EVEN = 'grid.functions = "quadratic-bspline"', "even_points = true in th
         ("quadratic-bspline", "apic", False, False, EVEN),
         ("quadratic-bspline", "flip", False, False, f'time.transfer = "apic" and {EVEN}'),
         ("trilinear", "apic", False, False, f"{BETTER} and {EVEN}"),
-        ("gimp", "flip", False, False, f'time.transfer = "apic" and {BETTER} and {EVEN}'),
+        ("gimp", "flip", False, False, f'{BETTER} and time.transfer = "apic" and {EVEN}'),
         ("gimp", "apic", True, False, BETTER),
         ("quadratic-bspline", "apic", True, False, ""),
         ("trilinear", "flip", False, True, BETTER),

@@ -6,6 +6,8 @@ from types import ModuleType
 
 import pytest
 
+from pellucid.contact.surface_pairs import SurfacePairs
+
 FOLDER = Path(__file__).parents[2] / "validation" / "sphere-on-layer"
 
 # The finite elements are good to 0.3 %. Meshless functions are linear where they are coarse, and the rim of the contact lies
@@ -44,7 +46,7 @@ def test_a_cylinder_on_a_layer_of_material_points(script: ModuleType) -> None:
     assert ratio == pytest.approx(1.0, abs=OF_POINTS)
     work = simulation.budget.energies()["motion_work"]
     assert abs(simulation.budget.energies()["transfer_heat"]) < 5e-4 * work
-    assert abs(simulation.surface_pairs.energy.unexplained) < 1e-3 * work
+    assert abs(simulation.parts.only(SurfacePairs).energy.unexplained) < 1e-3 * work
 
 
 @pytest.mark.slow

@@ -49,6 +49,8 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
     of stored energy (`energy_kind`), and its own fields.
     """
 
+    _curving = False
+    """True if the points move along the curved paths of a steady flow, to second order."""
     sorting_cost = 1.0
     """Cost of sorting per point, in units of the cost of a vector of points with the same nodes (60 to 65 ns): 50 ns, and
     15 ns in the next step."""
@@ -122,11 +124,6 @@ class PointsOnGrid(PointBody, TakesExternalForces, TakesDrag, TakesSecondImpulse
         self._to_grid = ParticleToGrid(mapped, self._affine, self._cells)
         self._by_nodes = moving(mapped, kernels.ByNodes(self._moving_velocity, float(self._curving)))
         self._velocity_passes: dict[bool, Bundle] = {}
-
-    @property
-    def _curving(self) -> bool:
-        """True if the points move along the curved paths of a steady flow, to second order."""
-        return False
 
     @property
     def _moving_velocity(self) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from math import hypot
+from math import hypot, inf
 from pathlib import Path as FilePath
 from typing import Any, Literal, Self
 
@@ -226,6 +226,16 @@ class Case(Model):
     energy: EnergyCase = parameter("", "relative errors of the energy balance at which a run warns and stops", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
+
+    @property
+    def longest_step(self) -> float:
+        """Interval of the history [s] if no process in one of the bodies needs shorter steps, so that it limits them; else
+        infinite."""
+        for body in self.body:
+            stress = body.implicit_stress
+            if body.has_own_step or (stress is not None and stress.stiffness > 0.0):
+                return self.output.rows_every(self.time.end)
+        return inf
 
     @property
     def largest_gravity(self) -> float:

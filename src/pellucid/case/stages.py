@@ -113,7 +113,7 @@ def _why_not_relaxed(body: BodyModel, alone: bool) -> Finding | None:
     if not body.owns_nodes(alone):
         text = f"steady states require a separate velocity field, but other bodies share the field of body {body.name}"
         return Finding(("field",), text, "set a separate `field` for it")
-    if body.creeps:
+    if body.material.creeps:
         text = f'the material of {body.name}, kind "{body.material.kind}", creeps in time, which steady states do not include'
         return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
     return None

@@ -8,7 +8,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Support
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.model import GridCase
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, may_be_wall
 
 SAMPLES = 4000  # positions in the bounds of a body at which its thickness is measured
 THIN = 0.1  # quantile of the thickness over the body
@@ -91,4 +91,4 @@ def is_led(body: BodyModel, motions: Sequence[Motion], active: ActiveAxes) -> bo
     about = set[int]().union(*(motion.turns_about() for motion in whole))
     turns = {axis for axis in range(3) if all(active[other] for other in range(3) if other != axis)}
     moves = {axis for axis in range(3) if active[axis]}
-    return body.may_be_wall and moves <= along and (not body.is_rigid or turns <= about)
+    return may_be_wall(body) and moves <= along and (not body.is_rigid or turns <= about)

@@ -92,7 +92,7 @@ class NodalFluid(StepPart):
 
     def __init__(self, bodies: Bodies, actions: NodalActions) -> None:
         self._fluids, self._nodes = bodies.fluids, actions.field.grid.nodes
-        own = [fluid.point_viscosity for fluid in self._fluids]
+        own = [fluid.arrays.get("viscosity") for fluid in self._fluids]
         uniform = {viscosity_of(fluid) for fluid in self._fluids}
         self._uniform = uniform.pop() if len(uniform) == 1 and all(one is None for one in own) else None
         self._is_alone = self._uniform is not None and not bodies.membranes
@@ -106,7 +106,7 @@ class NodalFluid(StepPart):
             return
         self._clear()
         for fluid in self._fluids:
-            volume, own = fluid.arrays["volume"], fluid.point_viscosity
+            volume, own = fluid.arrays["volume"], fluid.arrays.get("viscosity")
             viscosity = np.full(len(volume), viscosity_of(fluid)) if own is None else own
             values = np.stack([fluid.arrays["mass"], volume, viscosity * volume], axis=1)
             scatter_vectors(fluid.n_slabs, fluid.mapped, values, self._sums.of_fluids)

@@ -61,6 +61,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_by_colour, parallel_loop, parallel_loop_by_colour
+from pellucid.materials.contract import ImplicitStress
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 from pellucid.step.part import StepPart
@@ -402,8 +403,8 @@ class Filling(Protocol):
         """True if the points get the mean pressure of their full cell."""
 
     @property
-    def implicit_stiffness(self) -> float:
-        """Stiffness ρc² of a pressure that is solved for [Pa], else 0."""
+    def implicit_stress(self) -> ImplicitStress:
+        """Parameters of the stress that is solved for; zeros without."""
 
     @property
     def nodal_forces(self) -> np.ndarray: ...
@@ -423,7 +424,7 @@ class CellPressure(StepPart):
         edges = _chunk_edges(grid)
         self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), grid.cell_volume, edges))
         self._nodes, self._powers, self._bodies = grid.nodes, np.zeros((len(edges) - 1, 1)), bodies
-        self._implicit = any(body.implicit_stiffness > 0.0 for body in bodies)
+        self._implicit = any(body.implicit_stress.stiffness > 0.0 for body in bodies)
         for body in bodies:
             body.share_cells(GrowingCells(self.cells) if self._implicit else self.cells)
 
@@ -436,7 +437,7 @@ class CellPressure(StepPart):
         """Find full cells (cells that the fluid fills), compute their mean pressures [Pa], and add the forces of these
         pressures to the nodes."""
         for body in self._bodies:
-            sum_cells(body.n_slabs, body.mapped, body.implicit_stiffness, self.cells.sums)
+            sum_cells(body.n_slabs, body.mapped, body.implicit_stress.stiffness, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
         _find_and_push_cells(len(self._powers), self._grid, self._bodies[0].nodal_forces)
 

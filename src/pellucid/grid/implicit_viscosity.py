@@ -81,7 +81,7 @@ from pellucid.grid.viscous_nodes import (
 )
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
-from pellucid.materials.contract import ImplicitStress
+from pellucid.materials.contract import ImplicitStress, PointMaterial
 from pellucid.materials.rheology import SecondViscosity, UniformViscosity
 from pellucid.ranks.domain import domain
 from pellucid.state import Field
@@ -113,6 +113,10 @@ class Viscous(Protocol):
     n_slabs: int  # number of slabs into which the points are divided
     mapped: Bundle  # the points, bundle of `MappedPoints`
     storage: PointStorage
+    material: PointMaterial
+    arrays: dict[str, np.ndarray]
+    """Arrays of the points by name: also `VISCOUS_STRESS`, the viscous stress in the last step [Pa], shape (points, 6), which
+    `stress` contains only within a step, and "viscosity", the shear viscosity [Pa s], shape (points,), if it differs."""
 
     @property
     def solves_viscosity(self) -> bool:
@@ -121,18 +125,6 @@ class Viscous(Protocol):
     @property
     def implicit_stress(self) -> ImplicitStress:
         """Parameters of the stress that is solved for."""
-
-    @property
-    def point_viscosity(self) -> np.ndarray | None:
-        """Shear viscosity of each point [Pa s], shape (points,); None if all points have the same."""
-
-    @property
-    def density_at_start(self) -> float:
-        """Density of the material at the start [kg/m³]."""
-
-    @property
-    def viscous_stress(self) -> np.ndarray:
-        """Viscous stress of each point at the end of the step [Pa], shape (points, 6)."""
 
     @property
     def functions(self) -> GridFunctions: ...
@@ -219,7 +211,7 @@ class ImplicitViscosity(StepPart):
             (velocity, [self._pass(body, velocity) for body in bodies])
             for velocity in (self._rows.direction, self._rows.solution)
         )
-        stiffness, density = max((body.implicit_stress.stiffness, body.density_at_start) for body in bodies)
+        stiffness, density = max((body.implicit_stress.stiffness, body.material.density) for body in bodies)
         self._presses = stiffness > 0.0
         self._cells = cells if self._presses else ()
         self._cell_power = 0.0
@@ -248,13 +240,13 @@ class ImplicitViscosity(StepPart):
         return ImplicitStress(*mean.tolist())
 
     def _viscosity_of_points(self, body: Viscous) -> PointViscosity | None:
-        viscosity, second = body.point_viscosity, body.implicit_stress.second
+        viscosity, second = body.arrays.get("viscosity"), body.implicit_stress.second
         return None if viscosity is None or second is None else PointViscosity(body, viscosity, second, self._rows.inverse)
 
     def _pass(self, body: Viscous, velocity: np.ndarray) -> Bundle:
         mu, lam, stiffness, _, second = body.implicit_stress
         rule = StressByViscosity(UniformViscosity(mu, lam) if second is None else second, stiffness, body.full_cells)
-        how = body.point_viscosity, body.viscous_stress, velocity, self._rows.viscous_force
+        how = body.arrays.get("viscosity"), body.arrays[VISCOUS_STRESS], velocity, self._rows.viscous_force
         return straining_by_viscosity(body.mapped.content, rule, *how)
 
     def exert_forces(self, dt: float) -> None:
@@ -283,12 +275,13 @@ class ImplicitViscosity(StepPart):
         self._compression += theta * self._cell_power
         add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, theta)
         for body, own_viscosity in zip(self._bodies, self._point_viscosities, strict=True):
-            add_stress(body.n_slabs, body.mapped, body.viscous_stress, theta)
+            viscous = body.arrays[VISCOUS_STRESS]
+            add_stress(body.n_slabs, body.mapped, viscous, theta)
             mu, lam, stiffness, *_ = body.implicit_stress
             if stiffness > 0.0 and dt > 0.0:
-                own = np.full(len(body.viscous_stress), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
+                own = np.full(len(viscous), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
                 own = np.maximum(own, 0.0)
-                keep_viscous(body.n_slabs, body.mapped, body.viscous_stress, own / (own + 3.0 * stiffness * dt / theta))
+                keep_viscous(body.n_slabs, body.mapped, viscous, own / (own + 3.0 * stiffness * dt / theta))
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _begin(self, dt: float) -> None:
@@ -305,7 +298,7 @@ class ImplicitViscosity(StepPart):
         power = share * sum(float(body.storage.sums()[POWER]) for body in self._bodies)
         add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, share)
         for body in self._bodies:
-            add_stress(body.n_slabs, body.mapped, body.viscous_stress, share)
+            add_stress(body.n_slabs, body.mapped, body.arrays[VISCOUS_STRESS], share)
         keep_forces(self._n, self._nodes, share)
         self._begin(dt)
         return power

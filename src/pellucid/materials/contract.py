@@ -22,6 +22,9 @@ class BodyMaterial(Model):
     kind: str
     density: float = parameter("kg/m^3", "initial density", gt=0)
 
+    creeps: ClassVar[bool] = False
+    """True for a solid that deforms in time under constant load when at rest."""
+
     @abstractmethod
     def wave_speeds(self) -> tuple[float, float]:
         """Return the speeds of plane pressure and shear waves in the initial state [m/s]."""

@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -19,6 +19,8 @@ ELASTIC = (
 
 class ViscoelasticMaterial(PointMaterial):
     """Base of viscoelastic solids: a hyperelastic solid, given by the key `elastic`, with viscous branches."""
+
+    creeps: ClassVar[bool] = True
 
     @abstractmethod
     def hyperelastic(self) -> HyperelasticMaterial:

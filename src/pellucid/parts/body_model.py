@@ -40,7 +40,11 @@ class BodyModel(StartOfBody):
     a body touches walls and itself, and its steady states can be computed."""
     is_surface: ClassVar[bool] = False
     """True if the body is a membrane, which has two sides and no volume of its own."""
-
+    has_own_step: ClassVar[bool] = False
+    """True if the body has its own sub-steps; then only output limits the time step of the run."""
+    remedy_for_node_contact: ClassVar[str] = "use a smaller grid.cell"
+    """Remedy, as text for the user, if the body has contact with solids or membranes on the nodes of the grid instead of by
+    surfaces."""
     evaluates_loads: ClassVar[bool] = False
     """True if the body evaluates loads on its surface itself: the built body then `TakesTractions`."""
     fields: ClassVar[Mapping[str, Field]] = {}
@@ -124,11 +128,6 @@ class BodyModel(StartOfBody):
         settings themselves."""
         return self
 
-    @property
-    def may_be_wall(self) -> bool:
-        """True for a solid that fills a region of its own, and can thus act as a wall of fluids if its motion is prescribed."""
-        return False
-
     def wall_region(self, grid: GridCase) -> Geometry | None:
         """Return the region that a solid fills at the start, else None; called on the model that `with_others` returns."""
         return None
@@ -138,13 +137,6 @@ class BodyModel(StartOfBody):
         """True if the body acts as a wall on the fluids of its velocity field: fluids do not slip on its surface, and its
         points have grid nodes of their own."""
         return self._is_wall
-
-    def meets_after_solve(self, fluid: "BodyModel") -> bool:
-        """Return True if this body acts on a fluid by contact, after the implicit stress of the fluid is solved for: moving
-        bodies of other velocity fields, and rigid ones unless they are walls of the fluid."""
-        if self is fluid or not self.moves or (self.is_wall and self.field == fluid.field):
-            return False
-        return self.is_rigid or self.field != fluid.field
 
     def as_wall(self, is_wall: bool) -> Self:
         """Return a copy of the settings with this value of `is_wall`, or the settings themselves if it is the same."""
@@ -160,30 +152,14 @@ class BodyModel(StartOfBody):
         return f"walls of {self.field}" if self.is_wall else self.field
 
     @property
-    def remedy_for_node_contact(self) -> str:
-        """Remedy, as text for the user, if the body has contact with solids or membranes on the nodes of the grid instead of by
-        surfaces."""
-        return "use a smaller grid.cell"
-
-    @property
     def crumples(self) -> bool:
         """True if the body resists neither compression nor bending, so that it folds within the length of an element."""
-        return False
-
-    @property
-    def creeps(self) -> bool:
-        """True if the material of the body at rest deforms in time under constant load."""
         return False
 
     @property
     def implicit_stress(self) -> ImplicitStress | None:
         """Parameters of the stress of the body that is solved for on the nodes of the grid; None without."""
         return None
-
-    @property
-    def solves_viscosity(self) -> bool:
-        """True if stresses of the body are solved for on the nodes of the grid."""
-        return self.implicit_stress is not None
 
     @property
     def is_rigid(self) -> bool:
@@ -193,16 +169,6 @@ class BodyModel(StartOfBody):
     def channels(self) -> Sequence[Channel]:
         """Return the channels (entries of the energy balance) of works and losses that the body itself computes."""
         return ()
-
-    @property
-    def has_own_step(self) -> bool:
-        """True if the body has its own sub-steps; then only output limits the time step of the run."""
-        return False
-
-    @property
-    def takes_long_steps(self) -> bool:
-        """True if no process in the body needs steps as short as the intervals of the output; these limit the step then."""
-        return self.has_own_step or (self.implicit_stress is not None and self.implicit_stress.stiffness > 0.0)
 
     def needs_grid(self, parts: Parts) -> bool:
         return True
@@ -239,6 +205,12 @@ def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:
     built, else None; parts: all parts of the case."""
     of, grid = body.selectable(), parts.grid
     return of if of is None or grid is None else of._replace(periods=grid.periods())
+
+
+def may_be_wall(body: BodyModel) -> bool:
+    """Return True for a solid that fills a region of its own, and can thus act as a wall of fluids if its motion is
+    prescribed."""
+    return body.separate_points and not body.is_fluid
 
 
 def is_alone(body: BodyModel, parts: Parts) -> bool:

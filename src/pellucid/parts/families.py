@@ -6,6 +6,7 @@ equation of motion, explicitly or implicitly, optionally in sub-steps (`NodalBod
 """
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +37,9 @@ class GridBody(Body):
     keeps_heat = False
     """True if points of the body store the kinetic energy lost by transfers and internal forces as heat: the body then
     implements `KeepsHeat`."""
-    is_beside_membrane = False
-    """True if a membrane is in the same velocity field."""
+    even_settings: Callable[[], str] = str
+    """Function that returns the settings of the case, as text, that would keep the densities of the points of a liquid even;
+    an empty text if there are none."""
 
     @property
     def keeps_even(self) -> bool:

@@ -7,7 +7,7 @@ them has about its size or if its size is between those of two of them.
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil, exp, hypot, inf, isfinite, isnan, log, sqrt
 from operator import methodcaller
@@ -22,11 +22,12 @@ from pellucid.case.sections import parts_of
 from pellucid.compilation.reporting import kernel_key
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
-from pellucid.errors import CaseError, UsageError, shown
+from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 from pellucid.materials.contract import PointMaterial
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.progress import Pace, Progress, clock
+from pellucid.set_up.even_densities import accepts, in_words, settings_for_even_densities
 from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 
 if TYPE_CHECKING:
@@ -182,42 +183,13 @@ def _pressure_hint(case: "Case", limit: StepLimit) -> str | None:
         return None
     keys = {f"body.{name}.material.implicit_pressure": True for name in names}
     settings = keys | {"time.scheme": "usl"}
-    if not _accepts(case, settings):
+    if not accepts(case, settings):
         return None
     text = f"would allow time steps up to {longer:.3g} times as long, at about {cost:.2g} times the cost per step"
     text = f'hint: {" and ".join(keys)} = true, with time.scheme = "usl", {text}'
-    also = _keys_of_even_densities(case, names, settings)
-    values = [f"{key} = {shown(value)}" for key, value in also.items()]
-    if values:
-        text += f"; in confined flow also set {' and '.join(values)}: otherwise volumes of single points may become negative"
+    if also := settings_for_even_densities(case, names, settings):
+        text += f"; in confined flow also set {in_words(also)}: otherwise volumes of single points may become negative"
     return text
-
-
-def _accepts(case: "Case", settings: Mapping[str, Any]) -> bool:
-    """Return True if the case is valid with these settings, by key."""
-    try:
-        case.with_settings(settings)
-    except CaseError:
-        return False
-    return True
-
-
-def _keys_of_even_densities(case: "Case", names: Sequence[str], settings: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings, by key, that keep the densities of single points even in long steps, as far as the case does not
-    have them and accepts them together with `settings`; names: bodies with implicit pressure. Bodies in a velocity field with
-    a membrane are left out: `even_points` would move points through it, and `cell_pressure` spread the jump of the pressure."""
-    found: dict[str, Any] = {}
-    for body in case.body:
-        if body.name not in names or any(other.is_surface and other.field == body.field for other in case.body):
-            continue
-        cells, even = f"body.{body.name}.cell_pressure", f"body.{body.name}.material.even_points"
-        is_open = bool(case.inflow or case.outflow)  # cell pressures treat faces as walls
-        if not (is_open or getattr(body, "cell_pressure", True)) and _accepts(case, settings | found | {cells: True}):
-            found[cells] = True
-        if isinstance(body.material, PointMaterial) and not body.material.keeps_points_even:
-            tried = ({even: True}, {"time.transfer": "apic", even: True})
-            found |= next((more for more in tried if _accepts(case, settings | found | more)), {})
-    return found
 
 
 def _cost_of_pressure(case: "Case", step: float) -> float:
@@ -322,11 +294,7 @@ def _tightest(limits: "Limits") -> tuple[StepLimit, str]:
 def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: float | None = None) -> Foretold:
     time = case.time
     left = (time.end if until is None else min(until, time.end)) - now
-    rows = (
-        time.end / max(1, round(time.end / case.output.rows_every(time.end)))
-        if any(body.takes_long_steps for body in case.body)
-        else inf
-    )
+    rows = time.end / max(1, round(time.end / case.longest_step)) if isfinite(case.longest_step) else inf
     because = (f"body `{name}` ({limit.cause}): " if name else "") + limit.reason
     if time.step is not None:
         if not isfinite(limit.step):

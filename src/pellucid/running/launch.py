@@ -100,7 +100,7 @@ def run_case(
             with explained(folder.path), folder.made():
                 if folder.case.is_file():
                     progress.note(f"replacing the earlier run in {folder.path}")
-                for text in simulation.node_contacts:
+                for text in _contacts_on_nodes(simulation):
                     progress.note(text)
                 folder.start(case)
                 return _finish(simulation, recorder, asked, temporary=out is None)
@@ -133,8 +133,18 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
             warnings.warn(text, stacklevel=2)
         return [*contact_offsets(case), *foretell_case(case), NOT_SET_UP]
     with _first_set_up(case, None, progress, alone=True) as (simulation, _, _):
-        within = [f"contact: {overlap.text}" for overlap in simulation.start_overlaps if len(overlap.between) == 1]
-        return [*contact_offsets(case), *simulation.node_contacts, *within, *foretell_simulation(simulation)]
+        from pellucid.contact.surface_pairs import SurfacePairs  # needs numba, whose threads the set-up chooses
+
+        overlaps = simulation.parts.only(SurfacePairs).start_overlaps
+        within = [f"contact: {overlap.text}" for overlap in overlaps if len(overlap.between) == 1]
+        return [*contact_offsets(case), *_contacts_on_nodes(simulation), *within, *foretell_simulation(simulation)]
+
+
+def _contacts_on_nodes(simulation: "Simulation") -> list[str]:
+    """Return lines on the solids and membranes that are in contact on the nodes of the grid, with the reasons."""
+    from pellucid.contact.pairs import ContactPairs
+
+    return list(simulation.parts.only(ContactPairs).reasons)
 
 
 def resume_case(
@@ -325,10 +335,17 @@ def _take_part(simulation: Any, recorder: Recorder, asked: _Asked) -> Run:
     and wait until the first process has written the results. Returns the run. recorder: writer of the rows and checkpoints."""
     if asked.foretell:
         foretold(simulation, asked.until, WarningsOnly())
-    simulation.run(recorder, until=asked.until)
+    _run_to_end(simulation, recorder, asked.until, None)
     domain.leave()
     domain.group.wait()
     return Run(recorder.folder.path)
+
+
+def _run_to_end(simulation: Any, recorder: Recorder, until: float | None, progress: Progress | None) -> None:
+    from pellucid.simulation.loop import recorded_steps
+
+    for _ in recorded_steps(simulation, recorder, until, progress):
+        pass
 
 
 def _finish(simulation: Any, recorder: Recorder, asked: _Asked, temporary: bool = False) -> Run:
@@ -337,7 +354,7 @@ def _finish(simulation: Any, recorder: Recorder, asked: _Asked, temporary: bool 
         progress = foretold(simulation, until, progress)
     try:
         with pace_learned(simulation, recorder) if domain.group.size == 1 else nullcontext():
-            simulation.run(recorder, until=until, progress=progress)
+            _run_to_end(simulation, recorder, until, progress)
         domain.leave()
     except RunStopped as error:
         if recorder.facts:  # it stopped itself in a step, not while it was set up
@@ -385,17 +402,19 @@ def recorded(
     reads the results. If the loop ended early, `pellucid.resume(out)` continues the run. Raises the errors of
     `pellucid.run`.
     """
+    from pellucid.simulation.loop import recorded_steps
+
     case, folder = simulation.case, RunFolder(out)
     check_until(until, case)
     check_probes(case.probe, simulation.bodies, case.periods)
     recorder = Recorder(folder, case, lambda: 0.0)
     if not domain.group.is_first:
-        yield from simulation.recorded(recorder, until)
+        yield from recorded_steps(simulation, recorder, until)
         return
     with explained(folder.path), folder.made():
         folder.start(case)
         try:
-            yield from simulation.recorded(recorder, until, seen(progress))
+            yield from recorded_steps(simulation, recorder, until, seen(progress))
         finally:
             folder.write_summary(recorder.facts, {})
         folder.write_summary(recorder.facts, Run(folder.path).metrics)

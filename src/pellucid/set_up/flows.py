@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pellucid.bodies.material_points.checks import meets_after_solve
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.case import Case
@@ -229,11 +230,11 @@ def slipped_past(case: Case) -> Iterator[str]:
     are long."""
     for fluid in case.body:
         material = getattr(fluid, "material", None)
-        if not fluid.solves_viscosity or not isinstance(material, PointMaterial):
+        if fluid.implicit_stress is None or not isinstance(material, PointMaterial):
             continue
         mu, lam, *_ = material.implicit_stress() or (0.0, 0.0)
         step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
-        after = [other.name for other in case.body if other.meets_after_solve(fluid)]
+        after = [other.name for other in case.body if meets_after_solve(other, fluid)]
         if after:
             text = f"the implicit viscosity of body {fluid.name} is solved before the contact with {listed(after)}"
             remedy = (

@@ -3,6 +3,7 @@
 import time as wall_clock
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +11,8 @@ import numpy as np
 
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.spec import required
-from pellucid.contact.pairs import ContactPairs
-from pellucid.contact.surface_pairs import SurfacePairs
-from pellucid.contact.touch import OverlappingStart
 from pellucid.energy import EnergyBudget, energy_at_stake, total_work
-from pellucid.errors import RunStopped, UsageError
+from pellucid.errors import UsageError
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.even_points import even_points
 from pellucid.grid.full_cells import cell_pressures
@@ -28,6 +26,7 @@ from pellucid.parts.families import GridBody
 from pellucid.progress import Progress
 from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.behind_walls import with_room_behind_walls
+from pellucid.set_up.even_densities import advice_on_even_densities
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.set_up.smoothing import smoothing_warnings
 from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
@@ -35,7 +34,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
-from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
+from pellucid.simulation.ranks import SharedSlabs, idle
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
@@ -47,7 +46,6 @@ from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
 from pellucid.step.limit import StepLimit, time_to_fall
 from pellucid.step.part import AtEachStep
-from pellucid.system.interrupts import signals_caught
 from pellucid.system.processes import free_cores
 
 if TYPE_CHECKING:
@@ -60,11 +58,12 @@ NODES = "-nodes."  # owner of the nodal arrays of a velocity field in a checkpoi
 
 
 class Simulation:
-    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case.
+    """Simulation of a case. Call `step()` for one step, or iterate over it for the whole case; `pellucid.recorded` also stores
+    results.
 
     Attributes: bodies: bodies in the order of the case; velocity_fields: velocity fields of the grid; budget: balances of
     mass, momentum and energy, and reactions; parts: everything that acts in a step besides bodies and grid, such as
-    conditions, contact and pressures of full cells.
+    conditions, contact and pressures of full cells, e.g. `parts.only(SurfacePairs)`; begun: True after the first step.
     """
 
     def __init__(
@@ -91,15 +90,13 @@ class Simulation:
         for body, field in built.values():
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
-        for bodies in self._on_grid.values():
-            for body in bodies:
-                body.is_beside_membrane = any(other.is_surface for other in bodies if other is not body)
+                body.even_settings = partial(advice_on_even_densities, case, [body.name])
         numbers = (
             numbers_up_to(min(1 + free_cores(), max(1, set_threads(None) // domain.group.here)))
             if threads is None
             else [set_threads(threads)]
         )
-        self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
+        self.thread_choice = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         standing = Standings(self.bodies, start.keys())
         refuse(case, standing, start.keys())
         self.actions = [NodalActions(field, layout.n_loads) for field in self.velocity_fields]
@@ -124,9 +121,9 @@ class Simulation:
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
         self.begin_balance()
-        self._begun, self._settled = False, dict[str, Any]()
+        self.begun, self._settled = False, dict[str, Any]()
         own_steps = all(body.has_own_step for body in case.body) and not self._on_grid
-        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
+        self._watch = Watch(case, own_steps)
         self.timers: dict[str, float] = {}
         self._shared: SharedSlabs | None = None
         self._shown = 0.0
@@ -160,8 +157,7 @@ class Simulation:
             return SteadyClock(case.steady, case.time, self.bodies, case.body, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
-        most = case.output.rows_every(case.time.end) if any(body.takes_long_steps for body in case.body) else inf
-        return Clock(case.time, longest, most, self.parts)
+        return Clock(case.time, longest, case.longest_step, self.parts)
 
     def begin_balance(self) -> None:
         """Start the balances of mass, momentum and energy with the present state as reference."""
@@ -182,7 +178,7 @@ class Simulation:
     def step(self) -> None:
         """Advance one time step. Raises RunStopped, naming the point, if the state becomes invalid."""
         self.advance_bodies()
-        self._begun = True
+        self.begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.angular_momentum(self.budget, self.clock)
         self._watch.volumes(self._on_grid, self.clock)
@@ -197,7 +193,7 @@ class Simulation:
         Before the first step bodies settle if the case has [settle]. Raises RunStopped like `step`. See `pellucid.recorded`
         for loops that store results.
         """
-        if not self._begun:
+        if not self.begun:
             self.settle()
         while not self.clock.finished(None):
             self.step()
@@ -244,68 +240,6 @@ class Simulation:
         time, passing = self.clock.span(dt)
         self.stages.begin(time, passing)
 
-    def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
-        """Compute steps until the end of the case or `until` [s] of simulated time; recorder: object that stores the
-        results; progress: display of the progress. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        for _ in self.recorded(recorder, until, progress):
-            pass
-
-    def recorded(
-        self, recorder: Observer, until: float | None = None, progress: Progress | None = None
-    ) -> Iterator["Simulation"]:
-        """Advance like `run`, with the same arguments, and yield this `Simulation` after each step. If the loop ends early,
-        the stored results end at the last step of the loop."""
-        with signals_caught() as caught:
-            try:
-                if not self._begun:
-                    self._settle_and_begin(recorder, caught, progress)
-                else:
-                    recorder.begin(self)
-                if progress:
-                    progress.begin("running", self.case.time.end if until is None else until)
-                while not self.clock.finished(until):
-                    if self.clock.is_last_try:
-                        recorder.checkpoint(self)
-                    self._threads.before_step()
-                    self.step()
-                    self._threads.after_step()
-                    recorder.after_step(self)
-                    if self.clock.missed is not None:
-                        recorder.keep_last(self)
-                        raise RunStopped(self.clock.missed, step=self.n_steps, time=self.time)
-                    if signals := domain.caught(caught):
-                        recorder.checkpoint(self)
-                        raise interrupted(signals)
-                    self.show(progress)
-                    yield self
-                recorder.end(self)
-                if signals := domain.caught(caught):
-                    raise interrupted(signals)
-            except GeneratorExit:
-                recorder.end(self)
-                raise
-            except RunStopped as error:
-                domain.group.agree_on(error)  # what follows asks all processes
-                recorder.failed(self, error)
-                raise
-
-    def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
-        """Let the bodies settle if the case has [settle], and start recording. If settling fails, the state at the failure
-        is recorded; an error of this recording does not replace the error that stopped the settling.
-
-        recorder: object that stores the results; caught: signals received so far.
-        """
-        try:
-            self.settle(caught, progress, recorder)
-        except RunStopped as error:
-            self.begin_balance()  # that of the settling lacks what the bodies lost when they were stopped
-            try:
-                recorder.begin(self)
-            except Exception as trouble:
-                error.add_note(f"The state at the stop could not be recorded: {trouble}")
-            raise
-        recorder.begin(self)
-
     def step_limit(self) -> tuple[StepLimit, str]:
         """Return the limit of the stable step in the present state, and the name of the limiting body; an empty name if no
         body limits it."""
@@ -339,7 +273,7 @@ class Simulation:
     @property
     def threads(self) -> int:
         """Number of threads in use."""
-        return self._threads.chosen
+        return self.thread_choice.chosen
 
     @property
     def n_steps(self) -> int:
@@ -354,26 +288,6 @@ class Simulation:
     def momentum(self) -> np.ndarray:
         """Return the total momentum [kg m/s], shape (3,)."""
         return np.asarray(sum(body.totals.momentum for body in self.bodies))
-
-    @property
-    def contact_pairs(self) -> ContactPairs:
-        """The part of the step that computes contact on the nodes of the grid."""
-        return self.parts.of(ContactPairs)[0]
-
-    @property
-    def surface_pairs(self) -> SurfacePairs:
-        """The part of the step that computes contact by surfaces."""
-        return self.parts.of(SurfacePairs)[0]
-
-    @property
-    def node_contacts(self) -> Sequence[str]:
-        """Messages about solids and membranes that are in contact on the nodes of the grid, and the reasons."""
-        return self.contact_pairs.reasons
-
-    @property
-    def start_overlaps(self) -> Sequence[OverlappingStart]:
-        """Bodies that start closer to each other than the contact distance."""
-        return self.surface_pairs.start_overlaps
 
     def facts(self) -> dict[str, Any]:
         """Return entries for the summary of the run, by name: clock (such as steps of a steady analysis), settling, inflow
@@ -436,4 +350,4 @@ class Simulation:
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
         self._watch.warned = set(numbers["warned"])
-        self._begun, self._settled = not settles, dict(numbers["settled"])
+        self.begun, self._settled = not settles, dict(numbers["settled"])

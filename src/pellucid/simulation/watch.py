@@ -19,14 +19,14 @@ from pellucid.contact.contact_body import WarnsOfApproach
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody
+from pellucid.set_up.even_densities import advice_on_even_densities
 from pellucid.simulation.clock import Clock, fastest_point
 from pellucid.step.part import WARNING_INTERVAL, StepParts
 
 if TYPE_CHECKING:
-    from pellucid.case import Case, EnergyCase
+    from pellucid.case import Case
 
 LOOKS = 20  # steps between searches for parts of one body that approach each other
 GAPS = 0.01  # cells without points over those with liquid; with 0.02, slow flow past a disc is 10 % too fast
@@ -53,19 +53,18 @@ class Watch:
     """Checks of a simulation after its steps: issues warnings about possible errors, and stops a run with a large error of
     the energy balance."""
 
-    def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool, transfer: str) -> None:
-        """limits: limits of the energy error; own_steps: True if all bodies take their own substeps; has_grid: True if the case
-        has a grid; transfer: name of the velocity transfer of the case, such as "flip"."""
-        self._limits, self._own_steps, self._transfer = limits, own_steps, transfer
+    def __init__(self, case: "Case", own_steps: bool) -> None:
+        """own_steps: True if all bodies take their own substeps."""
+        self._case, self._limits, self._own_steps = case, case.energy, own_steps
         finer = (
             "a lower `accuracy` or more nodes"
             if own_steps
             else "a smaller time step or a finer grid"
-            if has_grid
+            if case.grid_or_none is not None
             else "a smaller time step"
         )
         self._advice = f"Use {finer}, or increase energy.stop if the loss is expected"
-        self._turning_advice = TURNING[transfer]
+        self._turning_advice = TURNING[case.time.transfer]
         self.warned: set[str] = set()
         """Keys of the warnings issued so far."""
 
@@ -154,7 +153,7 @@ class Watch:
                 )
                 come_and_go = any("mass" not in body.constant_fields for body in bodies)  # such have no cell_pressure
                 advice = "Add carries_tension = true to the eos" if come_and_go else "Add cell_pressure = true to the body"
-                if self._transfer != "apic":
+                if self._case.time.transfer != "apic":
                     advice += ', or set time.transfer = "apic"'
                 where = "see `Rest does not last for ever` in docs/physics/fluids.md"
                 return self._warn("volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}. {advice}; {where}.")
@@ -172,10 +171,8 @@ class Watch:
             text = f"{100 * share:.2g} % of the cells inside {names} contain no points, so the flow is wrong there"
             smooth = field.grid.case.is_smooth  # with others a slit lets too much pass, see validation/slit
             settings = [] if smooth else ['grid.functions = "quadratic-bspline"']
-            if not any(body.is_surface or body.keeps_even for body in bodies):  # not possible beside membranes, or set already
-                settings.append("even_points = true in the material")
-                if self._transfer not in AFFINE:
-                    settings.insert(0, 'time.transfer = "apic"')
+            if even := advice_on_even_densities(self._case, [body.name for body in liquids]):
+                settings.append(even)
             advice = f"{' and '.join(settings)}, or a smaller grid.cell" if settings else "a smaller grid.cell"
             return self._warn("gaps", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}. Set {advice}.")
 

@@ -255,6 +255,11 @@ class StepParts:
         """Return the parts of a class."""
         return [part for part in self._all if isinstance(part, kind)]
 
+    def only(self, kind: type[Kind]) -> Kind:
+        """Return the part of a class of which there is one, such as `SurfacePairs`. Raises ValueError otherwise."""
+        (part,) = self.of(kind)
+        return part
+
     def at(self, stage: str) -> Sequence[Any]:
         """Return the parts that define a method of `StepPart`, such as a stage."""
         if stage not in self._at:

@@ -5,6 +5,8 @@ import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
 
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 
 LIPID = {"kind": "lipid-film", "density": 0.05, "viscosity": 0.1, "stiffness": 400.0}
 EOS = {"kind": "tait", "sound_speed": 60.0, "carries_tension": True}
@@ -32,15 +34,15 @@ def on_a_plate(centre=(1.6, 1.76), velocity=(1.0, 0.0, 0.0), **more):
 def test_a_vesicle_glides_on_a_plate_and_keeps_its_velocity():
     """A plate without friction gives no force along it; on the nodes of the grid the same vesicle is slowed down."""
     sim = on_a_plate()
-    assert not len(sim.contact_pairs)
-    (pair,) = sim.surface_pairs._pairs
+    assert not len(sim.parts.only(ContactPairs))
+    (pair,) = sim.parts.only(SurfacePairs)._pairs
     assert pair.between == ("body film", "body plate")
     advance(sim, 500)
     film, liquid, _ = sim.bodies
     momentum = film.totals.momentum + liquid.totals.momentum
     assert momentum[0] == pytest.approx(film.mass + liquid.mass, rel=1e-9)
     assert film.places()[:, 1].min() - 0.75 == pytest.approx(0.0, abs=0.02 * 0.25)
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert abs(energy.unexplained) < 0.005 * 0.5 * (film.mass + liquid.mass)
 
 
@@ -50,9 +52,9 @@ def test_liquid_outside_keeps_contact_on_the_nodes():
     plate = box((0.25, 0.25, 0), (6.75, 0.75, 0), RATE_SOLID, (2, 2, 1), name="plate", field="plate")
     how = {"counts": (28, 14, 0), "cell": 0.25, "functions": "quadratic-bspline", "end": 10.0}
     sim = simulation(film, liquid, sea, plate, motion=held, **how)
-    assert len(sim.contact_pairs) == 1
-    assert not len(sim.surface_pairs)
-    (line,) = sim.node_contacts
+    assert len(sim.parts.only(ContactPairs)) == 1
+    assert not len(sim.parts.only(SurfacePairs))
+    (line,) = sim.parts.only(ContactPairs).reasons
     assert "the velocity field of film also contains the fluid outside of it (liquid, sea)" in line
 
 
@@ -65,7 +67,7 @@ def test_points_of_a_film_in_space_lie_on_it():
     plate = box((0.25, 0.25, 0.25), (1.75, 1.75, 0.6), RATE_SOLID, None, name="plate", field="plate")
     held = [{"name": "hold", "body": "plate", "hold": ["x", "y", "z"]}]
     sim = simulation(film, drop, plate, counts=(8, 8, 8), cell=0.25, motion=held)
-    ((surface,),) = [[s for s in pair.surfaces if isinstance(s, PointsOfNodes)] for pair in sim.surface_pairs._pairs]
+    ((surface,),) = [[s for s in pair.surfaces if isinstance(s, PointsOfNodes)] for pair in sim.parts.only(SurfacePairs)._pairs]
     body = sim.bodies[0]
     on_film = np.linalg.norm(surface.place - (1.0, 1.0, 1.2), axis=1)
     nodes = np.linalg.norm(body.places() - (1.0, 1.0, 1.2), axis=1)

@@ -9,6 +9,7 @@ from membranes import sheet
 from small_cases import advance, box, simulation
 
 from pellucid.bodies.own_nodes.contact_surface import LONGEST_EDGE
+from pellucid.contact.surface_pairs import SurfacePairs
 
 
 def stretched(times, **more):
@@ -89,5 +90,5 @@ def test_a_run_with_short_elements_says_nothing_of_them():
         warnings.filterwarnings("error", ".*touches another")
         warnings.filterwarnings("error", ".*contact between surfaces")
         sim = falling_on(stiffness=4e4, steps=400)
-    assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * sim.budget.energy_scale
+    assert abs(sim.parts.only(SurfacePairs).energy.unexplained) < 0.01 * sim.budget.energy_scale
     assert sim.bodies[0].arrays["position"][:, 2].min() < 4.5, "it carries the block down, and its elements grow by a fifth"

@@ -5,6 +5,8 @@ from membranes import sheet
 from pydantic import ValidationError
 from small_cases import box, case, simulation
 
+from pellucid.contact.surface_pairs import SurfacePairs
+
 THICKNESS = 0.1
 SHEET = {"thickness": THICKNESS, "field": "sheet"}
 BLOCK = box((1, 1, 3), (2, 2, 4), field="block")
@@ -36,7 +38,7 @@ def test_it_counts_for_every_kind_on_surfaces_and_on_nodes(place, offset, reach)
     bodies = body, BLOCK, *more.pop("others", ())
     sim = simulation(*bodies, **LOWER, **more)
     assert sim.bodies[0].half_width()[0] == reach
-    surfaces = {surface.body: surface for surface in sim.surface_pairs.surfaces}
+    surfaces = {surface.body: surface for surface in sim.parts.only(SurfacePairs).surfaces}
     assert ("sheet" in surfaces) is (place != "points")
     if place != "points":
         assert surfaces["sheet"].half_width == reach

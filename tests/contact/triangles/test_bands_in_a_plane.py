@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from small_cases import RATE_SOLID, advance, box, case
 
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.simulation.simulation import Simulation
 
@@ -27,8 +29,8 @@ def slide(friction, depth=(0.02, 0.07), thickness=None, **more):
     hold = {"name": "hold", "body": "floor", "hold": ["x", "y", "z"]}
     how = {"counts": (40, 10, 1), "cell": CELL, "end": 0.4, "gravity": gravity, "thickness": thickness}
     sim = Simulation(case(floor, top, motion=[hold], contact=[touch], **how), threads=1)
-    assert [type(pair) for pair in sim.surface_pairs._pairs] == [TrianglePair]
-    assert not len(sim.contact_pairs)
+    assert [type(pair) for pair in sim.parts.only(SurfacePairs)._pairs] == [TrianglePair]
+    assert not len(sim.parts.only(ContactPairs))
     return sim
 
 
@@ -47,7 +49,7 @@ def test_a_band_slides_on_another_by_the_law_of_coulomb(elements, thickness):
     assert body.arrays["position"][:, 1].min() - 0.5 > 0.97 * THICKNESS
     assert sim.budget.reactions()["touch"][1] == pytest.approx(body.mass * 9.81 * np.cos(SLOPE) * sim.time, rel=0.001)
     assert np.abs(body.arrays["velocity"][:, 2]).max() == 0.0
-    assert abs(sim.surface_pairs.energy.unexplained) < 0.01 * sim.surface_pairs.energy.taken
+    assert abs(sim.parts.only(SurfacePairs).energy.unexplained) < 0.01 * sim.parts.only(SurfacePairs).energy.taken
 
 
 def test_a_blown_up_ring_glides_on_a_band_and_keeps_its_velocity():
@@ -78,8 +80,8 @@ def test_a_bag_of_water_in_a_plane_touches_solids_by_its_surface():
     how = {"counts": (40, 14, 1), "cell": CELL, "gravity": (0, -9.81, 0), "motion": [hold]}
     stiff = {"material": MATERIAL | {"young_modulus": 1e6}}
     sim = Simulation(case(bag | stiff, water, floor, **how), threads=1)
-    assert not len(sim.contact_pairs)
-    assert len(sim.surface_pairs) == 1
+    assert not len(sim.parts.only(ContactPairs))
+    assert len(sim.parts.only(SurfacePairs)) == 1
     advance(sim, 400)
     momentum = sim.bodies[0].totals.momentum + sim.bodies[1].totals.momentum
     assert momentum[0] == pytest.approx(sim.bodies[0].mass + sim.bodies[1].mass, rel=1e-6)
@@ -88,4 +90,4 @@ def test_a_bag_of_water_in_a_plane_touches_solids_by_its_surface():
     }
     open_bag["surface"]["rectangle"]["points"] = (13, 2)
     sim = Simulation(case(open_bag, water, floor, **how), threads=1)
-    assert len(sim.contact_pairs) == 1, "a band that is no loop encloses nothing"
+    assert len(sim.parts.only(ContactPairs)) == 1, "a band that is no loop encloses nothing"

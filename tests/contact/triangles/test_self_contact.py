@@ -7,6 +7,7 @@ from small_cases import advance, case
 from triangle_surfaces import crossings, folded_in_three, layers_apart, square, strip, write_obj
 
 import pellucid
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 from pellucid.state import of_owner
@@ -52,7 +53,7 @@ def test_a_sheet_slides_on_another_layer_by_the_law_of_coulomb(tmp_path, frictio
     found = (speeds[-1] - speeds[half]) / (times[-1] - times[half])
     assert found == pytest.approx(expected, abs=1e-3 * 9.81 * np.sin(0.5))
     assert body.arrays["position"][loose, 2].min() > 0.97 * THICKNESS
-    energy, mass = sim.surface_pairs.energy, body.arrays["mass"][loose].sum()
+    energy, mass = sim.parts.only(SurfacePairs).energy, body.arrays["mass"][loose].sum()
     assert abs(energy.unexplained) < 0.01 * energy.taken
     if friction == 0.0:  # what the first touch takes is counted too
         assert energy.taken < 0.02 * 0.5 * mass * speeds[-1] ** 2
@@ -77,7 +78,7 @@ def test_an_impact_stops_where_contact_acts(tmp_path, speed, tilt):
         lowest = min(lowest, arrays["position"][loose, 2].min())
     assert lowest > 0.95 * THICKNESS
     assert np.abs(arrays["velocity"][loose, 2]).max() < 0.01 * speed
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert energy.taken == pytest.approx(0.5 * arrays["mass"][loose].sum() * speed**2, rel=1e-3)
     assert abs(energy.unexplained) < 1e-3 * energy.taken
 
@@ -114,7 +115,7 @@ def test_a_cloth_folded_in_three_falls_on_itself(tmp_path):
     sim, crossed, apart = fall(tables, triangles, along, 0.06, 12)
     assert crossed == 0
     assert apart > 0.95
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert energy.taken > 0.0
     assert abs(energy.unexplained) < 0.01 * energy.taken
 
@@ -130,7 +131,7 @@ def test_without_contact_the_layers_go_through_each_other(tmp_path):
 def test_it_goes_on_from_a_checkpoint_bit_for_bit(tmp_path):
     tables, _ = z_on_floor(tmp_path / "z.obj", 0.15)
     one = Simulation(tables, threads=1)
-    while not one.surface_pairs.energy.taken > 0.0 or one.time < 0.09:
+    while not one.parts.only(SurfacePairs).energy.taken > 0.0 or one.time < 0.09:
         one.step()
     arrays = {name: array.copy() for name, array in one.state_arrays().items()}
     assert any("surface/itself/" in name for name in arrays)
@@ -164,7 +165,7 @@ def test_a_cloth_folded_in_three_comes_to_rest(tmp_path):
     assert crossed == 0
     assert apart > 0.9
     assert layers_apart(sim.bodies[0].arrays["position"], triangles, along, 0.06) > 0.97 * THICKNESS
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert abs(energy.unexplained) < 0.01 * energy.taken
 
 
@@ -226,10 +227,10 @@ def squeeze(tables, triangles):
     span = tables.time.end / 40
     for _ in sim:
         if sim.time > tables.time.end - span:
-            impulse += sim.surface_pairs.impulses()["top"][2]
+            impulse += sim.parts.only(SurfacePairs).impulses()["top"][2]
         if sim.n_steps % 100 == 0:
             crossed += crossings(sim.bodies[0].arrays["position"], triangles)
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert abs(energy.unexplained) < (0.01 if tables.contact else 0.04) * energy.taken
     return impulse / span, sim.bodies[0].arrays["position"][:, 0].max(), crossed
 
@@ -306,7 +307,7 @@ def pressed_block(path, size, gap, down, n, courant=0.5):
         pass
     force = {name: (sim.budget.reactions()[name] - before[name])[2] / (sim.time - time) for name in ("base", "top")}
     assert force["base"] == pytest.approx(-force["top"], rel=0.01)
-    return 0.5 * (force["base"] - force["top"]), sim.surface_pairs.energy.unexplained
+    return 0.5 * (force["base"] - force["top"]), sim.parts.only(SurfacePairs).energy.unexplained
 
 
 def test_what_bears_neither_compression_nor_bending_is_refused(tmp_path):
@@ -347,7 +348,7 @@ def test_a_flat_bag_opens_without_a_crossing(tmp_path):
     for _ in sim:
         places = sim.bodies[0].arrays["position"]
         widest = max(widest, np.ptp(places[:, 2]))
-        first = sim.surface_pairs.energy.held if first is None else first
+        first = sim.parts.only(SurfacePairs).energy.held if first is None else first
         if sim.n_steps % 20 == 0:
             crossed += crossings(places, triangles)
     assert first == 0.0
@@ -426,10 +427,10 @@ def test_two_membranes_touch_by_their_triangles(tmp_path):
     contact = [{"name": "touch", "between": ["upper", "lower"], "kind": "coulomb", "friction": 0.3}]
     more = {"gravity": (0.0, 0.0, -9.81), "motion": motions, "contact": contact, "end": 0.4}
     sim = Simulation(case(lower, upper, counts=(10, 10, 8), cell=0.05, lower=(-0.1, -0.1, -0.2), **more), threads=1)
-    forces = [sim.surface_pairs.impulses()["touch"][2] / sim.dt for _ in sim if sim.time > 0.3]
+    forces = [sim.parts.only(SurfacePairs).impulses()["touch"][2] / sim.dt for _ in sim if sim.time > 0.3]
     weight = 9.81 * sim.bodies[1].arrays["mass"].sum()
     assert np.mean(forces) == pytest.approx(weight, rel=0.02)
-    energy = sim.surface_pairs.energy
+    energy = sim.parts.only(SurfacePairs).energy
     assert abs(energy.unexplained) < 0.01 * energy.taken
     places = np.concatenate([body.arrays["position"] for body in sim.bodies])
     corners = [body.surface.cells.surface() for body in sim.bodies]

@@ -215,10 +215,7 @@ class FluidFilmCase(BodyModel):
     def channels(self) -> Sequence[Channel]:
         return (VISCOUS_HEAT, DAMPING_HEAT) if self.has_drag else (VISCOUS_HEAT,)
 
-    @property
-    def has_own_step(self) -> bool:
-        """Return True: a film divides the time step of the run into its own substeps."""
-        return True
+    has_own_step: ClassVar[bool] = True
 
     @property
     def probed(self) -> tuple[str, ...]:

@@ -47,6 +47,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
         self._model, self._grid_case, self._gravity = case, grid_case, gravity
+        self._curving = self.implicit_stress.stiffness > 0.0
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
         here = partial(points_here, velocity_field.grid.lattice, functions)
@@ -82,11 +83,6 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         return self._model.cell_pressure and self.constraint is None
 
     @property
-    def implicit_stiffness(self) -> float:
-        """Stiffness ρc² of a pressure that is solved for [Pa], else 0."""
-        return self.implicit_stress.stiffness
-
-    @property
     def keeps_even(self) -> bool:
         """True if density and spacing of the points are corrected, see `pellucid.grid.even_points`."""
         return self.material.keeps_points_even and self._strains
@@ -113,25 +109,6 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         """Parameters of the implicit stress; zeros without."""
         return self.material.implicit_stress() or ImplicitStress(0.0, 0.0, 0.0)
 
-    @property
-    def point_viscosity(self) -> np.ndarray | None:
-        """Shear viscosity of each point of a fluid with a rheology [Pa s], shape (n,); None for other materials."""
-        return self.arrays.get("viscosity")
-
-    @property
-    def _curving(self) -> bool:
-        return self.implicit_stress.stiffness > 0.0
-
-    @property
-    def density_at_start(self) -> float:
-        """Density of the material at the start [kg/m³]."""
-        return self.material.density
-
-    @property
-    def viscous_stress(self) -> np.ndarray:
-        """Stress of the implicit viscosity in the last step [Pa], shape (n, 6). `stress` contains it only within a step."""
-        return self.arrays[VISCOUS_STRESS]
-
     def liquid_volume(self) -> float:
         return self.mass / self.material.density if self.material.is_liquid and self._strains else 0.0
 
@@ -150,24 +127,10 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
                     law_fails = f"the energy of its law {type(law).__name__} is not defined at {where}"
                     meaning = f"its state is not a finite number; {law_fails}"
                     return Fault(meaning, "use a law or parameters that allow larger strains, or smaller loads and velocities")
-        if code == INVERTED and self.implicit_stiffness > 0.0:  # artificial viscosity is refused
-            settings, smaller = self._even_settings(), "use a smaller time.step or time.courant, or a finer grid.cell"
+        if code == INVERTED and self._curving:  # artificial viscosity is refused
+            settings, smaller = self.even_settings(), "use a smaller time.step or time.courant, or a finer grid.cell"
             return super().fault(code, p)._replace(remedy=f"set {settings}, or {smaller}" if settings else smaller)
         return super().fault(code, p)
-
-    def _even_settings(self) -> str:
-        """Return the settings, as text, that keep the densities of the points of a liquid even and that the case allows but
-        does not have; an empty text if there are none. Beside membranes `even_points` is refused, and `cell_pressure` would
-        spread the jump of the pressure over a cell; it also closes the faces of the grid."""
-        if self.is_beside_membrane or not self.material.is_liquid:
-            return ""
-        settings, stress = list[str](), self.implicit_stress
-        if self.material.keeps_heat and not self.material.keeps_points_even:
-            settings.append('even_points = true in its material (with time.transfer = "apic" or "aflip")')
-        is_open = self._open_faces is not None or self._takes_in
-        if stress.stiffness > 0.0 and not (self._model.cell_pressure or is_open or stress.resists_volume):
-            settings.append("cell_pressure = true in the body")
-        return " and ".join(settings)
 
     def state_warning(self) -> str | None:
         """Return a warning if a liquid is compressed beyond the limit of its material law, or if the densities of its points
@@ -178,7 +141,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
             uneven = self.material.uneven(self.stored_field("density")) if self._strains else None
             if uneven is None:
                 return None
-            settings = self._even_settings()
+            settings = self.even_settings()
             remedy = f"for confined flow set {settings}" if settings else "use a smaller grid.cell"
             return f"body `{self.name}`: {uneven}; {remedy}"
         passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""

@@ -15,7 +15,7 @@ from pellucid.geometry.surfaces.surface import Inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.model import Vector
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, may_be_wall
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Parts
 
@@ -206,16 +206,24 @@ def implicit_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> It
     if not grid.is_smooth:
         text = f"{grid.functions} shape functions let eddies of single cells grow in the long steps of implicit pressure"
         yield Finding(here, text, 'use grid.functions = "quadratic-bspline", or remove implicit_pressure')
-    after = [other for other in parts.of(BodyModel) if other.meets_after_solve(body)]
+    after = [other for other in parts.of(BodyModel) if meets_after_solve(other, body)]
     if after:
         names = listed([other.name for other in after])
         text = f"the pressure is solved for before the contact with {names}, which long steps do not resolve"
-        near = (other for other in after if other.field == body.field and other.may_be_wall)
+        near = (other for other in after if other.field == body.field and may_be_wall(other))
         can_lead = [other.name for other in near if not is_driven(other.name, parts)]
         rest = [other.name for other in after if other.name not in can_lead]
         ways = [f"prescribe the whole motion of {listed(can_lead)} by [[motion]], as of a wall"] if can_lead else []
         ways += [f"place {listed(rest)} in the velocity field of {body.name}, not rigid"] if rest else []
         yield Finding(here, text, f"remove implicit_pressure, or {' and '.join(ways)}")
+
+
+def meets_after_solve(body: BodyModel, fluid: BodyModel) -> bool:
+    """Return True if a body acts on a fluid by contact, after the implicit stress of the fluid is solved for: moving bodies of
+    other velocity fields, and rigid ones unless they are walls of the fluid."""
+    if body is fluid or not body.moves or (body.is_wall and body.field == fluid.field):
+        return False
+    return body.is_rigid or body.field != fluid.field
 
 
 def even_points_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:

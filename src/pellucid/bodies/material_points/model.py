@@ -47,10 +47,6 @@ class MaterialPointsCase(SeededBody):
     separate_points: ClassVar[bool] = True
 
     @property
-    def may_be_wall(self) -> bool:
-        return not self.material.flows
-
-    @property
     def deforms_in_contact(self) -> bool:
         """True for solids, which have contact by their surface; a fluid has no surface of its own."""
         return not self.material.flows
@@ -69,7 +65,7 @@ class MaterialPointsCase(SeededBody):
 
     def channels(self) -> Sequence[Channel]:
         heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
-        return heat if self.solves_viscosity else ()
+        return heat if self.implicit_stress is not None else ()
 
     @property
     def implicit_stress(self) -> ImplicitStress | None:

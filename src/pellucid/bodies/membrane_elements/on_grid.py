@@ -58,7 +58,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
         functions = membrane_functions(grid_case, isinstance(surface.bending, PlateBending))
-        self._closed = case.surface.closed
+        self._closed, self._curving = case.surface.closed, surface.in_liquid
         if any(grid_case.thin()):
             self._closed = is_loop(surface.vertices, surface.cells.surface(), grid_case)
         self.node_velocity = arrays["velocity"].copy()
@@ -120,10 +120,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         forces = np.zeros((self.n_points, 3))
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
-
-    @property
-    def _curving(self) -> bool:
-        return self.surface.in_liquid
 
     def update_positions(self, dt: float) -> None:
         before = self.points.position.copy()

@@ -43,9 +43,7 @@ class MembranePointsCase(MembraneCase):
 
         return MembranePoints(self, *placement.on_grid(), placement.velocity_transfer)
 
-    @property
-    def remedy_for_node_contact(self) -> str:
-        return 'use kind = "membrane-elements", or a smaller grid.cell'
+    remedy_for_node_contact: ClassVar[str] = 'use kind = "membrane-elements", or a smaller grid.cell'
 
     @property
     def probed(self) -> tuple[str, ...]:

@@ -120,10 +120,6 @@ class MeshlessSolidCase(DampedModel):
     def deforms_in_contact(self) -> bool:
         return True
 
-    @property
-    def creeps(self) -> bool:
-        return isinstance(self.material, ViscoelasticMaterial)
-
     def check_set_up(self) -> None:
         """Raise CaseError for positions without shape functions. Only for meshes of up to 10 000 cells, and for approximants
         whose functions do not exist everywhere.

@@ -1,0 +1,76 @@
+"""The time loop of a run whose results are stored: settling, steps, threads, checkpoints, signals and progress."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from pellucid.errors import RunStopped
+from pellucid.progress import Progress
+from pellucid.ranks.domain import domain
+from pellucid.simulation.observer import Observer
+from pellucid.simulation.ranks import interrupted
+from pellucid.system.interrupts import signals_caught
+
+if TYPE_CHECKING:
+    from pellucid.simulation.simulation import Simulation
+
+
+def recorded_steps(
+    simulation: "Simulation", recorder: Observer, until: float | None = None, progress: Progress | None = None
+) -> Iterator["Simulation"]:
+    """Compute steps until the end of the case or `until` [s] of simulated time, and yield the simulation after each step. If
+    the loop over this generator ends early, the stored results end at the last step of the loop.
+
+    recorder: object that stores the results; progress: display of the progress. SIGTERM and Ctrl-C write a checkpoint and
+    raise Interrupted. Raises RunStopped if the state becomes invalid.
+    """
+    with signals_caught() as caught:
+        try:
+            if not simulation.begun:
+                _settle_and_begin(simulation, recorder, caught, progress)
+            else:
+                recorder.begin(simulation)
+            if progress:
+                progress.begin("running", simulation.case.time.end if until is None else until)
+            while not simulation.clock.finished(until):
+                if simulation.clock.is_last_try:
+                    recorder.checkpoint(simulation)
+                simulation.thread_choice.before_step()
+                simulation.step()
+                simulation.thread_choice.after_step()
+                recorder.after_step(simulation)
+                if simulation.clock.missed is not None:
+                    recorder.keep_last(simulation)
+                    raise RunStopped(simulation.clock.missed, step=simulation.n_steps, time=simulation.time)
+                if signals := domain.caught(caught):
+                    recorder.checkpoint(simulation)
+                    raise interrupted(signals)
+                simulation.show(progress)
+                yield simulation
+            recorder.end(simulation)
+            if signals := domain.caught(caught):
+                raise interrupted(signals)
+        except GeneratorExit:
+            recorder.end(simulation)
+            raise
+        except RunStopped as error:
+            domain.group.agree_on(error)  # what follows asks all processes
+            recorder.failed(simulation, error)
+            raise
+
+
+def _settle_and_begin(simulation: "Simulation", recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
+    """Let the bodies settle if the case has [settle], and start recording. If settling fails, the state at the failure is
+    recorded; an error of this recording does not replace the error that stopped the settling.
+
+    recorder: object that stores the results; caught: signals received so far.
+    """
+    try:
+        simulation.settle(caught, progress, recorder)
+    except RunStopped as error:
+        simulation.begin_balance()  # that of the settling lacks what the bodies lost when they were stopped
+        try:
+            recorder.begin(simulation)
+        except Exception as trouble:
+            error.add_note(f"The state at the stop could not be recorded: {trouble}")
+        raise
+    recorder.begin(simulation)
