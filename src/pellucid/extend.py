@@ -15,6 +15,7 @@ from pellucid.conditions.signals.displacements import SignalModel
 from pellucid.jit import point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power
 from pellucid.materials.contract import PointMaterial
+from pellucid.materials.coupled import CoupledMaterial
 from pellucid.materials.decoupled import BulkMaterial, DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
@@ -29,6 +30,7 @@ from pellucid.registry import register
 
 __all__ = [
     "BulkMaterial",
+    "CoupledMaterial",
     "DecoupledMaterial",
     "ElasticMaterial",
     "ElasticMembraneMaterial",

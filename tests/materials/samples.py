@@ -1,7 +1,15 @@
 """One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
 import pytest
-from user_laws import FungMaterial, GentMaterial, KelvinVoigtMaterial, SofteningMaterial, StandardLinearMaterial
+from user_laws import (
+    CiarletGeymonatMaterial,
+    FoamMaterial,
+    FungMaterial,
+    GentMaterial,
+    KelvinVoigtMaterial,
+    SofteningMaterial,
+    StandardLinearMaterial,
+)
 
 from pellucid import materials
 from pellucid.materials.elastic import ElasticMaterial
@@ -34,6 +42,8 @@ BULK = {"density": 1100.0, "bulk_modulus": 6e4}
 USERS = {
     "gent": GentMaterial(**BULK, shear_modulus=6e3, limit=30.0),
     "fung": FungMaterial(**BULK, shear_modulus=6e3, stiffening=0.1),
+    "ciarlet-geymonat": CiarletGeymonatMaterial(density=1100.0, c1=2e3, c2=1e3, lam=5e4),
+    "foam": FoamMaterial(density=1100.0, mu=6e3, lam=5e3),
     "softening": SofteningMaterial(**BULK, shear_modulus=6e3),
     "user-kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
     "standard-linear": StandardLinearMaterial(**SOFT, branch_modulus=3e3, relaxation_time=0.5),

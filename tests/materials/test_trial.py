@@ -153,7 +153,8 @@ def test_a_hyperelastic_law_states_three_functions(folder: Path) -> None:
         ", HyperelasticMaterial, r", ", r"
     )
     law = law.replace("    def initial_state(self):\n        return SoftState(NO_STRESS, 0.0)\n", "")
-    words = "has no `energy`, `cauchy_stress`, `wave_speed`; register each, as `@point_function(energy, Soft)`"
+    words = "has no `coupled_energy`; register each, as `@point_function(coupled_energy, Soft)`; `energy`, `cauchy_stress`, "
+    words += "`wave_speed` follow from `coupled_energy` or can be registered instead of it"
     assert words in law_told(folder, law=law)
 
 

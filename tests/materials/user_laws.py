@@ -1,16 +1,18 @@
 """Laws as users write them, in a file of their own: a hyperelastic one by its energy, two viscoelastic ones with states."""
 
-from math import exp, expm1, sqrt
+from math import exp, sqrt
 from typing import ClassVar, Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.jit.elementary import log, log1p
+from pellucid.jit.elementary import expm1, log, log1p
 from pellucid.materials.contract import PointMaterial
+from pellucid.materials.coupled import CoupledMaterial
 from pellucid.materials.decoupled import BulkMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial, lame
-from pellucid.materials.hyperelastic import finite_strain
+from pellucid.materials.hyperelastic import finite_strain, hyperelastic
 from pellucid.materials.law import (
     cauchy_stress,
+    coupled_energy,
     diffusivity,
     invariant_energy,
     rate_type,
@@ -61,6 +63,53 @@ class GentMaterial(BulkMaterial):
 @point_function(invariant_energy, Gent)
 def _gent(law, first, second):
     return -0.5 * law.mu * law.limit * log1p(-first / law.limit)
+
+
+# Ciarlet 1988, Mathematical Elasticity 1, section 4.10: polyconvex, with any Lamé constants at rest
+@hyperelastic
+class CiarletGeymonat(NamedTuple):
+    c1: float
+    c2: float
+    lam: float
+    rho0: float
+
+
+class CiarletGeymonatMaterial(CoupledMaterial):
+    kind: Literal["ciarlet-geymonat"] = "ciarlet-geymonat"
+    c1: float = parameter("Pa", "coefficient of I₁", gt=0)
+    c2: float = parameter("Pa", "coefficient of I₂", ge=0)
+    lam: float = parameter("Pa", "coefficient of J²", gt=0)
+
+    def law(self):
+        return CiarletGeymonat(self.c1, self.c2, self.lam, self.density)
+
+
+@point_function(coupled_energy, CiarletGeymonat)
+def _ciarlet(law, first, second, J):
+    by_log = 2.0 * law.c1 + 4.0 * law.c2 + 0.5 * law.lam
+    return law.c1 * first + law.c2 * second + 0.25 * law.lam * (J * J - 1.0) - by_log * log(J)
+
+
+# the shear energy of foamed rubber of Blatz & Ko 1962, Trans. Soc. Rheol. 6, 223, by tr b⁻¹, and the volume's of `neo_hookean`
+@hyperelastic
+class Foam(NamedTuple):
+    mu: float
+    lam: float
+    rho0: float
+
+
+class FoamMaterial(CoupledMaterial):
+    kind: Literal["foam"] = "foam"
+    mu: float = parameter("Pa", "shear modulus μ", gt=0)
+    lam: float = parameter("Pa", "Lamé's constant λ", gt=0)
+
+    def law(self):
+        return Foam(self.mu, self.lam, self.density)
+
+
+@point_function(coupled_energy, Foam)
+def _foam(law, first, second, J):
+    return 0.5 * law.mu * ((second + 3.0) / (J * J) - 3.0) + (law.mu + 0.5 * law.lam * log(J)) * log(J)
 
 
 # Fung's exponential, with the volumetric energy of Simo & Taylor 1982, Comput. Methods Appl. Mech. Eng. 33, 845

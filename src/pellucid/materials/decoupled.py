@@ -48,8 +48,8 @@ from pellucid.tensors import (
 )
 
 
-class DecoupledMaterial(HyperelasticMaterial):
-    """Base of hyperelastic solids whose energy is the sum of an isochoric and a volumetric part."""
+class WithModuli(HyperelasticMaterial):
+    """Base of hyperelastic solids that return their moduli at rest."""
 
     @abstractmethod
     def moduli(self) -> tuple[float, float]:
@@ -61,20 +61,9 @@ class DecoupledMaterial(HyperelasticMaterial):
     def wave_speeds(self) -> tuple[float, float]:
         return float(wave_speed(self.law(), IDENTITY)), sqrt(self.moduli()[0] / self.density)
 
-    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        isochoric = isochoric_energy, isochoric_stress, isochoric_stiffness
-        volumetric = volumetric_energy, volumetric_stress, volumetric_stiffness
-        return {law: (*isochoric, *volumetric, *super().operations(law)[law])}
 
-
-class BulkMaterial(DecoupledMaterial):
-    """Base of hyperelastic solids with separate isochoric and volumetric energies and a given bulk modulus."""
-
-    bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
-
-    def moduli(self) -> tuple[float, float]:
-        law = self.law()
-        return 2.0 * sum(invariant_slopes(law, 0.0, 0.0)), volumetric_stiffness(law, 1.0)
+class ElasticModuli(WithModuli):
+    """Base of hyperelastic solids whose Young's modulus and Poisson's ratio at rest follow from their other moduli."""
 
     @property
     def poisson_ratio(self) -> float:
@@ -86,6 +75,25 @@ class BulkMaterial(DecoupledMaterial):
     def young_modulus(self) -> float:
         """Young's modulus at rest [Pa]."""
         return 2.0 * self.moduli()[0] * (1.0 + self.poisson_ratio)
+
+
+class DecoupledMaterial(WithModuli):
+    """Base of hyperelastic solids whose energy is the sum of an isochoric and a volumetric part."""
+
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
+        isochoric = isochoric_energy, isochoric_stress, isochoric_stiffness
+        volumetric = volumetric_energy, volumetric_stress, volumetric_stiffness
+        return {law: (*isochoric, *volumetric, *super().operations(law)[law])}
+
+
+class BulkMaterial(ElasticModuli, DecoupledMaterial):
+    """Base of hyperelastic solids with separate isochoric and volumetric energies and a given bulk modulus."""
+
+    bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
+
+    def moduli(self) -> tuple[float, float]:
+        law = self.law()
+        return 2.0 * sum(invariant_slopes(law, 0.0, 0.0)), volumetric_stiffness(law, 1.0)
 
 
 def decoupled(law: type[LawType]) -> type[LawType]:

@@ -16,6 +16,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -294,8 +295,8 @@ class Energy:
 
     Attributes
     ----------
-    slopes : derivatives with respect to the one or two variables x, y.
-    curvatures : second derivatives, in the order xx, yy, xy.
+    slopes : derivatives with respect to the one to three variables x, y, z.
+    curvatures : second derivatives, in the order xx, yy, zz, xy, xz, yz.
     """
 
     def __init__(self, operation: Callable[..., Any], kind: type, function: Callable[..., Any]) -> None:
@@ -312,8 +313,8 @@ class Energy:
             raise wrong.with_traceback(error.__traceback__) from None  # which has the line of the function
         self.slopes = graph.gradient(graph.term_of(value), variables)
         self.curvatures = [graph.derivative(slope, x) for slope, x in zip(self.slopes, variables, strict=True)]
-        if len(variables) == 2:
-            self.curvatures.append(graph.derivative(self.slopes[1], variables[0]))
+        for one, other in combinations(range(len(variables)), 2):
+            self.curvatures.append(graph.derivative(self.slopes[other], variables[one]))
 
     @property
     def is_linear(self) -> bool:
@@ -321,7 +322,7 @@ class Energy:
         return all(term.operation == 0.0 for term in self.curvatures)
 
     def depends_on(self, place: int) -> bool:
-        """Return True if the energy depends on the variable at a place (0 or 1)."""
+        """Return True if the energy depends on the variable at a place (from 0)."""
         return self.slopes[place].operation != 0.0
 
     def function(self, operation: Callable[..., Any], results: Sequence[Term]) -> Callable[..., Any]:
@@ -347,7 +348,7 @@ _traced = functools.cache(Energy)  # once for all operations that follow from it
 
 
 def derive(operation: Callable[..., Any], energy: Callable[..., Any], choose: Callable[[Energy], Any]) -> None:
-    """Derive the implementations of an operation from an energy, a function of one or two variables: for each law that
+    """Derive the implementations of an operation from an energy, a function of one to three variables: for each law that
     registers `energy` and has no implementation of its own, `choose` returns terms of the energy or a function. If the energy
     cannot be differentiated, NotTraced is raised where the operation is first used for the law."""
 
@@ -448,7 +449,14 @@ def _replaced(value: Any) -> Any:
             return graph.call(name, *arguments) if graph else value(*arguments)
 
         return call
-    if not isinstance(value, FunctionType) or is_operation(value):
+    if is_operation(value):  # of the law itself
+
+        def of_law(*arguments: Any) -> Any:
+            function = implementation_of(value, type(arguments[0]))
+            return value(*arguments) if function is None else _on_terms(function)(*arguments)
+
+        return of_law
+    if not isinstance(value, FunctionType):
         return value
     if is_pointwise(value):
         return _on_terms(value)

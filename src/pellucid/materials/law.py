@@ -6,7 +6,8 @@ A law is a NamedTuple of its parameters. The state of a point under a law is a N
 Material points use the rate form: `update` and the functions that follow it here. `rate_type` registers default functions
 shared by most laws, so that a law registers only functions that differ from them. A hyperelastic law is defined by
 `energy`, `cauchy_stress` and `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic`
-derives its rate form. A decoupled law is the sum of an isochoric and a volumetric part; `pellucid.materials.decoupled`
+derives its rate form. An isotropic one may state its energy alone, by invariants, see `pellucid.materials.coupled`. A
+decoupled law is the sum of an isochoric and a volumetric part; `pellucid.materials.decoupled`
 derives the functions of a hyperelastic law from both.
 
 Divisions are slow. The compiler combines the functions of a point to one loop and computes 1 / density once if all
@@ -171,6 +172,24 @@ def invariant_curvatures(law: Law, first: float, second: float) -> tuple[float, 
     """Return the second derivatives of `invariant_energy` [Pa]: ∂²/∂Ī₁², ∂²/∂Ī₂² and ∂²/∂Ī₁∂Ī₂."""
 
 
+@generic
+def coupled_energy(law: Law, first: float, second: float, J: float) -> float:
+    """Return the strain energy W of an isotropic law per unit reference volume [J/m³]; first, second: I₁ - 3 and I₂ - 3 of
+    the left Cauchy-Green tensor; J: volume ratio."""
+
+
+@generic
+def coupled_slopes(law: Law, first: float, second: float, J: float) -> tuple[float, float, float]:
+    """Return the derivatives of `coupled_energy` with respect to I₁, I₂ and J [Pa]."""
+
+
+@generic
+def coupled_curvatures(law: Law, first: float, second: float, J: float) -> tuple[float, float, float, float, float, float]:
+    """Return the second derivatives of `coupled_energy` [Pa]: ∂²/∂I₁², ∂²/∂I₂², ∂²/∂J², ∂²/∂I₁∂I₂, ∂²/∂I₁∂J and ∂²/∂I₂∂J."""
+
+
+derive(coupled_slopes, coupled_energy, lambda W: W.slopes)
+derive(coupled_curvatures, coupled_energy, lambda W: W.curvatures)
 derive(invariant_slopes, invariant_energy, lambda W: W.slopes)
 derive(invariant_curvatures, invariant_energy, lambda W: W.curvatures)
 
