@@ -279,9 +279,12 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
 GENT = 'kind = "gent", density = 1000, bulk_modulus = 1e5, shear_modulus = 2e4, limit = 30'
 
 
-def law_of_the_page_on_solids() -> str:
+CIARLET = 'kind = "ciarlet-geymonat", density = 1000, c1 = 1e4, c2 = 0, lam = 1e5'
+
+
+def law_of_the_page_on_solids(name: str = "Gent") -> str:
     page = (Path(__file__).parents[2] / "docs" / "physics" / "solids.md").read_text(encoding="utf-8")
-    (law,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (law,) = (text for text in re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL) if f"class {name}(" in text)
     return law
 
 
@@ -352,12 +355,20 @@ def test_the_stress_is_the_derivative_of_the_energy(folder: Path) -> None:
     assert "has a stress at rest; its energy must be smallest at rest" in message
 
 
+def test_a_coupled_law_with_a_stress_at_rest_is_named(folder: Path) -> None:
+    law = law_of_the_page_on_solids("CiarletGeymonat")
+    message = law_told(folder, "4.0 * law.c2", "3.0 * law.c2", law, CIARLET.replace("c2 = 0", "c2 = 1e4"))
+    assert "the law CiarletGeymonat (" in message
+    assert "has a stress at rest; its energy must be smallest at rest" in message
+
+
 @pytest.mark.slow
-def test_a_law_by_its_energy_alone_runs(folder: Path) -> None:
+@pytest.mark.parametrize(("name", "material"), [("Gent", GENT), ("CiarletGeymonat", CIARLET)])
+def test_a_law_by_its_energy_alone_runs(folder: Path, name: str, material: str) -> None:
     """A block that starts to stretch: its kinetic energy becomes strain energy, and no stress works without the energy."""
-    (folder / "mine.py").write_text(law_of_the_page_on_solids(), encoding="utf-8")
+    (folder / "mine.py").write_text(law_of_the_page_on_solids(name), encoding="utf-8")
     start = 'initial = [{ kind = "velocity-gradient", x = [2, 0, 0], y = [0, -2, 0], origin = [1, 1, 0] }]\n'
-    text = f"{HEAD}{BLOCK}{start}material = {{ {GENT} }}\n".replace("end = 0.01", "end = 0.1")
+    text = f"{HEAD}{BLOCK}{start}material = {{ {material} }}\n".replace("end = 0.01", "end = 0.1")
     (folder / "case.toml").write_text(f"{text}[output]\nhistory = 1e-3\n", encoding="utf-8")
     result = CliRunner().invoke(app, ["run", "case.toml", "--out", "out"])
     assert result.exit_code == 0, result.stderr
