@@ -18,7 +18,7 @@ hardly rebound, and their overlap hardens under load: see `pellucid.contact.dead
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from pellucid.contact.contact_side import PointContact, PreviousForces
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
+from pellucid.contact.moved_surfaces import MovedByNodes, MovedSurfaces
 from pellucid.contact.overlap import OverlapLaw, StartOverlap, mean_way
 from pellucid.contact.proximity import Meeting
 from pellucid.contact.sheets import find_places_beside, passes_between
@@ -132,17 +133,6 @@ def _passes(one: ContactSurface, other: ContactSurface) -> bool:
     return _width(one) < NARROW * float(np.median(other.reach))
 
 
-class MovedByNodes(Protocol):
-    """A contact surface that grid nodes move: a solid's with the velocities that strain its points, points of a fluid at a
-    wall with those that move them."""
-
-    velocity: np.ndarray
-
-    def power(self, force: np.ndarray, mean: bool) -> float:
-        """Return the power [W] of forces on the points of the surface [N], shape (m, 3), along the mean velocities of the nodes
-        if `mean` is True, else along the velocities with which they move the surface."""
-
-
 class SurfacePairs(StepPart):
     """All contacts of a simulation in which surfaces touch each other or walls: detection of overlaps, contact forces, and
     energy balance of contact."""
@@ -166,16 +156,7 @@ class SurfacePairs(StepPart):
         other bodies are in contact on the nodes.
         """
         self._fields, self._on_nodes_too = fields, on_nodes_too
-        self._moved = {id(surface): surface for surface in moved_by_nodes}
-        self._moved_first = {id(surface): surface for surface in moved_first}
-        self._exerted: dict[int, np.ndarray] = {}  # forces on the points of these surfaces in this step [N], shape (m, 3) each
-        self._counted, self._after, self._counted_first = 0.0, 0.0, 0.0  # powers of these forces, see `lag_work` [W]
-        self._drag_work = 0.0
-        self.lag_work = 0.0
-        """Work of the forces on surfaces that nodes move, as the nodes count it, minus their work along the velocities with
-        which these surfaces move [J]: Δt F·v̄ - Δt/2 F·(u + u'), with the mean velocity v̄ of the nodes and the velocities u, u'
-        of the surface in the last and in this step. The differences are due to the transfers between points and nodes and to
-        drags; the work along the latter, `_drag_work`, is not included. See `pellucid.bodies.transfer_loss`."""
+        self._moved = MovedSurfaces(moved_by_nodes, moved_first)
         self._column, self._last = column, 0.0
         self._time, self._passing = 0.0, 0.0
         self._pairs, self._planes, self._seams = pairs, planes, seams
@@ -218,9 +199,7 @@ class SurfacePairs(StepPart):
         if self._stops:
             self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         late = []
-        # the velocities with which surfaces moved after the last step are known only now
-        self.lag_work = 0.5 * last * (self._counted_first - self._power(self._moved_first, mean=None))
-        self._exerted.clear()
+        self._moved.begin(last)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last, pair.before)
@@ -242,39 +221,25 @@ class SurfacePairs(StepPart):
             if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
-                if id(surface) in self._moved or id(surface) in self._moved_first:
-                    self._exerted[id(surface)] = on_points
-        self._counted = -self._power(self._moved, mean=None)
-        self._counted_first = -self._power(self._moved_first, mean=None)
+                self._moved.take(surface, on_points)
+        self._moved.count_along_surfaces()
         for pair in late:
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
-    def _power(self, moved: Mapping[int, MovedByNodes], mean: bool | None) -> float:
-        """Return the power of the forces on surfaces `moved` [W]: along the mean velocities of the nodes if `mean` is True,
-        along the velocities with which nodes move surfaces if it is False, and along those of the surfaces if it is None."""
-        total = 0.0
-        for key, surface in moved.items():
-            if (force := self._exerted.get(key)) is not None:
-                total += _power_along(force, surface.velocity) if mean is None else surface.power(force, mean)
-        return total
-
     def before_stress(self, dt: float) -> None:
-        """Compute the powers of the contact forces along the mean velocities of the nodes and along the velocities with which
-        nodes will move the surfaces, which are final now."""
-        if self._exerted:
-            self._counted += 2.0 * self._power(self._moved, mean=True)
-            self._counted_first += 2.0 * self._power(self._moved_first, mean=True)
-            self._after = self._power(self._moved, mean=False)
+        self._moved.count_along_nodes()
 
     def end(self, dt: float) -> None:
         """Complete `lag_work`, before `TransferHeat` uses it."""
-        self._last, self._drag_work = dt, 0.0
-        if self._exerted and self._column is not None:
-            row = self._column - FIRST_LOAD
-            if not self._moved_first:  # else it is part of the lag
-                self._drag_work = sum(field.drag_work_of_load(row, dt) for field in self._fields)
-            self.lag_work += 0.5 * dt * (self._counted - self._after) + self._drag_work
+        self._last = dt
+        if self._column is not None:
+            self._moved.end(dt, self._column - FIRST_LOAD, self._fields)
+
+    @property
+    def lag_work(self) -> float:
+        """Work of the forces on surfaces that nodes move, see `MovedSurfaces` [J]."""
+        return self._moved.lag_work
 
     def balance(self, done: StepWork) -> None:
         """Move the work of forces between surfaces, which has a column of its own, to the contact work, the work of moving
@@ -287,8 +252,8 @@ class SurfacePairs(StepPart):
             done.works[CONTACT] += done.works[self._column] - from_outside
             done.works[SUPPORT] += from_outside
             done.works[self._column] = 0.0
-        done.works[CONTACT] += self._drag_work
-        done.works[DAMPING] += self._drag_work
+        done.works[CONTACT] += self._moved.drag_work
+        done.works[DAMPING] += self._moved.drag_work
         self.energy.add_work(float(done.works[CONTACT]))
         if (lent := sum(pair.law.lent for pair in self._pairs)) != 0.0:  # on the way to a steady state
             done.works[CONTACT] -= lent
@@ -439,17 +404,12 @@ class SurfacePairs(StepPart):
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())
-        for i, key in enumerate(self._moved_first):
-            if key in self._exerted:
-                arrays |= with_owner(f"exerted{i}", {"force": self._exerted[key]})
-        return arrays
+        return arrays | self._moved.state_arrays()
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
-        for i, key in enumerate(self._moved_first):
-            if own := of_owner(f"exerted{i}", arrays):
-                self._exerted[key] = own["force"]
+        self._moved.restore(arrays)
 
     def state_numbers(self) -> dict[str, object]:
         """Return the numbers for a checkpoint: contact energy, dampers, initial overlaps, previous forces, and leads of
@@ -461,7 +421,7 @@ class SurfacePairs(StepPart):
         lost = [pair.law.lost for pair in self._pairs]
         energy = self.energy.state_numbers()
         numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
-        numbers["last"], numbers["counted"] = self._last, self._counted_first
+        numbers["last"], numbers["counted"] = self._last, self._moved.state_number()
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -475,7 +435,8 @@ class SurfacePairs(StepPart):
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Restore the state of all contacts from the numbers of a checkpoint, the result of `state_numbers`."""
         self.energy.restore(numbers["energy"])
-        self._last, self._counted_first = numbers["last"], numbers["counted"]
+        self._last = numbers["last"]
+        self._moved.restore_number(numbers["counted"])
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)
@@ -496,12 +457,3 @@ def _let_go(slip, touched):
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0
-
-
-@kernel()
-def _power_along(force, velocity):
-    """Return the power [W] of forces along velocities, shape (m, 3) each."""
-    total = 0.0
-    for p in range(len(force)):
-        total += force[p, 0] * velocity[p, 0] + force[p, 1] * velocity[p, 1] + force[p, 2] * velocity[p, 2]
-    return total
