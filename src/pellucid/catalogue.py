@@ -9,7 +9,7 @@ import re
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 GALLERY = "pellucid.gallery"
 
@@ -51,17 +51,21 @@ def folder(case: str) -> str:
     return str(files(GALLERY) / case.split("/")[0])
 
 
-def module(case: str) -> ModuleType | None:
-    """Return the Python module of a gallery case, given by its id, with its `metrics` and `figures`; None if the case has none.
+def module(case: str) -> ModuleType | SimpleNamespace | None:
+    """Return the `metrics` and `figures` of a gallery case, given by its id: its Python module, or its entry in `CASES` of a
+    module of several cases; None if the case has none.
 
-    `METRICS` of the module lists the names of all metrics that the case can have, known before a run.
+    `METRICS` of the result lists the names of all metrics that the case can have, known before a run.
     """
     from importlib import import_module
     from importlib.util import find_spec
 
     shared = import_module(GALLERY).MODULES.get(case)
     name = f"{GALLERY}.{shared or case.replace('/', '.').replace('-', '_')}"
-    return import_module(name) if has(case) and find_spec(name) else None
+    if not (has(case) and find_spec(name)):
+        return None
+    found = import_module(name)
+    return getattr(found, "CASES", {}).get(case.split("/")[1], found)
 
 
 def suggestion(name: str) -> str:

@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 import pellucid
 from pellucid import catalogue
 from pellucid.case import load
-from pellucid.gallery.gan2011 import piezo_pictures
+from pellucid.gallery.gan2011 import piezo_icsi
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import bodies_in_space, figures, painter
 from pellucid.results.pictures.own import drawn_by_module
 
 WIDTHS = [
     (bodies_in_space, "COLUMNS"),
-    (piezo_pictures, "COLUMNS"),
-    (piezo_pictures, "FILM_COLUMNS"),
+    (piezo_icsi, "COLUMNS"),
+    (piezo_icsi, "FILM_COLUMNS"),
 ]
 """How many pixels wide pictures in space are."""
 LONGEST, LONGEST_SLOW = 3.0, 20.0

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.gallery.lian2014.folded_airbag import crossings
+from pellucid.gallery.lian2014.airbags import crossings
 
 TAPER = 3.0  # gaps
 PER_BEND = 4  # elements along a half circle: the shortest, on its inner side, are 0.77 gaps long and longer than the thickness

@@ -1,5 +1,7 @@
 """Common metrics and figures of the cases of growing vesicles: radius and density compared with the exact motion."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
@@ -64,3 +66,14 @@ def figures(run: Run) -> dict[str, Figure]:
         label(axes, "time", name, "s", unit)
     panels[-1].legend()
     return {"growth": figure}
+
+
+CASES = {
+    "compressed-vesicle": SimpleNamespace(
+        METRICS=(*METRICS, *(f"{name}-{film}" for film in ("less-viscous", "more-viscous") for name in ("radius", "density"))),
+        CAPTIONS={"growth": "Radius, density and speed of the films against time, compared with the exact solution."},
+        metrics=metrics,
+        figures=figures,
+    )
+}
+"""What the modules of single cases define, by case, of a case with several films."""

@@ -1,6 +1,8 @@
-"""Metrics of a sphere that falls on a clamped sheet, compared with our own finite elements."""
+"""Metrics of a sphere that falls on a clamped sheet and of a sheet that falls on a sphere, compared with our own finite
+elements, which also carry no compression in the sheet that falls."""
 
 from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -37,10 +39,10 @@ def beside_elements(run: Run, table: str, columns: Mapping[str, tuple[str, str]]
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 
-METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
+SPHERE_METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
 
 
-def metrics(run: Run) -> dict[str, Metric]:
+def sphere_metrics(run: Run) -> dict[str, Metric]:
     """Return the metrics by name: largest deviations of the heights of the middle of the sheet and the top of the sphere from
     finite elements during the run; lowest position of the sheet; rebound speed; largest hourglass energy."""
     columns = {
@@ -58,3 +60,23 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 def _last_speed(times: np.ndarray, z: np.ndarray) -> float:
     return float((z[-1] - np.interp(times[-1] - LEAVING, times, z)) / LEAVING)
+
+
+SHEET_METRICS = ("centre_deviation", "corner_deviation", "hourglass")
+
+
+def sheet_metrics(run: Run) -> dict[str, Metric]:
+    """Return the metrics by name: largest deviations of the heights of the middle and a corner of the sheet from finite
+    elements during the run, and largest hourglass energy."""
+    columns = {
+        "centre_deviation": ("centre_z", "the middle of the sheet"),
+        "corner_deviation": ("corner_z", "a corner of the sheet"),
+    }
+    return beside_elements(run, "membrane_on_sphere", columns, "relaxed_")
+
+
+CASES = {
+    "sphere-on-membrane": SimpleNamespace(METRICS=SPHERE_METRICS, metrics=sphere_metrics),
+    "membrane-on-sphere": SimpleNamespace(METRICS=SHEET_METRICS, metrics=sheet_metrics),
+}
+"""What the modules of single cases define, by case."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.gallery.benet2015.vesicle_in_constriction import METRICS, _room, metrics
+from pellucid.gallery.benet2015.vesicles_in_flows import CONSTRICTION_METRICS, _room, constriction_metrics
 
 TIMES = np.linspace(0.0, 6.0, 61)
 START, ROOM = -4.0, 16.0 - (4.0 * acos(0.375) - 0.75 * sqrt(4.0 - 0.75**2))  # of the channel less half of both segments
@@ -30,7 +30,7 @@ def run(speed, aside=0.0, small=0.5):
 
 
 def failed(of):
-    return {name for name, metric in metrics(of).items() if not metric.passed} - {"area"}
+    return {name for name, metric in constriction_metrics(of).items() if not metric.passed} - {"area"}
 
 
 def test_the_room_between_start_and_throat_is_that_of_the_channel():
@@ -38,7 +38,7 @@ def test_the_room_between_start_and_throat_is_that_of_the_channel():
 
 
 def test_a_vesicle_that_goes_with_the_flow_passes():
-    assert set(metrics(run(1.25))) == set(METRICS)
+    assert set(constriction_metrics(run(1.25))) == set(CONSTRICTION_METRICS)
     assert failed(run(1.25)) == set()
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.gallery.lian2014 import airbag
+from pellucid.gallery.lian2014 import airbags
 
 CASE = load("lian2014/airbag")
 BAG = CASE.body[2].surface.triangulate()
@@ -36,16 +36,16 @@ class Still:
 
 def test_volume_is_that_of_the_whole_bag():
     # 4/9 of sides and height; the facets of 24 squares to a half are within the curved sheet
-    assert airbag.bag_volume(Still(), 0.0) == pytest.approx(4.0 / 9.0 * 0.1, rel=2e-3)
+    assert airbags.bag_volume(Still(), 0.0) == pytest.approx(4.0 / 9.0 * 0.1, rel=2e-3)
 
 
 def test_mean_pressure_weighs_volumes():
-    assert airbag.gas_pressure(Still([(0.1, 0.1, 0.01)]), 0.0) == pytest.approx((1.0 * 1.0 + 3.0 * 3.0) / 4.0)
+    assert airbags.gas_pressure(Still([(0.1, 0.1, 0.01)]), 0.0) == pytest.approx((1.0 * 1.0 + 3.0 * 3.0) / 4.0)
 
 
 @pytest.mark.parametrize(("z", "share"), [(0.04, 0.0), (0.053, 0.0), (0.06, 0.5)])
 def test_a_point_leaks_a_quarter_of_a_cell_outside(z, share):
-    assert airbag._outside(Still([(0.1, 0.1, 0.01), (0.01, 0.01, z)]), 0.0) == share
+    assert airbags._outside(Still([(0.1, 0.1, 0.01), (0.01, 0.01, z)]), 0.0) == share
 
 
 def test_principal_stresses_of_any_frame():
@@ -53,7 +53,7 @@ def test_principal_stresses_of_any_frame():
     turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
     turned = turn @ one @ turn.T
     stress = turned[[0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
-    assert airbag._extreme_stresses(Still(stress=np.tile(stress, (4, 1))), 0.0) == pytest.approx((-2.0, 3.0))
+    assert airbags._extreme_stresses(Still(stress=np.tile(stress, (4, 1))), 0.0) == pytest.approx((-2.0, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -67,4 +67,4 @@ def test_another_bag_has_no_reference(settings):
     run = Still()
     run.case = load("lian2014/airbag").with_settings(settings)
     with pytest.raises(ValueError, match="gallery's cushion"):
-        airbag.metrics(run)
+        airbags.cushion_metrics(run)
