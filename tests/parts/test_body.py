@@ -19,9 +19,9 @@ from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.parts.assembly import AssembledBody
+from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.families import GridBody, NodalBody
-from pellucid.parts.placement import Placement
 
 # soft, for steps as long as the block's
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import AssembledBody, Assembly
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
+    from pellucid.parts.body import Body, Placement
 else:
     AssembledBody = Assembly = Body = Placement = object
 

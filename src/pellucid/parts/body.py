@@ -1,9 +1,11 @@
-"""Interface of a body to the clock, the energy balance and results; optional abilities are defined in `capabilities`."""
+"""Interface of a body to the clock, the energy balance and results, and the surroundings in which it is built: grid, velocity
+field and gravity. Optional abilities are defined in `capabilities`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import fsum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,11 +14,32 @@ from pellucid.energy import AngularMomentum, Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import Named, absent
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS, LOST, Fault
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import SLOWER_LOADS, Membrane, NodalSupport
 from pellucid.parts.constraint import ConstrainedPoints
-from pellucid.parts.placement import Placement
 from pellucid.step.limit import NO_LIMIT, StepLimit
+
+
+class Placement(NamedTuple):
+    """Input for building a body from its model (`BodyModel.build`): grid, velocity field and gravity. A case without a grid
+    has no velocity field."""
+
+    grid_case: GridCase | None  # table [grid] of the case
+    velocity_field: VelocityField | None  # grid nodes that the body shares with other bodies of its field
+    velocity_transfer: VelocityTransfer  # transfer of velocities between points and grid, such as FLIP
+    gravity: tuple[float, float, float]  # acceleration of gravity [m/s²], applied by bodies with their own nodes
+    n_loads: int  # number of channels of external forces
+
+    def on_grid(self) -> tuple[GridCase, VelocityField]:
+        """Return the table of the grid and the velocity field for a body that needs both; the model of the body must have
+        checked before that the case has a grid."""
+        if self.grid_case is None or self.velocity_field is None:
+            raise ValueError("this body needs a grid, and the case has none")
+        return self.grid_case, self.velocity_field
+
 
 __all__ = ["Body", "NodalSupport", "Placement", "in_metres"]
 

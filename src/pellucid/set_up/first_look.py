@@ -5,7 +5,7 @@ from collections.abc import Set as AbstractSet
 
 from pellucid.case import Case
 from pellucid.findings import listed
-from pellucid.parts.start_of_body import Standing
+from pellucid.parts.body_model import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.coarse_bodies import coarse_drops, coarse_indenters, coarse_sheets
 from pellucid.set_up.floating import floating_bodies

@@ -17,8 +17,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.geometry.region import images
 from pellucid.grid.model import GridCase
-from pellucid.parts.body_model import BodyModel
-from pellucid.parts.start_of_body import Standing
+from pellucid.parts.body_model import BodyModel, Standing
 
 DEPTH = 0.25  # largest depth of a point inside another body that is accepted, in cells
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most

@@ -1,17 +1,43 @@
-"""The time loop of a run whose results are stored: settling, steps, threads, checkpoints, signals and progress."""
+"""The time loop of a run whose results are stored: settling, steps, threads, checkpoints, signals and progress; and the
+interface of objects that read a simulation during a run."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pellucid.errors import RunStopped
 from pellucid.progress import Progress
 from pellucid.ranks.domain import domain
-from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import interrupted
 from pellucid.system.interrupts import signals_caught
 
 if TYPE_CHECKING:
     from pellucid.simulation.simulation import Simulation
+
+
+class Observer(Protocol):
+    """Interface of an object that reads a simulation during a run, for example to store results, and never changes the
+    simulation."""
+
+    def begin(self, simulation: Any) -> None:
+        """Record the initial state. Called before the first step."""
+
+    def after_step(self, simulation: Any) -> None:
+        """Read the simulation after a step. Called after each step."""
+
+    def while_settling(self, simulation: Any) -> None:
+        """Read the simulation after a step of settling (the search for rest before time 0), before `begin`."""
+
+    def checkpoint(self, simulation: Any) -> None:
+        """Write a checkpoint, from which the run can continue."""
+
+    def end(self, simulation: Any) -> None:
+        """Complete the stored results. Called after the last step."""
+
+    def keep_last(self, simulation: Any) -> None:
+        """Store the present state as a last row of the history and a last frame, for a run that ends before its goal."""
+
+    def failed(self, simulation: Any, error: RunStopped) -> None:
+        """Record the state in which the run was stopped by an error."""
 
 
 def recorded_steps(

@@ -18,7 +18,7 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.progress import Progress
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.observer import Observer
+from pellucid.simulation.loop import Observer
 
 if TYPE_CHECKING:
     from pellucid.case.stages import SettleCase

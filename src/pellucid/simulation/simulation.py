@@ -29,19 +29,23 @@ from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.even_densities import advice_on_even_densities
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.set_up.smoothing import smoothing_warnings
-from pellucid.simulation.assembly import activate_conditions, build_bodies, work_layout, worthwhile_threads
+from pellucid.simulation.assembly import (
+    Standings,
+    activate_conditions,
+    build_bodies,
+    load_state,
+    work_layout,
+    worthwhile_threads,
+)
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
 from pellucid.simulation.light_nodes import small_masses
-from pellucid.simulation.observer import Observer
+from pellucid.simulation.loop import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle
-from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
-from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import Standings, load_state
+from pellucid.simulation.stages import SCHEMES, Stages, time_stages
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
-from pellucid.simulation.timing import time_stages
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
 from pellucid.step.limit import StepLimit, time_to_fall

@@ -10,8 +10,8 @@ from user_laws import KelvinVoigtMaterial
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.errors import CaseError, RunStopped
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.simulation import Simulation
+from pellucid.simulation.stages import SCHEMES
 from pellucid.state import FIELDS
 
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)

@@ -14,8 +14,8 @@ from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import NOT_FINITE
+from pellucid.parts.body import Placement
 from pellucid.parts.families import NodalBody
-from pellucid.parts.placement import Placement
 
 if TYPE_CHECKING:
     from pellucid.bodies.diffusing_field.model import DiffusingFieldCase

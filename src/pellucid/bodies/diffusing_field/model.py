@@ -20,9 +20,8 @@ from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import Model, parameter
 from pellucid.parts.annotations import Body, Placement
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, Standing
 from pellucid.parts.part import Parts
-from pellucid.parts.start_of_body import Standing
 from pellucid.state import Field
 
 

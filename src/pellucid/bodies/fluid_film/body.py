@@ -12,6 +12,7 @@ from pellucid.bodies.fluid_film.solvers import FilmSolver
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import (
     ActingTraction,
     Membrane,
@@ -25,7 +26,6 @@ from pellucid.parts.capabilities import (
     Traction,
 )
 from pellucid.parts.families import NodalBody
-from pellucid.parts.placement import Placement
 from pellucid.parts.support_precedence import find_owners
 
 if TYPE_CHECKING:

@@ -21,9 +21,8 @@ from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.grid.model import GridCase
 from pellucid.materials.lipid_film import THINNEST, LipidFilm
 from pellucid.model import Model, Vector, parameter
-from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.body_model import BodyModel, Standing, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.start_of_body import Standing
 from pellucid.state import Field
 from pellucid.step.limit import NO_LIMIT, StepLimit
 
@@ -32,8 +31,7 @@ if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.film_geometry import FilmGeometry, Operators
     from pellucid.bodies.fluid_film.forces import FilmPhysics
     from pellucid.bodies.fluid_film.solvers import FilmSolver
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
+    from pellucid.parts.body import Body, Placement
 
 
 FULLEST = 0.999

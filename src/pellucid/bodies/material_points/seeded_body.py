@@ -29,8 +29,7 @@ from pellucid.geometry.surfaces.quadrilaterals import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter
-from pellucid.parts.body_model import BodyModel
-from pellucid.parts.start_of_body import Standing
+from pellucid.parts.body_model import BodyModel, Standing
 from pellucid.users.users_code import file_of, is_own
 
 ON_THE_SEAM = 1e-6  # relative tolerance of positions on the seam of a periodic grid

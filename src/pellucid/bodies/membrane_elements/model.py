@@ -24,9 +24,8 @@ from pellucid.grid.model import GridCase
 from pellucid.materials import AnySolidMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
-from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.body_model import BodyModel, Standing, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.start_of_body import Standing
 from pellucid.step.limit import (
     StepLimit,
     bending_in_cells,

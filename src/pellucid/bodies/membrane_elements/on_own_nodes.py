@@ -15,8 +15,8 @@ from pellucid.bodies.own_nodes.contact_surface import NodalResponse, PointsOfFac
 from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
+from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
-from pellucid.parts.placement import Placement
 from pellucid.step.limit import StepLimit, bending_in_mesh, springs_of_contact, told
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from pellucid.materials import AnyMembraneMaterial
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
+from pellucid.parts.body_model import Standing
 from pellucid.parts.part import Parts
-from pellucid.parts.start_of_body import Standing
 from pellucid.step.limit import StepLimit, bending_in_cells, signals_in_cells, tightest
 
 FEWEST_PER_CELL = 2.0  # least number of membrane points for each cell that the surface crosses

@@ -19,9 +19,8 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
-from pellucid.parts.body import in_metres
+from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
-from pellucid.parts.placement import Placement
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 

@@ -26,14 +26,12 @@ from pellucid.materials.law import Law
 from pellucid.materials.point_state import initial_arrays
 from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.body_model import BodyModel, Standing, is_alone
 from pellucid.parts.part import Parts
-from pellucid.parts.start_of_body import Standing
 
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.material_forces import Viscous
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
+    from pellucid.parts.body import Body, Placement
 
 ENTRY_BYTES = 60  # memory per quadrature point and node: shape function, gradient, node number, data of a step
 QUADRATURE_BYTES = 300  # memory per quadrature point: position, fit, deformation gradient

@@ -18,6 +18,7 @@ from pellucid.energy import StepWork, Totals
 from pellucid.findings import listed
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import (
     BoundByContact,
     NodalSupport,
@@ -31,7 +32,6 @@ from pellucid.parts.capabilities import (
     TakesSupports,
 )
 from pellucid.parts.families import NodalBody
-from pellucid.parts.placement import Placement
 from pellucid.state import of_owner, with_owner
 
 ALIKE = 1e-6  # relative difference of velocities that counts as round-off

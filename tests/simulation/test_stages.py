@@ -7,7 +7,7 @@ import pytest
 from small_cases import SLIP, SOLID, box, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
-from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.stages import SCHEMES
 
 # E = ρ = 1 and ν = 0: waves run at 1 m/s, and so small that linear theory is exact to 1e-6
 ELASTIC = SOLID | {"density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.0}

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from small_cases import SOLID, box, case
 
-from pellucid.compilation.reporting import laws_blamed
+from pellucid.compilation.reporting import laws_blamed, why_not_compiled
 from pellucid.errors import CaseError
 from pellucid.jit import implementation_of, point_function
-from pellucid.materials.compiled_trial import why_not_compiled
 from pellucid.materials.hyperelastic import hyperelastic
 from pellucid.materials.law import cauchy_stress, energy, signal_speed, wave_speed
 from pellucid.materials.neo_hookean import NeoHookean, NeoHookeanMaterial
