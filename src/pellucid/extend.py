@@ -17,8 +17,7 @@ from pellucid.jit.elementary import exp, expm1, log, log1p, power
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.coupled import CoupledMaterial
 from pellucid.materials.decoupled import BulkMaterial, DecoupledMaterial, decoupled
-from pellucid.materials.elastic import ElasticMaterial
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.elastic import ElasticMaterial, ElasticMembraneMaterial
 from pellucid.materials.eos.equation import EquationOfStateModel
 from pellucid.materials.hyperelastic import FiniteStrainState, HyperelasticMaterial, finite_strain, hyperelastic
 from pellucid.materials.law import rate_type

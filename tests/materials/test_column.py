@@ -7,7 +7,7 @@ import pytest
 from samples import EOS, fluid
 
 from pellucid.materials.energy_update import pressure
-from pellucid.materials.eos.column import ColumnEnds, states_at_rest
+from pellucid.materials.eos.equation import ColumnEnds, states_at_rest
 from pellucid.materials.eos.ideal_gas import IdealGas
 from pellucid.materials.eos.tait import Tait
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.elastic import ElasticMembraneMaterial
 from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, shape_of, wave_in_shape
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
 

@@ -14,7 +14,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.jit import cache_folder, implementation_of
 from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.solid_membrane import SolidMembraneMaterial
+from pellucid.materials.membrane_material import SolidMembraneMaterial
 from pellucid.materials.trial import Call, calls_of, calls_of_membrane
 from pellucid.progress import Progress
 from pellucid.users.users_code import is_users, line_at

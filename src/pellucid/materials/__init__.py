@@ -16,7 +16,7 @@ from pellucid.materials.holzapfel_gasser_ogden_membrane import HolzapfelGasserOg
 from pellucid.materials.kelvin_voigt import KelvinVoigtMaterial
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
-from pellucid.materials.membrane_material import MEMBRANE_MATERIALS, MembraneMaterial
+from pellucid.materials.membrane_material import MEMBRANE_MATERIALS, MembraneMaterial, SolidMembraneMaterial
 from pellucid.materials.mooney_rivlin import MooneyRivlinMaterial
 from pellucid.materials.mooney_rivlin_membrane import MooneyRivlinMembraneMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
@@ -25,7 +25,6 @@ from pellucid.materials.ogden import OgdenMaterial
 from pellucid.materials.ogden_membrane import OgdenMembraneMaterial
 from pellucid.materials.prony import PronyMaterial
 from pellucid.materials.skalak_membrane import SkalakMembraneMaterial
-from pellucid.materials.solid_membrane import SolidMembraneMaterial
 from pellucid.materials.surface_neo_hookean_membrane import SurfaceNeoHookeanMembraneMaterial
 from pellucid.materials.yeoh_membrane import YeohMembraneMaterial
 from pellucid.registry import OneOf

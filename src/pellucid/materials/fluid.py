@@ -12,8 +12,7 @@ from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.contract import ImplicitStress, PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, energy_of_pressure, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
-from pellucid.materials.eos.column import states_at_rest
-from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed, states_at_rest
 from pellucid.materials.law import (
     Law,
     artificial_heating,

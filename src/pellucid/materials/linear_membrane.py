@@ -9,7 +9,7 @@ from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.elastic import ElasticMembraneMaterial
 from pellucid.materials.membrane import (
     initial_shape,
     largest_strain,

@@ -4,8 +4,7 @@ from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.elastic import lame
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.elastic import ElasticMembraneMaterial, lame
 from pellucid.materials.law import energy
 from pellucid.materials.membrane import plane_response, plane_wave_speed
 from pellucid.materials.membrane_gradient import by_gradient

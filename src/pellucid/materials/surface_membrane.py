@@ -14,7 +14,7 @@ from pellucid.jit import point_function
 from pellucid.materials.law import Law, energy
 from pellucid.materials.membrane import plane_response, plane_wave_speed
 from pellucid.materials.membrane_gradient import by_gradient
-from pellucid.materials.solid_membrane import SolidMembraneMaterial
+from pellucid.materials.membrane_material import SolidMembraneMaterial
 from pellucid.materials.surface_law import (
     stretch_curvatures,
     stretch_energy,

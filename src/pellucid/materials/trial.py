@@ -64,7 +64,7 @@ from pellucid.users.users_code import failing_as, file_of, home_of, is_users, pl
 
 if TYPE_CHECKING:
     from pellucid.materials.contract import PointMaterial
-    from pellucid.materials.solid_membrane import SolidMembraneMaterial
+    from pellucid.materials.membrane_material import SolidMembraneMaterial
 
 Operation = Callable[..., Any]
 RATE_FORM = (

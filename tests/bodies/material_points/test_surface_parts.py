@@ -7,7 +7,7 @@ import pytest
 from forked_blocks import forked_block
 from small_cases import SOLID, box, case, to_the_end
 
-from pellucid.bodies.material_points.surface_parts import SurfaceParts
+from pellucid.bodies.material_points.surface import SurfaceParts
 
 
 def ring(**more):

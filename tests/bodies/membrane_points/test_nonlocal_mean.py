@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
+from pellucid.bodies.membrane_points.surface import NonlocalMean
 
 
 def points(n=400, seed=0):

@@ -6,7 +6,7 @@ from elements import DENSITY, bring_to, element_sheet, fastest_frequency, single
 from membranes import RIM, THICKNESS, E, assert_stable_when_shaken, edge, neo_hookean_stretch, sheet
 from small_cases import simulation
 
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.elastic import ElasticMembraneMaterial
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
 
 LAWS = [kind for kind, model in MEMBRANE_MATERIALS.entries.items() if issubclass(model, ElasticMembraneMaterial)]

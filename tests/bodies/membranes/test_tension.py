@@ -12,9 +12,8 @@ from pellucid.grid.velocity_transfer import Flip
 from pellucid.materials.law import energy
 from pellucid.materials.linear_membrane import LinearMembrane
 from pellucid.materials.membrane import plane_response, shape_of
-from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
+from pellucid.materials.membrane_material import MEMBRANE_MATERIALS, SolidMembraneMaterial
 from pellucid.materials.neo_hookean_membrane import NeoHookeanMembrane
-from pellucid.materials.solid_membrane import SolidMembraneMaterial
 from pellucid.parts.body import Placement
 
 TENSION, DENSITY = 40.0, 1000.0

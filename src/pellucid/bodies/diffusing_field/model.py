@@ -1,4 +1,4 @@
-"""Settings of a diffusing field in a case file, and their checks."""
+"""Settings of a diffusing field in a case file, their checks, and the material of such a field."""
 
 from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal, Self
@@ -17,12 +17,24 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.surface import Inside, Surface
 from pellucid.grid.model import GridCase
-from pellucid.materials.diffusive import DiffusiveMaterial
+from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Model, parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel, Standing
 from pellucid.parts.part import Parts
 from pellucid.state import Field
+
+
+class DiffusiveMaterial(BodyMaterial):
+    """Fick's law: the flux of the concentration c is -D ∇c, with the diffusion coefficient D."""
+
+    kind: Literal["diffusive"] = "diffusive"
+    density: float = parameter("kg/m^3", "density of the carrier medium; it affects only the masses in the results", 1.0, gt=0)
+    diffusivity: float = parameter("m^2/s", "coefficient of diffusion D", gt=0)
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Return zero for both wave speeds: there are no waves."""
+        return 0.0, 0.0
 
 
 class Line(Model):

@@ -16,9 +16,9 @@ from pellucid.approximants import grid_functions
 from pellucid.bodies.fluid_film.body import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.forces import FilmForces, Signals, dissipation, in_space
 from pellucid.bodies.fluid_film.loop_surface import LoopSurface, limit_matrix
-from pellucid.bodies.mesh_on_grid import MeshOnGrid
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
-from pellucid.bodies.power import power
+from pellucid.bodies.own_nodes.kernels import power
+from pellucid.bodies.points_on_grid import MeshOnGrid
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.enclosure import inside

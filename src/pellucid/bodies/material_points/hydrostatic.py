@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.eos.column import ColumnEnds
+from pellucid.materials.eos.equation import ColumnEnds
 from pellucid.model import Model, Vector, parameter
 
 FAR = 1.5

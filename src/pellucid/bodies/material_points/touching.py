@@ -13,8 +13,7 @@ import numpy as np
 
 from pellucid.bodies.material_points.grid_surface import GridSurface, fill
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
-from pellucid.bodies.material_points.surface_parts import SurfaceParts
+from pellucid.bodies.material_points.surface import RigidSurface, SurfaceParts, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.approaching_parts import describe_gap
 from pellucid.contact.contact_body import WarnsOfApproach

@@ -5,9 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import frame_of
-from pellucid.bodies.membranes.axes import axes_along
 from pellucid.geometry.meshes.surface_mesh import Mesh
-from pellucid.geometry.meshes.triangulation import directed_edges, pair_edges
+from pellucid.geometry.meshes.triangulation import axes_along, directed_edges, pair_edges
 
 
 class Fan(NamedTuple):

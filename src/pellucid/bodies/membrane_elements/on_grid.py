@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.membrane import ElementMembrane
-from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementMembrane, ElementSurface
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import is_loop
 from pellucid.bodies.membranes.plate_bending import PlateBending
-from pellucid.bodies.mesh_on_grid import MeshOnGrid
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
-from pellucid.bodies.power import power
+from pellucid.bodies.own_nodes.kernels import power
+from pellucid.bodies.points_on_grid import MeshOnGrid
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.enclosure import inside

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from pellucid.bodies.membrane_elements.membrane import ElementMembrane
-from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementMembrane, ElementSurface
 from pellucid.bodies.membranes.bending import support_bending
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import NodalResponse, PointsOfFaces, PointsOfNodes

@@ -7,15 +7,14 @@ import numpy as np
 
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.kernels import gathering_gradients
-from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
-from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames, press, torn
+from pellucid.bodies.membrane_points.surface import NonlocalMean, area_shares, fans_of, initial_frames, press, torn
 from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.membranes.prestretch import prestretch
-from pellucid.bodies.power import power
+from pellucid.bodies.own_nodes.kernels import power
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.model import GridCase

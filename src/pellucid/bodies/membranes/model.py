@@ -14,8 +14,7 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.surfaces.surface import Inside, Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
-from pellucid.materials.membrane_material import MembraneMaterial
-from pellucid.materials.solid_membrane import SolidMembraneMaterial
+from pellucid.materials.membrane_material import MembraneMaterial, SolidMembraneMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.part import Parts
 

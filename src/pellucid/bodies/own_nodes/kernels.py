@@ -1,4 +1,5 @@
-"""Kernels of the equation of motion of nodes in mesh order, with constraints, drag and works.
+"""Kernels of the equation of motion of nodes in mesh order, with constraints, drag and works, and the power of
+forces on nodes.
 
 The work of an impulse is computed with the mean of the velocities before and after the step, so that the sum of all works
 is exactly the change of kinetic energy. Nodes are divided into chunks whose number does not depend on the number of
@@ -17,6 +18,7 @@ from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, FRICTION, GRAVITY, INT
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
+from pellucid.reductions import ordered_sum
 
 SHORT = 1.0 - 1e-9  # largest fraction of the way to a wall, so that round-off moves no node through it
 
@@ -286,3 +288,23 @@ def advance_positions(chunk, position, velocity, dt, fault):
             code = NOT_FINITE
             at_fault = p
     fault[chunk, 0], fault[chunk, 1] = code, at_fault
+
+
+POWER_CHUNK = 4096  # nodes
+
+
+@parallel_loop()
+def _sum(chunk, force, velocity, sums):
+    total = 0.0
+    for p in range(POWER_CHUNK * chunk, min(POWER_CHUNK * (chunk + 1), len(force))):
+        for d in range(3):
+            total += force[p, d] * velocity[p, d]
+    sums[chunk, 0] = total
+
+
+def power(force: np.ndarray, velocity: np.ndarray) -> float:
+    """Return the power Σ f·v [W] of forces [N] and velocities [m/s], both of shape (n, 3)."""
+    chunks = (len(force) + POWER_CHUNK - 1) // POWER_CHUNK
+    sums = np.zeros((chunks, 1))
+    _sum(chunks, force, velocity, sums)
+    return float(ordered_sum(sums)[0])

@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
-from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces
-from pellucid.bodies.power import power
+from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces, power
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
