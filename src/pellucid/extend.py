@@ -9,8 +9,7 @@ initial field, or a signal of a prescribed motion. `reduction` and `quantity` re
 
 from pellucid.bodies.initial import InitialField
 from pellucid.case.probe import quantity, reduction
-from pellucid.conditions.loads.contract import Load
-from pellucid.conditions.loads.points_view import PointsView
+from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.conditions.signals.displacements import SignalModel
 from pellucid.jit import point_function, pointwise
 from pellucid.jit.elementary import exp, expm1, log, log1p, power

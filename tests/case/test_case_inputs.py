@@ -4,8 +4,8 @@ import pytest
 from small_cases import RATE_SOLID, box, case
 
 from pellucid.case import Case
-from pellucid.case.inputs import digests
 from pellucid.errors import UsageError
+from pellucid.results.storage.identity import digests
 from pellucid.running.launch import _same_inputs
 
 

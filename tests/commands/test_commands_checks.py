@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-import pellucid.running.verify
+import pellucid.studies.verification
 from pellucid.cli import app
 from pellucid.results.metrics import Metric
 
@@ -20,7 +20,7 @@ def rows(*errors: float) -> list[SimpleNamespace]:
 def test_verify_prints_a_table_and_its_status_tells(
     errors: tuple[float, ...], status: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pellucid.running.verify, "verify", lambda *_, **__: rows(*errors))
+    monkeypatch.setattr(pellucid.studies.verification, "verify", lambda *_, **__: rows(*errors))
     result = CliRunner().invoke(app, ["verify", "basics/sod"])
     assert result.exit_code == status
     for word in ("case", "metric", "value", "reference", "error", "tolerance", "m0"):
@@ -35,7 +35,7 @@ def test_verify_takes_quick_variants_of_all_cases_by_default(monkeypatch: pytest
         seen.update(options, ids=ids)
         return rows(0.0)
 
-    monkeypatch.setattr(pellucid.running.verify, "verify", record)
+    monkeypatch.setattr(pellucid.studies.verification, "verify", record)
     assert CliRunner().invoke(app, ["verify"]).exit_code == 0
     assert seen["full"] is False
     assert "gan2011/shock-tube" in seen["ids"]

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import pellucid
 from pellucid.case import Case
 from pellucid.cli import app
-from pellucid.conditions.loads.points_view import PointsView
+from pellucid.conditions.loads.contract import PointsView
 from pellucid.errors import RunStopped
 from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation

@@ -5,7 +5,7 @@ from types import ModuleType
 
 import pytest
 
-from pellucid.references.indentation import Layer, at_contact, force
+from pellucid.references.solids import Layer, at_contact, force
 
 FOLDER = Path(__file__).parents[2] / "validation" / "sphere-on-layer"
 

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 from pellucid import load
 from pellucid.bodies.initial import INITIAL_FIELDS
 from pellucid.case import Case, dumps, loads
-from pellucid.case.inputs import digests
 from pellucid.cli import app
-from pellucid.users import extensions
+from pellucid.results.storage.identity import digests
+from pellucid.users import users_code
 
 UNIFORM = """\
 from typing import Literal
@@ -85,11 +85,11 @@ def test_a_file_is_run_once_until_it_changes(folder: Path) -> None:
 def test_its_classes_stand_in_a_module_of_the_same_name_everywhere(folder: Path) -> None:
     load(folder / "case.toml")
     model = INITIAL_FIELDS.entries["uniform"]
-    assert model.__module__ == extensions.module_name(str(folder / "uniform.py"))
+    assert model.__module__ == users_code.module_name(str(folder / "uniform.py"))
     assert sys.modules[model.__module__].Uniform is model
-    one, other = (extensions.module_name(f"/{folder}/my law.py") for folder in "ab")
+    one, other = (users_code.module_name(f"/{folder}/my law.py") for folder in "ab")
     assert one.isidentifier()
-    assert one == extensions.module_name("/a/my law.py") != other
+    assert one == users_code.module_name("/a/my law.py") != other
 
 
 def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path) -> None:
@@ -155,21 +155,21 @@ class Entry:
 
 def test_installed_packages_are_loaded_once_and_one_that_fails_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     entries = [Entry(ImportError("no gcc")), Entry()]
-    monkeypatch.setattr(extensions, "entry_points", lambda group: entries if group == "pellucid.extensions" else [])
-    monkeypatch.setattr(extensions, "_installed", False)
+    monkeypatch.setattr(users_code, "entry_points", lambda group: entries if group == "pellucid.extensions" else [])
+    monkeypatch.setattr(users_code, "_installed", False)
     with pytest.warns(UserWarning, match=r"extension tissues\.laws of a package could not be loaded: ImportError: no gcc"):
-        extensions.load_installed()
+        users_code.load_installed()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        extensions.load_installed()
+        users_code.load_installed()
     assert [entry.loads for entry in entries] == [1, 1]
 
 
 def test_an_entry_point_registers_what_its_module_holds(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(folder))
-    entry = EntryPoint("uniform", "uniform", extensions.GROUP)
-    monkeypatch.setattr(extensions, "entry_points", lambda group: [entry])
-    monkeypatch.setattr(extensions, "_installed", False)
+    entry = EntryPoint("uniform", "uniform", users_code.GROUP)
+    monkeypatch.setattr(users_code, "entry_points", lambda group: [entry])
+    monkeypatch.setattr(users_code, "_installed", False)
     case = loads(CASE.replace('extensions = ["uniform.py"]\n', ""))
     assert case.body[0].initial[0].kind == "uniform"
     del sys.modules["uniform"]

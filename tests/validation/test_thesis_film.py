@@ -10,7 +10,7 @@ from registries import forgotten_afterwards
 
 from pellucid.errors import CaseError, RunStopped
 from pellucid.simulation.simulation import Simulation
-from pellucid.users.extensions import load_file
+from pellucid.users.users_code import load_file
 
 DRIVEN = PRESSURE.format(value=0.1, on="present-area") + "along = [0, -1, 0]\n"
 EXTENSION = Path(__file__).parents[2] / "validation" / "benet2015-thesis-scheme" / "thesis_film.py"

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.conditions.signals.displacements import Ramp
-from pellucid.references.indentation import Layer, at_contact
+from pellucid.references.solids import Layer, at_contact
 
 GALLERY = Path(__file__).parents[2] / "src/pellucid/gallery/basics"
 SLOPE, ALONG, ACROSS = np.radians(30.0), 9.81 * 0.5, 9.81 * np.sqrt(0.75)  # [m/s²]
@@ -70,7 +70,7 @@ def impacts() -> None:
 
 
 def pressed() -> None:
-    """A quarter of the force on a rigid ball that is pressed into a layer, as `pellucid.references.indentation` has it."""
+    """A quarter of the force on a rigid ball that is pressed into a layer, as `pellucid.references.solids` has it."""
     layer, radius, centre = Layer(1e4, 0.3, 0.02, bonded=True), 0.01, 0.0302
     time = np.linspace(0.0, 0.054, 109)
     moved = Ramp(distance=-0.0012, duration=0.03).function()

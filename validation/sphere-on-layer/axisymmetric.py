@@ -12,7 +12,7 @@ import felupe as fem
 import numpy as np
 from pypardiso import spsolve
 
-from pellucid.references.indentation import Layer, force
+from pellucid.references.solids import Layer, force
 
 
 def hertz(young_modulus: float, poisson_ratio: float, radius: float, depth: float) -> float:

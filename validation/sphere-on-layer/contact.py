@@ -15,7 +15,7 @@ import numpy as np
 
 from pellucid.case import Case
 from pellucid.geometry.solid_meshes.box import BoxMesh
-from pellucid.references.indentation import Layer, force
+from pellucid.references.solids import Layer, force
 from pellucid.simulation.simulation import Simulation
 
 RADIUS, MODULUS, POISSON, THICKNESS, DEPTH = 1.0, 1e5, 0.3, 2.0, 0.1

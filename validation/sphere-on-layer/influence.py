@@ -3,7 +3,7 @@
     python influence.py            spheres.csv and cylinders.csv
     python influence.py checks     limits with exact solutions, and refinement
 
-Nothing is shared with `src/pellucid/references/indentation.py`, which solves Fredholm's equation instead. A wave of pressure
+Nothing is shared with `src/pellucid/references/solids.py`, which solves Fredholm's equation instead. A wave of pressure
 p cos kx on a layer of the thickness h lowers its face by 2 L(kh) p cos(kx)/(E* k), E* = E/(1-nu^2). Here L is found from
 Airy's function phi(z) = (A + B z) cosh kz + (C + D z) sinh kz by four conditions at both faces. A ring or a strip of uniform
 pressure lowers the face by the integral of that over its waves (Hankel's or Fourier's transform), of which the part of a

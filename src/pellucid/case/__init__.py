@@ -5,7 +5,7 @@ from pellucid.case.probe import Probe
 from pellucid.case.reading import load, loads, located
 from pellucid.case.settings import parse_setting, parse_value
 from pellucid.case.spec import Case, EnergyCase, OutputCase, TimeCase, TimesCase, json_schema
-from pellucid.case.writing import dumps
+from pellucid.case.toml import dumps
 
 __all__ = [
     "Case",

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal
 
-from pellucid.case.columns import beyond_end, unit_of, unknown_column
 from pellucid.case.measured import CurveError, MeasuredCurve
+from pellucid.case.probe import beyond_end, unit_of, unknown_column
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.part import Part, Parts

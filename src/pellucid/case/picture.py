@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from pellucid.case.columns import unknown_column
 from pellucid.case.plot import Figure, unit_problems
+from pellucid.case.probe import unknown_column
 from pellucid.conditions.support import Face
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import AtLeastOne, AtLeastTwo, Model, Vector, check, one_or_several, parameter

@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from pellucid.case.columns import unit_of, unknown_column
 from pellucid.case.measured import CurveError, MeasuredCurve
+from pellucid.case.probe import unit_of, unknown_column
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, check, name_parameter, one_or_several, parameter
 from pellucid.parts.part import Part, Parts

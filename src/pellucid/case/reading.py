@@ -8,14 +8,13 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from pellucid import catalogue
-from pellucid.case.checking import checked, forget_other_kinds, related, setting
-from pellucid.case.explain import problem
+from pellucid.case.checking import checked, forget_other_kinds, problem, related, setting
 from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case
 from pellucid.case.toml import key_lines, parsed
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
-from pellucid.system.input_files import file_bytes
+from pellucid.users.users_code import file_bytes
 
 SHOWN = 60  # characters of a faulty line on each side of the fault
 

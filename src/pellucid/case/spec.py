@@ -42,7 +42,7 @@ from pellucid.model import InputFile, Model, Vector, check, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
-from pellucid.users.extensions import ExtensionError, load_file, load_installed
+from pellucid.users.users_code import ExtensionError, load_file, load_installed
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
@@ -343,7 +343,7 @@ class Case(Model):
 
     def _repr_html_(self) -> str:
         """Return HTML for notebooks: title, bodies, time, and the folded case file."""
-        from pellucid.case.writing import dumps
+        from pellucid.case.toml import dumps
 
         rows = [(f"body {body.name}", body.kind) for body in self.body]
         if self.grid_or_none is not None:

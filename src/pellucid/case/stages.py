@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path as FilePath
 
-from pellucid.conditions.amplitude import Amplitude
 from pellucid.conditions.prescribed_motion import Motion
+from pellucid.conditions.signals.time_table import Amplitude
 from pellucid.conditions.support import Support
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import InputFile, parameter

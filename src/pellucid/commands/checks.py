@@ -23,7 +23,7 @@ def verify(
     """Run cases and compare their metrics with references. Exit status 3 if a metric fails."""
     from pellucid import catalogue
     from pellucid.progress import watching
-    from pellucid.running.verify import verify as run_checks
+    from pellucid.studies.verification import verify as run_checks
 
     for name in cases or ():
         if not catalogue.has(name) and not name.endswith(".toml"):
@@ -60,7 +60,7 @@ def converge(
 ) -> None:
     """Run a case for several values of a key; print a metric's error, the ratio of errors and the observed order."""
     from pellucid.progress import watching
-    from pellucid.studies.convergence import observed_order, read_sweep, study, write_study
+    from pellucid.studies.verification import observed_order, read_sweep, study, write_study
 
     sweep = read_sweep(over)
     base = read_case(case, quick, settings, {key: values[0] for key, values in sweep.items()})

@@ -105,7 +105,7 @@ class Outflow(GivenFlow, Condition):
 
             return [PressureFace(self, face, bodies, OUTFLOW_WORK, assembly, path) for face in self.where]
         if self.is_led:
-            from pellucid.conditions.open_faces.leading_out import LeadingOut
+            from pellucid.conditions.open_faces.strip import LeadingOut
 
             return [LeadingOut(self, bodies, assembly, path)]
         return []

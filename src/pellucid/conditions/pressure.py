@@ -5,12 +5,12 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.enclosed.foretold import encloses_problems, membrane_at_start, volume_at_start
 from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, bound_of_spring, critical, start_fault
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.enclosed.volume import failed_points
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plane_problem
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, parameter

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.contact_side import PointContact, PreviousForces
+from pellucid.contact.contact_side import PointContact, PreviousForces, SurfaceSide
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
@@ -31,9 +31,7 @@ from pellucid.contact.moved_surfaces import MovedByNodes, MovedSurfaces
 from pellucid.contact.overlap import OverlapLaw, StartOverlap, mean_way
 from pellucid.contact.proximity import Meeting
 from pellucid.contact.sheets import find_places_beside, passes_between
-from pellucid.contact.steady_contact import ContactLead
-from pellucid.contact.surface_side import SurfaceSide
-from pellucid.contact.touch import OverlappingStart, Touch
+from pellucid.contact.touch import ContactLead, OverlappingStart, Touch
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
@@ -310,7 +308,7 @@ class SurfacePairs(StepPart):
 
     def renew_leads(self) -> None:
         """Request an update of the contact leads (distances ahead of surfaces at which contact acts) at the start of the
-        next step, see `pellucid.contact.steady_contact`."""
+        next step, see `pellucid.contact.touch`."""
         for lead in self._leads():
             lead.is_due = True
 

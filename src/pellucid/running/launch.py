@@ -311,8 +311,8 @@ def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
 
 def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
     """Raise UsageError if an input file of the case has changed since the start of the run. before: digest of each file by path
-    at the start, see `pellucid.case.inputs.digests`."""
-    from pellucid.case.inputs import digests
+    at the start, see `pellucid.results.storage.identity.digests`."""
+    from pellucid.results.storage.identity import digests
 
     now = digests(case)
     for path, digest in before.items():

@@ -182,7 +182,7 @@ class SteadyClock(Clock):
 
     def _correct_overlaps(self) -> None:
         """Near an equilibrium, remove the overlaps of bodies in contact that the compliance of the contact springs causes; see
-        `pellucid.contact.steady_contact`."""
+        `pellucid.contact.touch`."""
         if self._contact is None:
             return
         if self._renewed:

@@ -67,7 +67,7 @@ def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | N
 def _digest(case: "Case", until: float | None) -> str:
     """Return twelve digits of the SHA-256 digest of the case, without its texts, of the files that it reads and of the end time
     `until` of the run [s]."""
-    from pellucid.case.inputs import digests
+    from pellucid.results.storage.identity import digests
 
     data = {key: value for key, value in case.to_data().items() if key not in TEXTS}
     whole = json.dumps([data, until, digests(case)], sort_keys=True)

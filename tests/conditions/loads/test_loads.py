@@ -8,9 +8,8 @@ from registries import forgotten_afterwards
 from small_cases import advance, box, simulation
 from solids import block
 
-from pellucid.conditions.loads.contract import Load, checked_forces
+from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
 from pellucid.conditions.loads.forces import BodyForce
-from pellucid.conditions.loads.points_view import PointsView
 from pellucid.energy import FIRST_LOAD, Channel, WorkLayout
 from pellucid.errors import CaseError, RunStopped
 from pellucid.parts.assembly import AssembledBody, Assembly

@@ -10,7 +10,6 @@ DRIVERS = "jit/", "grid/passes/"
 ON_BLOCKS = {
     "bodies/membrane_elements/forces.py",  # elements in columns, in place of points
     "bodies/membrane_elements/quadrilateral.py",
-    "bodies/membrane_elements/strain.py",
     "bodies/membrane_points/blocks.py",  # five stages, and loops over the triangles about a point
     "bodies/membrane_points/kernels.py",
     "grid/particle_to_grid.py",  # affine fields of points, in the rows of four points

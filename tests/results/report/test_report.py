@@ -16,7 +16,7 @@ from pellucid.results.pictures.style import new_figure, pretty
 from pellucid.results.report.report import number, write_report
 from pellucid.results.storage.run import Run
 from pellucid.running.launch import run_case
-from pellucid.running.verify import verify
+from pellucid.studies.verification import verify
 
 METRICS = {
     "front": Metric(2.5, 2.52, 0.008, 0.01, "m", "where the front is"),

@@ -13,7 +13,7 @@ from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.registry import Registry
 from pellucid.running.launch import resume_case, run_case
-from pellucid.users import extensions
+from pellucid.users import users_code
 
 pytestmark = pytest.mark.usefixtures("fake")
 
@@ -31,7 +31,7 @@ def forget() -> None:
     for registry in Registry.every:
         for name in ("push", "shear", "glide", "middle", "speed"):
             registry.entries.pop(name, None)
-    extensions._loaded.clear()
+    users_code._loaded.clear()
     Registry.changes += 1
 
 
@@ -68,11 +68,11 @@ def test_results_are_read_without_the_extension_and_resume_names_it(folder: Path
 def test_results_are_read_without_the_script_and_resume_names_it(folder: Path) -> None:
     script = str(folder / "mine.py")
     (folder / "plain.toml").write_text(CASE.replace('extensions = ["mine.py"]\n', ""), encoding="utf-8")
-    extensions.load_file(script)  # as a script would that holds it
+    users_code.load_file(script)  # as a script would that holds it
     assert len(Run(run_a_little("plain.toml")).times("block")) == 4
     message = told(2, "resume", "out")
     for name in ("push", "shear", "glide", "middle", "speed"):
         assert f'"{name}" was registered by {script}, which is not listed in `extensions` of the case' in message
     assert 'Import it in a script that calls `pellucid.resume("out")`' in message
-    extensions.load_file(script)
+    users_code.load_file(script)
     assert resume_case("out", until=0.004, report=False).history["time"][-1] == pytest.approx(0.004)

@@ -12,8 +12,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.constraints import Constraints, Swings
-from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
-from pellucid.bodies.membrane_elements.strain import (
+from pellucid.bodies.membrane_elements.forces import (
     CHUNK,
     ELEMENT_SUMS,
     FREQUENCY,
@@ -23,6 +22,7 @@ from pellucid.bodies.membrane_elements.strain import (
     StrainedElements,
     strain,
 )
+from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch

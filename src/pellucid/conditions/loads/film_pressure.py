@@ -5,9 +5,9 @@ from typing import Literal
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.pressure import surface_load
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter

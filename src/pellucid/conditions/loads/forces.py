@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.conditions.loads.contract import LoadModel, chosen_points, chosen_problems
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter

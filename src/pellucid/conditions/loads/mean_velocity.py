@@ -5,8 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.findings import Finding, Path
 from pellucid.model import name_parameter, parameter
 from pellucid.parts.annotations import Assembly

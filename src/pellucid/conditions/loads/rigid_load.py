@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.prescribed_motion import plane_turn_problems
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES

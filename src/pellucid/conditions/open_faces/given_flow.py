@@ -5,8 +5,8 @@ from typing import Any, Literal, TypeGuard
 
 import numpy as np
 
-from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.open_faces.columns import ROUNDING, OpenFace, columns, why_apart
+from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.conditions.support import Support
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable, Shape, within

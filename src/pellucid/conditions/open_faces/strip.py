@@ -1,14 +1,15 @@
-"""Openings in faces of the grid, and their strips of cells: the nodes around an opening, and the layers of nodes that move
-with the flow through it or have a prescribed velocity."""
+"""Openings in faces of the grid, and their strips of cells: the nodes around an opening, and the layers of nodes that move with
+the flow through it or have a prescribed velocity, as in a prescribed outflow."""
 
+from collections.abc import Mapping, Sequence
 from math import ceil, log2
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants.grid_functions import GridFunction, GridFunctions, axis_weights
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.conditions.open_faces.columns import Columns, OpenFace
+from pellucid.conditions.open_faces.columns import Columns, OpenFace, opening_of
 from pellucid.conditions.open_faces.given_flow import (
     GivenFlow,
     Wall,
@@ -18,15 +19,20 @@ from pellucid.conditions.open_faces.given_flow import (
     walled_axes,
     why_no_profile,
 )
-from pellucid.energy import Channel, StepWork, WorkLayout
+from pellucid.energy import OUTFLOW_WORK, Channel, StepWork, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_conditions import MASS_EPS
-from pellucid.parts.assembly import AssembledBody
+from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain
 from pellucid.step.limit import NO_LIMIT, StepLimit
+from pellucid.step.part import StepPart
+
+if TYPE_CHECKING:
+    from pellucid.conditions.outflow import Outflow
+
 
 LEAST_WEIGHT = 1e-12  # smallest weight of a node that points reach
 SAMPLES = tuple(k / 24 for k in range(25))
@@ -257,3 +263,49 @@ class LedStrip(Strip):
         given = np.where(self._free(), self._mass * self._driven.impulse[self._nodes], 0.0)
         impulse = domain.of_nodes(given, self._nodes)
         return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)
+
+
+class LeadingOut(StepPart):
+    """Active outflow with a prescribed flow. Only one body flows out: the first in the list of bodies that has points at
+    the face, through the opening of the outflow in the face."""
+
+    def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
+        self._layout, self._name = assembly.layout, outflow.name
+        for name in bodies:
+            member = assembly.bodies[name]
+            if member.velocity_field is None:
+                continue
+            case = member.velocity_field.grid.case
+            face = OpenFace.of(outflow.where[0], case)
+            columns, shape = opening_of(outflow.through, face, member.model, case)
+            if columns.n:
+                self._strip = LedStrip(outflow, Passage(face, columns, shape, case, member, -face.inward, path))
+                break
+        else:
+            text = f"no body that can leave reaches the face {outflow.where[0]}, and no opening is defined"
+            remedy = "extend a body to the face, or define an opening with `through`, one cell deep into the grid"
+            raise CaseError(Problem(text, f"{path}.where", remedy=remedy))
+        self._work, self._impulse = 0.0, np.zeros(3)
+
+    def try_out(self) -> None:
+        self._strip.find_profile()
+        self._strip.speed = self._strip.mean_at(0.0)
+
+    def begin(self, time: float, dt: float) -> None:
+        self._strip.begin(time, dt)
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Compute the work of the prescribed flow on the nodes over the step dt [s], and its impulse."""
+        self._work, self._impulse = self._strip.act(dt)
+
+    def step_limit(self) -> StepLimit:
+        return self._strip.step_limit()
+
+    def work(self) -> StepWork:
+        return work_of_strip(self._layout, OUTFLOW_WORK, self._work, self._impulse, self._name)
+
+    def state_numbers(self) -> dict[str, Any]:
+        return {"speed": self._strip.speed}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        self._strip.speed = float(numbers["speed"])

@@ -10,7 +10,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing, worst_balance
-from pellucid.references.indentation import Layer, force
+from pellucid.references.solids import Layer, force
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import Run
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from pellucid.geometry.files.contents import Damaged, text_of
-from pellucid.system.input_files import file_bytes
+from pellucid.users.users_code import file_bytes
 
 DEEPEST = 10  # largest depth of nested includes
 _PARAMETER = re.compile(r'(?:[^,"]|"[^"]*")+')

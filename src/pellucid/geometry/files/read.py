@@ -18,7 +18,7 @@ from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
 from pellucid.geometry.files.vtk_xml import read_vtp, read_vtu
 from pellucid.model import InputFile, Model, Vector, check, parameter
-from pellucid.system.input_files import file_bytes
+from pellucid.users.users_code import file_bytes
 
 SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), OFF (.off), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"

@@ -18,7 +18,7 @@ from pellucid.errors import cut
 from pellucid.findings import Refusal
 from pellucid.geometry.files.contents import CORNERS, GMSH, GROUPS, Block, Contents, Damaged, as_utf8, marked_places, text_of
 from pellucid.system.extras import install_command
-from pellucid.system.input_files import file_bytes
+from pellucid.users.users_code import file_bytes
 
 FORMS = {".inp": "ansysInp"}
 """Names in meshlane of formats whose extension is used by several programs."""

@@ -12,8 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks, floats, integers, triangles_of_strip
-from pellucid.geometry.files.vtk_cells import grid_contents
-from pellucid.geometry.files.vtk_legacy import UNREAD
+from pellucid.geometry.files.vtk_legacy import UNREAD, grid_contents
 
 _NONE = np.zeros(0, np.int64)
 TYPES = {f"{kind}{bits}": f"{letter}{bits // 8}" for kind, letter in (("Int", "i"), ("UInt", "u")) for bits in (8, 16, 32, 64)}

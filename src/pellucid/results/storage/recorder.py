@@ -11,13 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
 from pellucid.ranks.domain import IN_FIRST, NOWHERE, domain
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import OutputError, explained, sync
-from pellucid.results.storage.identity import Start, identity, package_commit, package_version, start_digest
+from pellucid.results.storage.identity import (
+    Start,
+    digests,
+    identity,
+    package_commit,
+    package_version,
+    start_digest,
+    users_kinds,
+)
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
 

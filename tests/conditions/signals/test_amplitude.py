@@ -6,7 +6,7 @@ import pytest
 from elements import element_sheet
 from small_cases import RATE_SOLID, advance, box, case, simulation
 
-from pellucid.conditions.amplitude import Amplitude
+from pellucid.conditions.signals.time_table import Amplitude
 from pellucid.simulation.simulation import Simulation
 
 PULSE = {"times": [0.1, 0.2, 0.4], "shares": [0.0, 2.0, -1.0]}

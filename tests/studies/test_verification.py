@@ -9,7 +9,7 @@ import pellucid.running.launch
 from pellucid.cli import app
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric
-from pellucid.studies.convergence import Step, observed_order, read_sweep
+from pellucid.studies.verification import Step, observed_order, read_sweep
 
 TUBE = ["converge", "gan2011/shock-tube", "--metric", "density_l1"]
 
