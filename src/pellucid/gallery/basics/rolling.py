@@ -112,7 +112,7 @@ INERTIA = {"glides": 1.0, "rolls": 1.5}
 of inertia of m R²/2."""
 
 
-def exact(run: Run, name: str) -> Array:
+def exact_angle(run: Run, name: str) -> Array:
     """Return the exact angle of the axis of the cylinder `name` about the axis of the trough, from the lowest point, at
     each row of the history [rad]: the angle of an equivalent pendulum."""
     time, pull = column(run, "time"), TROUGH_GRAVITY / LENGTH / INERTIA[name]
@@ -147,7 +147,7 @@ def trough_metrics(run: Run) -> dict[str, Metric]:
     cells = run.case.grid.cell / TROUGH_RADIUS
     result = {}
     for name in INERTIA:
-        off = float(np.max(np.abs(angle(run, name) - exact(run, name))))
+        off = float(np.max(np.abs(angle(run, name) - exact_angle(run, name))))
         meaning = "largest difference from the angle of the pendulum; error relative to the initial angle"
         result[name] = Metric(off, 0.0, off / START, 0.04 * cells, "rad", meaning)
         change = float(np.max(np.abs(energy_change(run, name))))
@@ -183,7 +183,7 @@ def trough_figures(run: Run) -> dict[str, Figure]:
     time = column(run, "time")
     figure, (swing, off, energy) = new_panels(1, 3, height=3.4)
     for colour, name in zip(COLOURS, INERTIA, strict=False):
-        found, wanted = np.degrees(angle(run, name)), np.degrees(exact(run, name))
+        found, wanted = np.degrees(angle(run, name)), np.degrees(exact_angle(run, name))
         beside(swing, time, found, wanted, name, colour)
         off.plot(time, found - wanted, color=colour, label=name)
         energy.plot(time, 100.0 * energy_change(run, name), color=colour, label=name)
