@@ -1,11 +1,13 @@
 """A fake simulation of bodies in free flight, small and exact, with the interface that the results read."""
 
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 
 from pellucid.case import Case, loads
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.step.limit import NO_LIMIT, StepLimit
@@ -112,19 +114,33 @@ class FakeBudget:
         return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self._simulation.time}
 
 
+class FakeClock:
+    """Clock of a `FakeSimulation`, as the loop over the steps reads it."""
+
+    is_last_try, missed = False, None
+
+    def __init__(self, simulation: "FakeSimulation") -> None:
+        self._simulation = simulation
+
+    def finished(self, until: float | None) -> bool:
+        end = self._simulation.case.time.end
+        return self._simulation.time >= min(end, until or end)
+
+
 class FakeSimulation:
     """Simulation in which points move with constant velocities. If `breaks_at` is set, the run stops with an error in that
     step."""
 
     breaks_at: int | None = None
     place: ClassVar[dict[str, object]] = {}
-    node_contacts: ClassVar[list[str]] = []
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:
         self.case, self.threads = case, threads or 1
         self.bodies = [FakeBody("gas", True, (0.5, 0.5), 80, 1.0), FakeBody("block", False, (2.5, 0.5), 32, 0.0)]
         self.time, self.n_steps, self.dt = 0.0, 0, 0.0
-        self.budget, self.parts = FakeBudget(self), StepParts()
+        self.budget, self.parts = FakeBudget(self), StepParts([ContactPairs([], 0, 0, []), SurfacePairs([])])
+        self.begun, self.clock = False, FakeClock(self)
+        self.thread_choice = SimpleNamespace(before_step=lambda: None, after_step=lambda: None)
 
     def facts(self) -> dict:
         return {}
@@ -132,21 +148,22 @@ class FakeSimulation:
     def step_limit(self) -> tuple[StepLimit, str]:
         return NO_LIMIT, ""
 
-    def run(self, recorder, until=None, progress=None) -> None:
-        recorder.begin(self)
+    def settle(self, *arguments) -> None:
+        pass
+
+    def show(self, progress) -> None:
+        pass
+
+    def step(self) -> None:
+        self.begun = True
+        if self.breaks_at == self.n_steps:
+            raise RunStopped("point 7 of gas is lost", body="gas", point=np.int64(7), **self.place)
         end = self.case.time.end
-        while self.time < min(end, until or end):
-            if self.breaks_at == self.n_steps:
-                error = RunStopped("point 7 of gas is lost", body="gas", point=np.int64(7), **self.place)
-                recorder.failed(self, error)
-                raise error
-            self.dt = min(self.case.time.step, end - self.time)
-            for body in self.bodies:
-                body.position = body.position + self.dt * body.velocity
-            self.time = self.time + self.dt if self.dt == self.case.time.step else end
-            self.n_steps += 1
-            recorder.after_step(self)
-        recorder.end(self)
+        self.dt = min(self.case.time.step, end - self.time)
+        for body in self.bodies:
+            body.position = body.position + self.dt * body.velocity
+        self.time = self.time + self.dt if self.dt == self.case.time.step else end
+        self.n_steps += 1
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         return {f"{body.name}/{name}": getattr(body, name) for body in self.bodies for name in ("position", "velocity")}
@@ -157,7 +174,7 @@ class FakeSimulation:
     def restore(self, arrays, numbers) -> None:
         for body in self.bodies:
             body.position, body.velocity = arrays[f"{body.name}/position"], arrays[f"{body.name}/velocity"]
-        self.time, self.n_steps, self.dt = numbers["time"], numbers["n_steps"], numbers["dt"]
+        self.time, self.n_steps, self.dt, self.begun = numbers["time"], numbers["n_steps"], numbers["dt"], True
 
     def momentum(self) -> np.ndarray:
         return sum(0.5 * body.velocity.sum(axis=0) for body in self.bodies)
