@@ -42,7 +42,7 @@ import numpy as np
 from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.narrow_layers import IsInWall, NarrowLayers, face_walls
 from pellucid.conditions.rigid.no_slip import NoSlip
-from pellucid.conditions.wall_surface import WallMaker, find_wall
+from pellucid.conditions.wall_surface import CutNodes, WallMaker, find_wall
 from pellucid.conditions.walls_of_bodies import BodyAsWall, EnclosedFluids, find_region
 from pellucid.conditions.walls_of_supports import Part, SupportsAsWall, walls_of_supports
 from pellucid.energy import IMPACT, StepWork, WorkLayout
@@ -99,6 +99,21 @@ class NodalFluid(StepPart):
         grid = actions.field.grid
         self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self._is_alone else ["of_fluids"]))
         self._clear = Clearing(STEP, grid.rows, self._sums)
+        self._outside = CutNodes(np.zeros(0, int), np.zeros(0))
+
+    def leave_out(self, walls: Sequence[CutNodes]) -> None:
+        """Set the parts of the volumes of nodes that walls fill, where no fluid can be. walls: nodes near each wall."""
+        node, at = np.unique(np.concatenate([wall.node for wall in walls]), return_inverse=True)
+        filled = np.bincount(at, np.concatenate([wall.filled for wall in walls]), len(node))
+        self._outside = CutNodes(node, np.minimum(filled, 1.0))
+
+    def open_shares(self, node: np.ndarray) -> np.ndarray:
+        """Return the parts of the volumes of nodes with the numbers `node` that lie outside walls, shape (n,)."""
+        cut, filled = self._outside
+        if not len(cut):
+            return np.ones(len(node))
+        at = np.minimum(np.searchsorted(cut, node), len(cut) - 1)
+        return np.where(cut[at] == node, 1.0 - filled[at], 1.0)
 
     def before_momentum(self, dt: float) -> None:
         """Sum mass and viscosity over the points, for their positions in this step."""
@@ -177,6 +192,10 @@ class NoSlipWall(StepPart):
             self._maker.find_owners(wall.place, wall.feet, wall.surface.normal)
 
     @property
+    def cut(self) -> CutNodes:
+        return self._wall.cut
+
+    @property
     def stands(self) -> bool:
         return len(self._maker.rows) > 0
 
@@ -239,8 +258,9 @@ class NoSlipWall(StepPart):
         old[mirrored] = supports.velocity[(constrained - 1)[mirrored], np.nonzero(mirrored)[1]]
         self._old, self._mass = old[self._in_window], of_window[self._in_window]
         fluid = self._fluid.masses(window.node)
-        near, near_known, full = no_slip.sample_as_points(window, old, fluid, wall.samples[0])
-        far, far_known, _ = no_slip.sample_as_points(window, old, fluid, wall.samples[1])
+        open_share = self._fluid.open_shares(window.node)
+        near, near_known, full = no_slip.sample_as_points(window, old, fluid, open_share, wall.samples[0])
+        far, far_known, _ = no_slip.sample_as_points(window, old, fluid, open_share, wall.samples[1])
         places = [wall.feet + height[:, None] * wall.surface.normal for height in wall.heights]
         opposite = wall.opposite
         for number, body in enumerate(self._others):
@@ -326,8 +346,10 @@ class MovingWalls(StepPart):
     """The walls of one velocity field of which at least one is a body. All walls are found again when the surface of a body has
     moved, since walls act on each other's nodes."""
 
-    def __init__(self, walls: Sequence[NoSlipWall], bodies: Sequence[BodyAsWall], enclosed: EnclosedFluids) -> None:
-        self._walls, self._bodies, self._enclosed = walls, bodies, enclosed
+    def __init__(
+        self, walls: Sequence[NoSlipWall], bodies: Sequence[BodyAsWall], enclosed: EnclosedFluids, fluid: NodalFluid
+    ) -> None:
+        self._walls, self._bodies, self._enclosed, self._fluid = walls, bodies, enclosed, fluid
         self._name = f"turns of {enclosed.name}"
 
     def begin(self, time: float, dt: float) -> None:
@@ -347,6 +369,7 @@ class MovingWalls(StepPart):
         self._enclosed.fill_behind(self._bodies)
         for wall in self._walls:
             wall.find()
+        self._fluid.leave_out([wall.cut for wall in self._walls])
 
     def state_numbers(self) -> dict[str, Any]:
         return {self._name: [[part.tolist() for part in body.turn] for body in self._bodies]}
@@ -381,9 +404,11 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[Ste
             enclosed.fill_behind(led)
             walls = [NoSlipWall(actions, maker, bodies, fluid, supports, led, assembly) for maker in (*makers, *led)]
             walls = [wall for wall in walls if wall.acts_anywhere]
+            if walls:
+                fluid.leave_out([wall.cut for wall in walls])
             actions.field.walls = walls
             holding += [(wall.name, wall.fills) for wall in walls if not wall.slips]
-            found += [*([MovingWalls(walls, led, enclosed)] if led else []), fluid, *walls] if walls else []
+            found += [*([MovingWalls(walls, led, enclosed, fluid)] if led else []), fluid, *walls] if walls else []
         membranes = [member for member in members if member.model.is_surface]
         if membranes and any(model.is_fluid and model.shear_viscosity > 0.0 for model in models):
             found.append(NarrowLayers(membranes, [*holding, *face_walls(supports, actions)], actions))

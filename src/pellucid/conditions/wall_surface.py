@@ -47,6 +47,13 @@ class WallMaker(Protocol):
         """Return a mask of the positions outside the surface [m], shape (n, 3), that fluids may reach, shape (n,)."""
 
 
+class CutNodes(NamedTuple):
+    """Nodes whose volume the region of a wall may partly fill."""
+
+    node: np.ndarray  # (m,) numbers of the nodes, ascending
+    filled: np.ndarray  # (m,) fraction of the volume of each node that the region fills
+
+
 class WallSurface(NamedTuple):
     """Surface of a region on which a fluid does not slip, described by data at the nodes near it."""
 
@@ -69,6 +76,7 @@ class WallSurface(NamedTuple):
     samples: list[np.ndarray]  # two arrays (n, 3): positions at these distances [m], mirrored into the domain
     signs: list[np.ndarray]  # two arrays (n, 3): factors of sampled velocities, -1 along the normal of a mirror plane, else 1
     neighbours: csr_array  # (n, n) weights with which a node distributes impulse to the nodes next to it
+    cut: CutNodes  # all nodes near the surface, also those on which the wall does not act
 
 
 def find_wall(
@@ -114,8 +122,10 @@ def find_wall(
         held = free & inside
     else:
         held = np.all(own | ~wanted, axis=1) & wanted.any(axis=1) & ~clamped
-    chosen = np.flatnonzero(_is_near(contains, inside, place, lower, cell, active) & (held | free))
-    filled, slope = _find_shares(no_slip, contains, place[chosen], cell, half, active)
+    near = np.flatnonzero(_is_near(contains, inside, place, lower, cell, active))
+    filled, slope = _find_shares(no_slip, contains, place[near], cell, half, active)
+    cut, acts = CutNodes(index[near], filled), (held | free)[near]
+    chosen, filled, slope = near[acts], filled[acts], slope[acts]
     steepness = np.linalg.norm(slope, axis=1)
     keep = (steepness > LEAST_SLOPE) & (filled > 0.0) & (filled < 1.0)
     if not maker.rows:  # no support constrains nodes that lie deeper
@@ -158,7 +168,7 @@ def find_wall(
     across /= np.maximum(size, LEAST_HELD)[:, None]
     state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, area, window)
     sides = (heights, facing, opposite.velocity, opposite.body, on_surface, found)
-    return WallSurface(*state, *sides, list(samples), list(signs), neighbours)
+    return WallSurface(*state, *sides, list(samples), list(signs), neighbours, cut)
 
 
 def _is_near(

@@ -243,10 +243,15 @@ class NoSlip:
         return found
 
     def sample_as_points(
-        self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
+        self, window: Window, velocity: np.ndarray, mass: np.ndarray, open_share: np.ndarray, place: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the velocities that points at the positions would have [m/s], (n, 3), their reliability, (n,), and the mass
         of a node full of fluid there [kg], (n,); arguments as in `sample`.
+
+        open_share: (nodes of the window,) part of the volume of each node that lies outside walls. The mass of a node is
+        divided by it before it is compared with that of other nodes. Otherwise a node would appear to lack fluid where the
+        wall fills a part of its volume: diagonally to the grid, the nodes around a position two cells from a wall reach into
+        the wall.
 
         In APIC, the velocities of nodes exceed those of points by half of their curvature times the variance of the shape
         functions. Parabolas through three nodes along each axis, with this variance, compensate the difference. The mass
@@ -260,7 +265,9 @@ class NoSlip:
         rest = s - middle
         weights = np.stack([0.5 * rest * (rest - 1.0), 1.0 - rest * rest, 0.5 * rest * (rest + 1.0)])
         averaging = 0.5 * self._variance * np.array([1.0, -2.0, 1.0])[:, None, None]
-        dense, masses = velocity[window.place], (mass / window.share)[window.place]
+        of_nodes = mass / window.share
+        open_mass = np.divide(of_nodes, open_share, out=np.zeros(len(mass)), where=open_share > 0.0)
+        dense, masses, open_masses = (values[window.place] for values in (velocity, of_nodes, open_mass))
         found, full = np.zeros((len(place), 3)), np.zeros(len(place))
         least, most = np.full(len(place), np.inf), np.zeros(len(place))
         axes = np.flatnonzero(~self._thin)
@@ -269,7 +276,7 @@ class NoSlip:
             weight = np.prod([(weights + averaging)[step[d], :, d] for d in axes], axis=0)
             found += weight[:, None] * dense[at]
             full += np.prod([weights[step[d], :, d] for d in axes], axis=0) * masses[at]
-            least, most = np.minimum(least, masses[at]), np.maximum(most, masses[at])
+            least, most = np.minimum(least, open_masses[at]), np.maximum(most, masses[at])
         known = (least / np.maximum(most, MASS_EPS) - LEAST_RATIO) / (FULL_RATIO - LEAST_RATIO)
         return found, np.where(inside, np.clip(known, 0.0, 1.0), 0.0), full
 
