@@ -114,6 +114,9 @@ def test_a_led_body_is_the_wall_that_a_support_of_its_shape_is():
     assert np.array_equal(one._wall.surface.distance, two._wall.surface.distance[there])
     assert one._wall.surface.curvature == two._wall.surface.curvature
     assert two._wall.area.sum() == pytest.approx(one._wall.area.sum(), rel=1e-12)
+    _, here, there = np.intersect1d(one.cut.node, two.cut.node, return_indices=True)
+    assert len(here) == len(one.cut.node)
+    assert np.array_equal(one.cut.filled, two.cut.filled[there])
 
 
 def test_a_turning_box_carries_its_liquid():

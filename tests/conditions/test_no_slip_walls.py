@@ -12,6 +12,7 @@ OIL = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
 OIL |= {"eos": {"kind": "tait", "sound_speed": 10.0, "carries_tension": True}}
 FEW = {"warn": 0.5, "stop": 10.0}
 HOW = {"functions": "quadratic-bspline", "transfer": "apic", "energy": FEW, "end": 100.0}
+LONG = {"scheme": "usl"}
 
 
 def between_plates(low, high, top, **more):
@@ -78,8 +79,9 @@ def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offse
 
 @pytest.mark.parametrize("quarter", [False, True])
 def test_flow_in_a_round_tube(quarter):
-    """Of four cells in its radius, in the mean within 3.5 %, and 8 % beside planes of symmetry, which have an error of second
-    order of their own. Held nodes alone are 13 % off, and 23 % with eight cells, where this is .5 %."""
+    """Of four cells in its radius, with explicit steps, in the mean over the volume within 5 %, and 9 % beside planes of
+    symmetry, which have an error of second order of their own. The points that the wall cuts have less mass. Held nodes alone
+    are 13 % off, and 23 % with eight cells, where this is 1 %."""
     centre, lower = [0.0, 0.0, 0.0], 0.0 if quarter else -7.0
     blood = {"name": "blood", "shape": {"cylinder": {"centre": [2.0, 0.0, 0.0], "radius": 4.0, "axis": "x", "height": 4.0}}}
     blood |= {"points_per_cell": (2, 2, 2), "material": OIL}
@@ -95,7 +97,81 @@ def test_flow_in_a_round_tube(quarter):
     points["affine"][:, 1], points["affine"][:, 2] = -0.005 * y, -0.005 * z
     while sim.time < 8.0:  # three of its time constants
         sim.step()
-    assert points["velocity"][:, 0].mean() == pytest.approx(0.01 * 16.0 / 8.0, rel=0.08 if quarter else 0.035)
+    mean = np.average(points["velocity"][:, 0], weights=points["mass"])
+    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.09 if quarter else 0.05)
+
+
+def slanted_channel(half_width, shift, **more):
+    """Oil that gravity drives between two planes at 45° to the grid, of a channel through the corners of a square that is
+    periodic along both axes. shift: distance of its middle plane from the diagonal."""
+    n = round(1.5 * (2.0 * half_width + 4.0))
+    along, across = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0), np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    period, middle = n / np.sqrt(2.0), np.array([0.5 * n, 0.5 * n, 0.0]) + shift * across
+    reach = [2.0 * n, 0.5 * period - half_width, 0.0]
+    between = middle + 0.5 * period * across
+    wall = {"box": {"lower": list(between - reach), "upper": list(between + reach)}}
+    wall["rotate"] = {"axis": [0, 0, 1], "angle": 45.0}
+    oil = box((0, 0, 0), (n, n, 0), OIL | {"implicit_pressure": True}, (2, 2, 1), name="oil")
+    push = {"gravity": tuple(0.01 * along), "counts": (n, n, 1), "periodic": ["x", "y"]}
+    sim = Simulation(case(oil, support=[{"where": wall}], **(HOW | LONG | push | more)), threads=1)
+    points = sim.bodies[0].arrays
+    from_middle = (points["position"] - middle) @ across
+    from_middle -= period * np.round(from_middle / period)
+    points["velocity"][:] = (0.005 * (half_width**2 - from_middle**2))[:, None] * along
+    return sim, along
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.24, 0.48])
+@pytest.mark.parametrize("half_width", [3.0, 4.0, 8.0])
+def test_poiseuilles_flow_at_45_degrees_to_the_grid(half_width, shift):
+    """The error of the mean velocity falls with the square of the width in cells, or faster: 0.52 / half_width² at most here.
+    Nodes around a position two cells from the wall reach into it diagonally. With the mass that they have there regarded as
+    a lack of fluid, it was 10 % with 3 cells and 7 % with 4 cells in the half width, for two of the three places."""
+    sim, along = slanted_channel(half_width, shift)
+    while sim.time < 1.5 * half_width**2:
+        sim.step()
+    points = sim.bodies[0].arrays
+    mean = np.average(points["velocity"] @ along, weights=points["mass"])
+    assert mean / (0.01 * half_width**2 / 3.0) == pytest.approx(1.0, abs=0.6 / half_width**2)
+
+
+def tube_at_45_degrees():
+    """The wall of a tube of four cells in the radius through the corners of a square that is periodic along both axes, and
+    the case of a flow in it."""
+    n, height, along = 20, 12, np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    middle = np.array([0.5 * n, 0.5 * n, 0.5 * height])
+    pipe = {"centre": list(middle), "inner_radius": 4.0, "outer_radius": 10.0, "axis": "x", "height": 30.0}
+    wall = {"pipe": pipe, "rotate": {"axis": [0, 0, 1], "angle": 45.0}}
+    oil = box((0, 0, 0), (n, n, height), OIL | {"implicit_pressure": True}, (2, 2, 2), name="oil")
+    push = {"gravity": tuple(0.01 * along), "counts": (n, n, height), "periodic": ["x", "y"]}
+    return Simulation(case(oil, support=[{"where": wall}], **(HOW | LONG | push)), threads=1), middle, along
+
+
+def test_flow_in_a_round_tube_at_45_degrees_to_the_grid():
+    """Of four cells in its radius, in the mean within 3 %; it was 17 % too fast."""
+    sim, middle, along = tube_at_45_degrees()
+    points = sim.bodies[0].arrays
+    arm = points["position"] - middle
+    sideways = (arm[:, 1] - arm[:, 0]) / np.sqrt(2.0)
+    sideways -= 20.0 / np.sqrt(2.0) * np.round(sideways * np.sqrt(2.0) / 20.0)
+    points["velocity"][:] = (0.0025 * (16.0 - sideways**2 - arm[:, 2] ** 2))[:, None] * along
+    while sim.time < 18.0:
+        sim.step()
+    mean = np.average(points["velocity"] @ along, weights=points["mass"])
+    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.03)
+
+
+def test_areas_on_a_curved_surface():
+    """The areas of nodes add up to the circumference of a disc or of a hole of three cells in the radius. The integrals of
+    the normals, weighted by the shape functions, are 1.4 % smaller."""
+    for shape in ({"cylinder": {"radius": 3.0}}, {"pipe": {"inner_radius": 3.0, "outer_radius": 20.0}}):
+        sums = []
+        for offset in (0.0, 0.13, 0.29, 0.41, 0.5):
+            (kind, values), centre = next(iter(shape.items())), [7.0 + offset, 7.0 + 0.7 * offset, 0.0]
+            oil = box((0, 0, 0), (14, 14, 0), OIL, (2, 2, 1), name="oil")
+            sim = Simulation(case(oil, counts=(14, 14, 1), support=[{"where": {kind: values | {"centre": centre}}}], **HOW))
+            sums.append(walls_of(sim)[0]._wall.area.sum())
+        assert np.mean(sums) == pytest.approx(2.0 * np.pi * 3.0, rel=0.005)
 
 
 @pytest.mark.parametrize(
@@ -136,9 +212,6 @@ def test_a_solid_in_the_field_keeps_the_nodes_of_the_region_held():
         assert len(walls_of(sim)) == walls
     inviscid = oil | {"material": OIL | {"viscosity": 0.0}}
     assert not walls_of(Simulation(case(inviscid, counts=(4, 12, 1), support=floor, **HOW), threads=1))
-
-
-LONG = {"scheme": "usl"}
 
 
 @pytest.mark.parametrize(

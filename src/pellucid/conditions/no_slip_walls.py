@@ -14,6 +14,9 @@ velocity along it, which would drag the fluid beyond. Nodes in the region and wi
 the wall normal to the surface. Points do not fill the last layer of cells: a node with less mass than fluid would have in
 the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
+The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
+grid, some of these nodes lie in the wall. Each is therefore compared with the part of its volume outside all walls.
+
 Several fluids, and fluids with a rheology: μ is the mean viscosity of the points around the node, by volume. Membranes in the
 velocity field move with the fluid.
 

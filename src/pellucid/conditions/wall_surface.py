@@ -146,10 +146,11 @@ def find_wall(
     of_plane = no_slip.functions(np.zeros(1))[0]
     certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
     window = no_slip.find_window(node)
-    surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
+    curvature, squares = no_slip.curvatures_of(window, node, normal, certainty, distance)
+    surface = Surface(distance, normal, certainty, curvature)
     # a face that the surface meets cuts off a part of the area of a node; a face behind the surface does not
     of_grid = np.prod(1.0 + (no_slip.shares_along(node) - 1.0) * (1.0 - normal**2), axis=1)
-    area = np.where(wet, steepness / cell * grid.cell_volume * of_grid, 0.0)
+    area = np.where(wet, no_slip.area_of_curved(steepness, squares) / cell * grid.cell_volume * of_grid, 0.0)
     walls = Walls(faces, bodies, active, periods, lower, upper, mirrors)
     opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
     facing = np.isfinite(opposite.gap)

@@ -120,8 +120,10 @@ def test_the_surface_of_a_disc_that_planes_of_symmetry_cut():
     for chosen in (radius > 4.8, (radius > 4.8) & (place[:, :2].min(axis=1) < 0.1)):
         assert np.abs(surface.distance - (radius - 5.3))[chosen].max() < 0.2
         assert np.sum(surface.normal * place, axis=1)[chosen] == pytest.approx(radius[chosen], rel=0.01)
-    found = no_slip.curvature_of(window, reached, surface.normal, surface.certainty, surface.distance)
+    found, squares = no_slip.curvatures_of(window, reached, surface.normal, surface.certainty, surface.distance)
     assert found == pytest.approx(1.0 / 5.3, rel=0.15)
+    near = (np.abs(surface.distance) < 0.5) & (place[:, :2].min(axis=1) > 0.5)
+    assert squares[near].mean() == pytest.approx(1.0 / 5.3**2, rel=0.3)
 
 
 def test_the_shape_of_a_rigid_body_moves_with_it():

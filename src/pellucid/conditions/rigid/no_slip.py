@@ -80,7 +80,7 @@ class NoSlip:
     def find_window(self, nodes: np.ndarray) -> Window:
         """Return the box of nodes around the given nodes (node numbers) whose data is needed for the surface of the body
         and the velocity profile near it."""
-        at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
+        at = self._indices(nodes)
         at = at if len(at) else np.zeros((1, 3), int)
         margin = np.where(self._thin, 0, MARGIN)
         first, last = at.min(axis=0) - margin, at.max(axis=0) + margin
@@ -98,7 +98,7 @@ class NoSlip:
     def shares_along(self, node: np.ndarray) -> np.ndarray:
         """Return factors of the volumes of nodes (numbers, shape (n,)) along the axes, relative to an interior node, (n, 3):
         about 1/2 on a face, where the shape functions of nodes beyond the face are added to the next two nodes."""
-        at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
+        at = self._indices(node)
         ends = ~self._thin & ~self._periodic
         to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
         volumes = np.array([0.5 + 2.0 * self._beyond, 1.0 - 2.0 * self._beyond, 1.0])
@@ -107,7 +107,7 @@ class NoSlip:
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the nodes at an offset of `by` nodes along the axes, shape (3,), from each node, shape (n,),
         and a mask of the offset nodes that lie inside the grid."""
-        at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
+        at = self._indices(node)
         to = np.where(self._thin, 0, at) + by
         return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)
 
@@ -161,12 +161,13 @@ class NoSlip:
         single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
         return np.where(steepness > LEAST_SLOPE, single, 0.0)
 
-    def curvature_of(
+    def curvatures_of(
         self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
-    ) -> float:
+    ) -> tuple[float, np.ndarray]:
         """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
-        nodes within half a cell of the surface. window: box that contains the nodes; node: node numbers, shape (n,);
-        normal, certainty, distance: as in `Surface`."""
+        nodes within half a cell of the surface. Also return the sum of their squares at each node, shape (n,) [1/cell^2], at
+        most SHARPEST², and 0 where a normal next to the node is not known. window: box that contains the nodes; node: node
+        numbers, shape (n,); normal, certainty, distance: as in `Surface`."""
         known = np.zeros(len(window.node))
         normals = np.zeros((len(window.node), 3))
         at = np.searchsorted(window.node, node)
@@ -174,15 +175,31 @@ class NoSlip:
         near = np.zeros(len(window.node), bool)
         near[at] = np.abs(distance) < 0.5 * self._cell
         dense, is_known = normals[window.place], known[window.place] > 0.0
-        divergence, whole = np.zeros(is_known.shape), near[window.place]
+        divergence, squares = np.zeros(is_known.shape), np.zeros(is_known.shape)
+        whole, surrounded = near[window.place], np.ones(is_known.shape, bool)
         for i in np.flatnonzero(~self._thin):
-            divergence += np.gradient(dense[..., i], axis=i)
-            whole &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
+            rate = np.gradient(dense, axis=i)
+            divergence += rate[..., i]
+            squares += np.sum(rate**2, axis=-1)
+            surrounded &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
             if not self._periodic[i]:  # mirror images beyond a face have other normals
                 index = np.arange(window.first[i], window.last[i] + 1)
                 shape = np.where(np.arange(3) == i, -1, 1)
                 whole &= ((index > 0) & (index < self._counts[i] - 1)).reshape(shape)
-        return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0
+        whole &= surrounded
+        place = tuple((self._indices(node) - window.first).T)
+        of_nodes = np.where(surrounded, np.minimum(squares, SHARPEST**2), 0.0)[place]
+        return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0, of_nodes
+
+    def area_of_curved(self, steepness: np.ndarray, squares: np.ndarray) -> np.ndarray:
+        """Return the integrals of the shape functions of nodes over a surface, shape (n,) [cell^2]. steepness: magnitude of
+        the gradient of the filled fraction of a node, shape (n,) [1/cell]; squares: sum of the squares of the principal
+        curvatures, shape (n,) [1/cell^2].
+
+        The gradient is the integral of the shape function times the normal. Its magnitude is smaller than the area by the
+        mean of 1 - cos θ ≈ θ²/2 with the angle θ between the normals, whose variance is that of the shape function times
+        the squares of the curvatures."""
+        return np.asarray(steepness * (1.0 + 0.5 * self._variance * squares))
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
         """Return the sum of the principal curvatures [1/cell], averaged over the surface near nodes of a window. share:
@@ -327,6 +344,10 @@ class NoSlip:
         [1/cell], at the given distances [cells]."""
         above, below = (np.interp(distance + side, self._distances, self._filled) for side in (1.0, -1.0))
         return 0.5 * (below - above)
+
+    def _indices(self, node: np.ndarray) -> np.ndarray:
+        """Return the indices along the axes of nodes from their numbers, shape (n, 3)."""
+        return np.asarray(np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int))
 
     def _node(self, at: np.ndarray) -> np.ndarray:
         """Return the numbers of the nodes from their indices along the axes, shape (..., 3); beyond a face of the grid, which
