@@ -24,9 +24,10 @@ each axis, vary by a factor cos² πn of this: here not at all. Narrow functions
 flow, which do not decrease with the cell.
 
 Momentum and energy are conserved: the mean of m C δ is subtracted from the velocities of the points, and the change of the
-kinetic energy is taken from their internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts
-as filled if a cell within three cells has no points: the surface of the liquid is there. V_c = ∫M_c dV over the space outside
-the shapes of walls; cells with little such space are not corrected.
+kinetic energy is taken from their internal energy, on which the pressure of a liquid does not depend. A cell with e < 0
+counts as filled if a cell within three cells has no points: the surface of the liquid is there. Within three cells of the
+shape of a wall, N_c replace M_c: points gather in front of obstacles and leave gaps behind them that are narrower than M_c.
+There, V_c = ∫N_c dV over the space outside the shape; cells with little such space are not corrected.
 """
 
 from collections.abc import Iterable, Sequence
@@ -204,7 +205,7 @@ class EvenPoints(StepPart):
         x, y, z = (np.arange(n) * stride for n, stride in zip(counts, strides, strict=True))
         self._index = x[:, None, None] + y[None, :, None] + z[None, None, :]
         self._cells = allocate(EvenCells, grid.n_nodes)
-        self._walls, self._space, self._wide_space = field.walls, np.ones(counts), np.ones(counts)
+        self._walls, self._space, self._at_shapes = field.walls, np.ones(counts), np.zeros(counts, bool)
         if self._walls:
             self._measure_space()
         self._values = {body: np.zeros(len(body.arrays["mass"])) for body in bodies}
@@ -235,9 +236,10 @@ class EvenPoints(StepPart):
         filled = total[self._index] / self._grid.cell_volume
         if not all(wall.stands for wall in self._walls):
             self._measure_space()
-        has_space = self._wide_space >= LEAST_SPACE
-        error = np.divide(self._widen(filled), self._wide_space, out=np.ones_like(filled), where=has_space) - 1.0
-        if np.any(empty := (self._space >= LEAST_SPACE) & (filled == 0.0)):
+        has_space = self._space >= LEAST_SPACE
+        narrow = np.divide(filled, self._space, out=np.ones_like(filled), where=has_space)
+        error = np.where(self._at_shapes, narrow, self._widen(filled)) - 1.0
+        if np.any(empty := has_space & (filled == 0.0)):
             np.maximum(error, 0.0, out=error, where=self._near(empty, 3))
         self._cells.error[self._index] = error
 
@@ -251,9 +253,9 @@ class EvenPoints(StepPart):
         return sums
 
     def _measure_space(self) -> None:
-        """Integrate the functions N_c and M_c of the cells over the space outside of walls."""
+        """Find the space of the cells outside of walls, and the cells near shapes, which keep the functions N_c."""
         self._space = self._find_space()
-        self._wide_space = self._widen(self._space)
+        self._at_shapes = self._near(self._space < 1.0, 3)
 
     def _find_space(self) -> np.ndarray:
         """Return the integrals of the functions N_c of the cells over the space outside of walls, over the volume of a cell."""
