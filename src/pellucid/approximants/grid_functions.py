@@ -264,6 +264,17 @@ class PeriodicAxis(NamedTuple):
     stencil: int
 
 
+class MirroredAxis(NamedTuple):
+    """Function of an axis with a plane of symmetry at one end or both: the same function as far from walls. It lists nodes
+    beyond the plane, whose values follow from those of their mirror images, see `pellucid.grid.folding`. `function`: shape
+    function of an axis with walls; lower, upper: FAR at a plane of symmetry, else 0."""
+
+    function: Any
+    stencil: int
+    lower: int
+    upper: int
+
+
 @pointwise
 def _far_from_walls(u, n):
     """Return the coordinate u [cells], folded into the period of n cells and shifted by FAR cells, so that the walls of the
@@ -297,6 +308,12 @@ def _periodic_axis_values(fn, numbers):
     return axis_values(fn.function, numbers)
 
 
+@point_function(axis_weights, MirroredAxis)
+def _mirrored_axis_weights(fn, u, n):
+    i, w, g = axis_weights(fn.function, u + fn.lower, n + fn.lower + fn.upper)
+    return min(max(i - fn.lower, -1 if fn.lower > 0 else 0), n - 1), w, g  # of any u, also NaN, nodes that exist
+
+
 @point_function(affine_weights, Flat)
 @point_function(affine_weights, Trilinear)
 def _affine_of_two(fn, offset, w, g):
@@ -322,6 +339,7 @@ def _affine_of_four(fn, offset, w, g):
     return (r0 / spread, r1 / spread, r2 / spread, r3 / spread)
 
 
+@point_function(affine_weights, MirroredAxis)
 @point_function(affine_weights, PeriodicAxis)
 def _periodic_axis_affine(fn, offset, w, g):
     return affine_weights(fn.function, offset, w, g)

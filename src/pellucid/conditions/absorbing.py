@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import field_validator
 
+from pellucid.approximants import with_walls
 from pellucid.approximants.grid_functions import GridFunction, GridFunctions, axis_weights
 from pellucid.conditions.support import Face
 from pellucid.energy import ABSORBED_ENERGY, Channel
@@ -99,7 +100,7 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
         layer = 0 if face.endswith("lower") else lattice.counts[axis]
         cells = np.rint((position[:, axis] - lattice.lower[axis]) / lattice.cell)
         nodes = index[cells == layer]
-        thickness = lattice.cell * _integral(functions[axis], lattice.counts[axis])
+        thickness = lattice.cell * _integral(with_walls(functions[axis]), lattice.counts[axis])
         for direction in range(3):
             rates[nodes, direction] += (pressure_speed if direction == axis else shear_speed) / thickness
     return rates

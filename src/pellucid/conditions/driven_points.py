@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import uintp
 
+from pellucid.grid.folding import add_to_component
 from pellucid.grid.lattice import LARGEST_STENCIL
 from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like
 from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import place_of
-from pellucid.grid.stencil import add_shares, node_at
+from pellucid.grid.stencil import add_shares, component_of, node_at, number_at
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
@@ -112,12 +113,13 @@ def _constrain_nodes(task, s, mapped, drive, nodes, start, run, m, shares):
     for a in range(len(about.wx)):
         for b in range(len(about.wy)):
             for c in range(len(about.wz)):
-                I, w = node_at(about, mapped.lattice, a, b, c), _take_share(shares, number)
+                I, beyond = node_at(about, mapped.lattice, a, b, c), number_at(about, mapped.lattice, a, b, c)
+                w = _take_share(shares, number)
                 number += 1
                 for d in range(3):
                     if drive.axes[k, d]:
                         nodes.mass[I, d] += w
-                        nodes.momentum[I, d] += w * drive.velocity[k, d]
+                        add_to_component(mapped.lattice.folding, nodes.momentum, beyond, d, w * drive.velocity[k, d])
 
 
 @point_function(at_run, Prescribe)
@@ -150,11 +152,11 @@ def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
     for a in range(len(about.wx)):
         for b in range(len(about.wy)):
             for c in range(len(about.wz)):
-                I, w = node_at(about, lattice, a, b, c), _take_share(shares, number)
+                w = _take_share(shares, number)
                 number += 1
-                x += w * nodal_impulse[I, 0]
-                y += w * nodal_impulse[I, 1]
-                z += w * nodal_impulse[I, 2]
+                x += w * component_of(about, lattice, nodal_impulse, a, b, c, 0)
+                y += w * component_of(about, lattice, nodal_impulse, a, b, c, 1)
+                z += w * component_of(about, lattice, nodal_impulse, a, b, c, 2)
     return x, y, z
 
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+from pellucid.approximants import Ends
 from pellucid.conditions.support import Support
 from pellucid.contact.images import Plane, Seam
 from pellucid.grid.model import GridCase
+from pellucid.parts.condition import Condition
 
 
 def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
@@ -21,6 +23,40 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
             if any(velocity is not None and velocity[axis] == 0.0 for velocity in held):
                 planes.append(Plane(axis, float(place)))
     return planes
+
+
+def mirrored_ends(supports: Sequence[Support], conditions: Sequence[Condition], grid: GridCase) -> Ends:
+    """Return the ends of the axes beyond which the shape functions of a grid are mirrored.
+
+    They are faces that are held at rest along their normals and free along all other axes, throughout the run: planes of
+    symmetry, or walls on which bodies slip without friction, at which the tangential velocity of a viscous fluid has no slope
+    either. conditions: all conditions of the case.
+    """
+    ends = []
+    for axis, name in enumerate("xyz"):
+        faces = (f"{name}-lower", f"{name}-upper")
+        lower, upper = (
+            grid.active_axes()[axis] and name not in grid.periodic and _mirrors(face, supports, conditions, grid)
+            for face in faces
+        )
+        ends.append((lower, upper))
+    return ends[0], ends[1], ends[2]
+
+
+def _mirrors(face: str, supports: Sequence[Support], conditions: Sequence[Condition], grid: GridCase) -> bool:
+    """Return True if shape functions are mirrored beyond a face of the grid, given by its name, see `mirrored_ends`."""
+    held = [one for support in supports for one in support.on_each_face() if face in one.faces()]
+    active = grid.active_axes()
+    smooth = all(
+        one.body is None
+        and one.until is None
+        and not (one.wall_friction() > 0.0 or one.lets_go())
+        and one.velocity["xyz".index(face[0])] == 0.0
+        and not any(one.axes()[axis] and active[axis] for axis in range(3) if axis != "xyz".index(face[0]))
+        for one in held
+    )
+    closed = any(one.face_velocity(face) is not None for one in held) and not any(one.opens_face(face) for one in conditions)
+    return smooth and closed and grid.functions != "trilinear"
 
 
 def seams(grid: GridCase) -> list[Seam]:

@@ -20,11 +20,11 @@ import numpy as np
 from numpy import uintp
 
 from pellucid.contact.contact_body import ContactBody, is_membrane
-from pellucid.grid.folding import nodes_before, seen_from
+from pellucid.grid.folding import first_node_within, nodes_before, seen_from, signs_at
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.nodal_fields import FOUND, MAX, RUN, STEP, SUM, NodalField, fields_of
 from pellucid.grid.points import place_of
-from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.stencil import node_at, number_at, stencil
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
@@ -273,7 +273,7 @@ def _sum_moments(s, mapped, where, areas, moments, near_points):
             continue
         about = stencil(functions, lattice, x, p)
         wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        if near[about.start] == 0:
+        if near[first_node_within(lattice.folding, about.start)] == 0:
             continue
         near_points[listed] = p
         listed += 1
@@ -289,9 +289,10 @@ def _sum_moments(s, mapped, where, areas, moments, near_points):
                         share = (
                             splat(w) if surface else row(gx[a] * wy[b] * wz[c], wx[a] * gy[b] * wz[c], wx[a] * wy[b] * gz[c], w)
                         )
+                        signs = signs_at(lattice.folding, number_at(about, lattice, a, b, c))
                         x0, x1, x2 = seen_from(lattice.folding, lattice, about, place, a, b, c)
                         centre = row(V * x0, V * x1, V * x2, 0.0)
-                        store(values, at, load(values, at) + share * shared)
+                        store(values, at, load(values, at) + share * shared * signs)
                         store(values, at + CENTRE, load(values, at + CENTRE) + w * centre)
     if listed < slabs.first[s + 1]:
         near_points[listed] = -1

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from pellucid.approximants import GridFunctions
+from pellucid.approximants import GridFunctions, image_along
 from pellucid.approximants.grid_functions import axis_weights
 from pellucid.grid.lattice import Grid
 from pellucid.jit import pointwise
@@ -122,21 +122,26 @@ class Axis(NamedTuple):
     stiffness: np.ndarray  # (n, n)
 
 
-def axis_matrices(function: object, count: int, thin: bool, periodic: bool) -> Axis:
+def axis_matrices(function: object, count: int, thin: bool, periodic: bool, odd: bool = False) -> Axis:
     """Return masses and stiffnesses of the shape functions along an axis with `count` cells; thin: True for an axis of a single
-    cell; periodic: True if the last node is the first."""
+    cell; periodic: True if the last node is the first; odd: True for velocities along this axis, whose sign planes of symmetry
+    change."""
     if thin:
         return Axis(np.ones(1), np.ones((1, 1)), np.zeros((1, 1)))
     n = count if periodic else count + 1
-    values, slopes = np.zeros((2, count * SAMPLES, n))
+    values, slopes, shares = np.zeros((3, count * SAMPLES, n))
     for q in range(count * SAMPLES):
         first, weights, derivatives = axis_weights(function, (q + 0.5) / SAMPLES, count)
         for k, (weight, slope) in enumerate(zip(weights, derivatives, strict=True)):
-            node = (first + k) % n if periodic else min(first + k, n - 1)  # listed beyond a wall with weight zero
-            values[q, node] += weight
-            slopes[q, node] += slope
+            number = first + k
+            image = image_along(function, number, count)
+            node = image % n if periodic else min(image, n - 1)  # listed beyond a wall with weight zero
+            sign = -1.0 if odd and image != number else 1.0
+            values[q, node] += sign * weight
+            slopes[q, node] += sign * slope
+            shares[q, node] += weight
     of_pairs = (np.einsum("qi,qj->ij", table, table) / SAMPLES for table in (values, slopes))
-    return Axis(values.sum(axis=0) / SAMPLES, *of_pairs)
+    return Axis(shares.sum(axis=0) / SAMPLES, *of_pairs)
 
 
 class Spectrum(NamedTuple):
@@ -171,7 +176,9 @@ class FastDiagonalisation:
         slab = grid.lattice.slab_axis
         self._order = [slab, *(axis for axis in range(3) if axis != slab)]  # as nodes are stored
         counts, thin, periodic = grid.lattice.counts, grid.thin, grid.periodic
-        self._axes = [axis_matrices(functions[axis], counts[axis], thin[axis], periodic[axis]) for axis in self._order]
+        along = [(functions[axis], counts[axis], thin[axis], periodic[axis]) for axis in self._order]
+        self._axes = [axis_matrices(*axis) for axis in along]
+        self._own_axes = [axis_matrices(*axis, odd=True) for axis in along]
         n = [len(axis.lumped) for axis in self._axes]
         steps = [strides[axis] for axis in self._order]
         x, y, z = (step * np.arange(count) for step, count in zip(steps, n, strict=True))
@@ -189,7 +196,8 @@ class FastDiagonalisation:
         differences of the storage indices of neighbouring nodes.
         """
         vectors, spectra = [], []
-        for place, axis in enumerate(self._axes):
+        for place, (across, own) in enumerate(zip(self._axes, self._own_axes, strict=True)):
+            axis = own if self._order[place] == component else across
             others = tuple(other for other in range(3) if other != place)
             free = np.flatnonzero(~np.all(constrained, axis=others))
             among = np.ix_(free, free)

@@ -1,10 +1,19 @@
-"""Grids that are periodic along some axes: on a periodic axis of n cells, nodes i and i + n are identical.
+"""Nodes beyond the ends of an axis: identical nodes of periodic axes, and mirror images at planes of symmetry.
+
+**Periodic axes.** On a periodic axis of n cells, nodes i and i + n are identical.
 
 No data is copied from one end to the other. A stencil numbers its nodes beyond the last one, and a table maps each such
 number to the identical node within the grid. Each contribution of a point is therefore added once, in the order of slabs,
 wherever the seam lies. Points move on across the seam without a jump: their positions show how often they crossed it, and
 lengths, normals and displacements need no correction. A position is folded into the box only where it is converted to a
 place on the grid.
+
+**Planes of symmetry.** A face of the grid that is a plane of symmetry mirrors the fields on the grid. A stencil numbers its
+node beyond the face, whose mirror image lies as far within the grid. Nodal scalars have the same value at both nodes, and so
+have the components of vectors along the face; the component along the normal of the face has the other sign, since the face is
+at rest. Values that points contribute to a node beyond the face are therefore added to its mirror image, the normal component
+with the other sign. Twice this component is added to the node on the face between the two: it is what the face exerts. So the
+sum over the nodes is that over the points, and the support that holds the face counts it.
 """
 
 from math import inf
@@ -13,7 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import floor, uintp
 
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import default_function, generic, point_function, pointwise
+from pellucid.jit.vector import load, row, store
 
 
 class Walled(NamedTuple):
@@ -31,10 +41,74 @@ class Folded(NamedTuple):
     steps: tuple[int, int, int]  # offset in memory between identical nodes, 0 along other axes
 
 
+class Mirrored(NamedTuple):
+    """Value of `Lattice.folding` for a grid with planes of symmetry at some faces. The tables have a row for each node that a
+    stencil can number, also beyond the faces; the row of a node is its number plus `shift`."""
+
+    within: Any  # `Walled`, or `Folded` if the grid is also periodic along some axes
+    shift: int  # number of rows before that of node 0
+    real: np.ndarray  # (rows,) index of the node itself, of the identical node within the period, or of the mirror image
+    sign: np.ndarray  # (4 rows,) factors of the components of vectors, -1 along the normals of the faces, and of scalars
+    face: np.ndarray  # (rows, 3) node on the face between the node and its image along each axis; -1 if there is none
+    beyond: np.ndarray  # (rows,) 1 for a node beyond a plane of symmetry
+    first: np.ndarray  # (rows,) next node within the grid, for the first node of a stencil
+    planes: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]  # for each axis 1 if its lower, upper face is a plane
+    counts: tuple[int, int, int]  # number of cells along x, y, z
+
+
 @generic
 def real_node(folding: Any, I: int) -> Any:
     """Return the storage index of node I of a stencil (the nodes whose shape functions reach a point): I itself, or on a
-    periodic axis the identical node within the period; folding: `Walled` or `Folded`."""
+    periodic axis the identical node within the period; folding: see `Lattice`."""
+
+
+@generic
+def first_node_within(folding: Any, number: int) -> Any:
+    """Return the storage index of the first node of a stencil that has this number; beyond a plane of symmetry that of the next
+    node within the grid; folding: `Walled`, `Folded` or `Mirrored`."""
+
+
+@generic
+def component_at(folding: Any, field: Any, number: Any, d: int) -> Any:
+    """Return component d of a nodal vector field, shape (nodes, 3), at the node with this number in a stencil; folding:
+    `Walled`, `Folded` or `Mirrored`."""
+
+
+@generic
+def row_at(folding: Any, rows: Any, number: Any) -> Any:
+    """Return the row of four numbers, a vector and a scalar, at the node with this number in a stencil; rows: nodal rows, shape
+    (4 nodes,); folding: `Walled`, `Folded` or `Mirrored`."""
+
+
+@generic
+def add_to_row(folding: Any, rows: Any, number: Any, value: Any) -> Any:
+    """Add a row of four numbers, a vector and a scalar, to nodal rows, shape (4 nodes,), at the node with this number in a
+    stencil; folding: `Walled`, `Folded` or `Mirrored`."""
+
+
+@generic
+def add_to_component(folding: Any, field: Any, number: Any, d: int, value: Any) -> Any:
+    """Add a value to component d of a nodal vector field, shape (nodes, 3), at the node with this number in a stencil; folding:
+    `Walled`, `Folded` or `Mirrored`."""
+
+
+@generic
+def add_to_number(folding: Any, rows: Any, number: Any, d: int, value: Any) -> Any:
+    """Add a value to component d, 0 to 2, of nodal rows, shape (4 nodes,), at the node with this number in a stencil; folding:
+    see `Lattice`."""
+
+
+@generic
+def signs_at(folding: Any, number: Any) -> Any:
+    """Return the factors of a vector along x, y, z and of a scalar at the node with this number in a stencil, a row of four
+    numbers: -1 for the normal component at a node beyond a plane of symmetry, else 1; folding: `Walled`, `Folded` or
+    `Mirrored`."""
+
+
+@generic
+def _mirrored_place(folding: Any, x: Any, to_node: Any, cell: float) -> Any:
+    """Return the mirror image of a coordinate x that `seen_from` returned [m], for a node beyond a plane of symmetry; to_node:
+    coordinate of the node minus that of the point [m]; cell: edge of a cell [m]; folding: `Walled` or `Folded`."""
 
 
 @generic
@@ -45,8 +119,8 @@ def in_period(folding: Any, axis: int, u: float) -> Any:
 
 @generic
 def cell_in_period(folding: Any, axis: int, i: int) -> Any:
-    """Return the index i of a cell along an axis, folded into the box if the axis is periodic; folding: `Walled` or
-    `Folded`."""
+    """Return the index i of a cell along an axis, folded into the box if the axis is periodic; folding: see
+    `Lattice`."""
 
 
 @generic
@@ -58,21 +132,22 @@ def cells_beyond(folding: Any, axis: int) -> Any:
 @generic
 def beyond_span(folding: Any, axis: int, u: float, low: float, high: float) -> Any:
     """Return 1.0 if a position u along an axis [cells from the lower end], folded into the box or not, lies outside the range
-    low <= u < high, else 0.0; folding: `Walled` or `Folded`."""
+    low <= u < high, else 0.0; folding: see `Lattice`."""
 
 
 @generic
 def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> Any:
     """Return the storage index of the node that lies a, b, c nodes before node I along the axes x, y, z; negative if there is
-    none; folding: `Walled` or `Folded`."""
+    none; folding: see `Lattice`."""
 
 
 @generic
 def seen_from(folding: Any, lattice: Any, about: Any, x: Any, a: int, b: int, c: int) -> Any:
     """Return the position x [m] in coordinates shared by all points that contribute to node (a, b, c) of a stencil: x itself on
-    a walled grid, relative to the node on a periodic grid.
+    a walled grid, relative to the node on a periodic grid; for a node beyond a plane of symmetry, the mirror image of x.
 
-    about: the `Stencil` of the point at x; a, b, c: indices along x, y, z from its first node. folding: `Walled` or `Folded`.
+    about: the `Stencil` of the point at x; a, b, c: indices along x, y, z from its first node. folding: `Walled`, `Folded` or
+    `Mirrored`.
     """
 
 
@@ -174,3 +249,146 @@ def _seen(folding, lattice, about, x, a, b, c):
 def _seen_from_node(folding, lattice, about, x, a, b, c):
     o, h = about.offset, -lattice.cell
     return h * (o[0] + 1.0 * a), h * (o[1] + 1.0 * b), h * (o[2] + 1.0 * c)
+
+
+@default_function(first_node_within)
+def _first_itself(folding, number):
+    return number
+
+
+@point_function(first_node_within, Mirrored)
+def _first_within(folding, number):
+    return folding.first[uintp(number + folding.shift)]
+
+
+@point_function(real_node, Mirrored)
+def _image(folding, I):
+    return uintp(folding.real[uintp(I + folding.shift)])
+
+
+@default_function(component_at)
+def _component(folding, field, number, d):
+    return field[real_node(folding, number), d]
+
+
+@point_function(component_at, Mirrored)
+def _component_of_image(folding, field, number, d):
+    q = uintp(number + folding.shift)
+    return folding.sign[4 * q + d] * field[uintp(folding.real[q]), d]
+
+
+@default_function(row_at)
+def _row(folding, rows, number):
+    return load(rows, 4 * real_node(folding, number))
+
+
+@point_function(row_at, Mirrored)
+def _row_of_image(folding, rows, number):
+    q = uintp(number + folding.shift)
+    return load(folding.sign, 4 * q) * load(rows, 4 * uintp(folding.real[q]))
+
+
+@default_function(add_to_row)
+def _add_to_row(folding, rows, number, value):
+    I = 4 * real_node(folding, number)
+    store(rows, I, load(rows, I) + value)
+
+
+@point_function(add_to_row, Mirrored)
+def _add_to_row_of_image(folding, rows, number, value):
+    q = uintp(number + folding.shift)
+    I = 4 * uintp(folding.real[q])
+    if folding.beyond[q] == 0:
+        store(rows, I, load(rows, I) + value)
+        return
+    store(rows, I, load(rows, I) + load(folding.sign, 4 * q) * value)
+    x, y, z = row(2.0, 0.0, 0.0, 0.0), row(0.0, 2.0, 0.0, 0.0), row(0.0, 0.0, 2.0, 0.0)
+    for axis, twice in ((0, x), (1, y), (2, z)):
+        if folding.face[q, axis] >= 0:
+            J = 4 * uintp(folding.face[q, axis])
+            store(rows, J, load(rows, J) + twice * value)
+
+
+@default_function(add_to_component)
+def _add_to_component(folding, field, number, d, value):
+    field[real_node(folding, number), d] += value
+
+
+@point_function(add_to_component, Mirrored)
+def _add_to_component_of_image(folding, field, number, d, value):
+    q = uintp(number + folding.shift)
+    field[uintp(folding.real[q]), d] += folding.sign[4 * q + d] * value
+    if folding.face[q, d] >= 0:
+        field[uintp(folding.face[q, d]), d] += 2.0 * value
+
+
+@default_function(add_to_number)
+def _add_to_number(folding, rows, number, d, value):
+    rows[4 * real_node(folding, number) + d] += value
+
+
+@point_function(add_to_number, Mirrored)
+def _add_to_number_of_image(folding, rows, number, d, value):
+    q = uintp(number + folding.shift)
+    rows[4 * uintp(folding.real[q]) + d] += folding.sign[4 * q + d] * value
+    if folding.face[q, d] >= 0:
+        rows[4 * uintp(folding.face[q, d]) + d] += 2.0 * value
+
+
+@default_function(signs_at)
+def _no_signs(folding, number):
+    return row(1.0, 1.0, 1.0, 1.0)
+
+
+@point_function(signs_at, Mirrored)
+def _signs(folding, number):
+    return load(folding.sign, 4 * uintp(number + folding.shift))
+
+
+@point_function(in_period, Mirrored)
+def _in_period_within(folding, axis, u):
+    return in_period(folding.within, axis, u)
+
+
+@point_function(cell_in_period, Mirrored)
+def _cell_of_image(folding, axis, i):
+    n, (lower, upper) = _along(folding.counts, axis), _along(folding.planes, axis)
+    if lower == 1 and i < 0:
+        return -1 - i
+    return 2 * n - 1 - i if upper == 1 and i >= n else cell_in_period(folding.within, axis, i)
+
+
+@point_function(cells_beyond, Mirrored)
+def _cells_beyond_within(folding, axis):
+    return cells_beyond(folding.within, axis)
+
+
+@point_function(beyond_span, Mirrored)
+def _beyond_within(folding, axis, u, low, high):
+    return beyond_span(folding.within, axis, u, low, high)
+
+
+@point_function(nodes_before, Mirrored)
+def _before_within(folding, lattice, I, a, b, c):
+    return nodes_before(folding.within, lattice, I, a, b, c)
+
+
+@point_function(seen_from, Mirrored)
+def _seen_as_image(folding, lattice, about, x, a, b, c):
+    stride, o, h = lattice.strides, about.offset, lattice.cell
+    face = folding.face[uintp(about.start + a * stride[0] + b * stride[1] + c * stride[2] + folding.shift)]
+    x0, x1, x2 = seen_from(folding.within, lattice, about, x, a, b, c)
+    x0 = _mirrored_place(folding.within, x0, (o[0] + 1.0 * a) * h, h) if face[0] >= 0 else x0
+    x1 = _mirrored_place(folding.within, x1, (o[1] + 1.0 * b) * h, h) if face[1] >= 0 else x1
+    x2 = _mirrored_place(folding.within, x2, (o[2] + 1.0 * c) * h, h) if face[2] >= 0 else x2
+    return x0, x1, x2
+
+
+@point_function(_mirrored_place, Walled)
+def _mirrored(folding, x, to_node, cell):
+    return x + 2.0 * (to_node + (cell if to_node < 0.0 else -cell))  # the face lies a cell from the node, towards the point
+
+
+@point_function(_mirrored_place, Folded)
+def _mirrored_from_node(folding, x, to_node, cell):
+    return -x

@@ -37,7 +37,7 @@ import numpy as np
 from pellucid.approximants import GridFunctions, PeriodicAxis
 from pellucid.approximants.grid_functions import axis_weights
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.folding import cell_in_period, cells_beyond
+from pellucid.grid.folding import add_to_number, cell_in_period, cells_beyond, component_at
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import (
@@ -56,7 +56,7 @@ from pellucid.grid.points import (
     place_of,
     pressure_of,
 )
-from pellucid.grid.stencil import node_behind
+from pellucid.grid.stencil import number_behind
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
@@ -75,7 +75,7 @@ class AxisIntegrals(NamedTuple):
     """Values and derivatives of the shape functions along an axis, integrated over each of its n cells in the coordinate u
     [cells]; w nodes have functions that are not zero in a cell."""
 
-    first: np.ndarray  # (n,) first node whose function is not zero in each cell
+    first: np.ndarray  # (n,) first node whose function is not zero in each cell; -1 beyond a plane of symmetry
     value: np.ndarray  # (n, w) ∫ N du
     slope: np.ndarray  # (n, w) ∫ N' du
 
@@ -88,15 +88,15 @@ def axis_integrals(function: Any, n: int) -> AxisIntegrals:
         starts = (np.arange(n) + far.first[NEAR] - NEAR) % n
         return AxisIntegrals(starts, *(np.tile(of[NEAR], (n, 1)) for of in (far.value, far.slope)))
     cells = min(n, 2 * NEAR + 1)
-    value, slope = np.zeros((2, cells, cells + 4))
+    value, slope = np.zeros((2, cells, cells + 5))  # the first column is of a node beyond a plane of symmetry
     gauss = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS
     for cell in range(cells):
         for u in (cell + np.arange(PARTS)[:, None] / PARTS + gauss).ravel():
             first, w, _ = axis_weights(function, u, cells)
-            value[cell, first : first + len(w)] += 0.5 / PARTS * np.array(w)
+            value[cell, first + 1 : first + 1 + len(w)] += 0.5 / PARTS * np.array(w)
         for u, sign in ((float(cell), -1.0), (cell + 1.0, 1.0)):
             first, w, _ = axis_weights(function, u, cells)
-            slope[cell, first : first + len(w)] += sign * np.array(w)
+            slope[cell, first + 1 : first + 1 + len(w)] += sign * np.array(w)
     reached = (value != 0.0) | (slope != 0.0)
     start = reached.argmax(axis=1)
     width = max(np.flatnonzero(row)[-1] + 1 - at for row, at in zip(reached, start, strict=True))
@@ -104,7 +104,7 @@ def axis_integrals(function: Any, n: int) -> AxisIntegrals:
     number = np.arange(n)
     like = np.where(number < n - NEAR, np.minimum(number, NEAR), number - n + cells) if n > cells else number
     value, slope = (np.take_along_axis(table, columns, axis=1)[like] for table in (value, slope))
-    return AxisIntegrals(start[like] + number - like, value, slope)
+    return AxisIntegrals(start[like] - 1 + number - like, value, slope)
 
 
 LAYERS = 6  # layers of cells in a chunk: a cell with its holes exerts forces on nodes up to three nodes beyond it
@@ -262,7 +262,7 @@ def _first_node(grid, i, j, k):
 def _add_force(grid, i, j, k, pressure, forces):
     """Add the force of a pressure [Pa] in the cell (i, j, k), the pressure times ∫∇N dV, to the forces of its nodes [N], shape
     (4 nodes,); grid: `CellGrid`."""
-    (x, y, z), scale = grid.along, grid.volume * grid.lattice.inverse_cell * pressure
+    (x, y, z), folding, scale = grid.along, grid.lattice.folding, grid.volume * grid.lattice.inverse_cell * pressure
     i, j, k = _in_grid(grid, i, j, k)
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
@@ -270,17 +270,17 @@ def _add_force(grid, i, j, k, pressure, forces):
             in_x, in_y = scale * x.slope[i, a] * y.value[j, b], scale * x.value[i, a] * y.slope[j, b]
             in_z = scale * x.value[i, a] * y.value[j, b]
             for c in range(z.value.shape[1]):
-                I = 4 * node_behind(grid.lattice, first, a, b, c)
-                forces[I] += in_x * z.value[k, c]
-                forces[I + 1] += in_y * z.value[k, c]
-                forces[I + 2] += in_z * z.slope[k, c]
+                I = number_behind(grid.lattice, first, a, b, c)
+                add_to_number(folding, forces, I, 0, in_x * z.value[k, c])
+                add_to_number(folding, forces, I, 1, in_y * z.value[k, c])
+                add_to_number(folding, forces, I, 2, in_z * z.slope[k, c])
 
 
 @pointwise
 def _flow(grid, i, j, k, v):
     """Return ∫∇·v dV over the cell (i, j, k) [m³/s] for nodal velocities v [m/s], shape (nodes, 3) or with more columns; grid:
     `CellGrid`."""
-    (x, y, z), total = grid.along, 0.0
+    (x, y, z), total, folding = grid.along, 0.0, grid.lattice.folding
     i, j, k = _in_grid(grid, i, j, k)
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
@@ -288,8 +288,9 @@ def _flow(grid, i, j, k, v):
             in_x, in_y = x.slope[i, a] * y.value[j, b], x.value[i, a] * y.slope[j, b]
             in_z = x.value[i, a] * y.value[j, b]
             for c in range(z.value.shape[1]):
-                I = node_behind(grid.lattice, first, a, b, c)
-                total += z.value[k, c] * (in_x * v[I, 0] + in_y * v[I, 1]) + z.slope[k, c] * in_z * v[I, 2]
+                I = number_behind(grid.lattice, first, a, b, c)
+                across = in_x * component_at(folding, v, I, 0) + in_y * component_at(folding, v, I, 1)
+                total += z.value[k, c] * across + z.slope[k, c] * in_z * component_at(folding, v, I, 2)
     return grid.volume * grid.lattice.inverse_cell * total
 
 

@@ -5,8 +5,8 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants import GRID_FUNCTIONS
-from pellucid.grid.folding import Folded, Walled
+from pellucid.approximants import GRID_FUNCTIONS, NO_ENDS, Ends, GridFunctions, grid_functions
+from pellucid.grid.folding import Folded, Mirrored, Walled
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, OR, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
@@ -58,6 +58,43 @@ def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[i
     return Folded(table, (x, y, z), (a, b, c), (i, j, k))
 
 
+def _mirror(
+    within: Walled | Folded, mirrored: Ends, counts: tuple[int, int, int], layers: Sequence[int], strides: Sequence[int]
+) -> Mirrored:
+    """Return the tables of nodes beyond planes of symmetry and of their mirror images.
+
+    within: tables of the periodic axes; mirrored: ends of the axes that are planes; counts, layers, strides: see `_folding`.
+    """
+    n, shift = int(np.prod(layers)), sum(stride for stride, (lower, _) in zip(strides, mirrored, strict=True) if lower)
+    rows = np.arange(-shift, n)
+    real, first = np.maximum(rows, 0), np.maximum(rows, 0)  # rows of numbers that no stencil has are not used
+    sign, face = np.ones((len(rows), 4)), np.full((len(rows), 3), -1)
+    # of the layers of an axis the last one has the same numbers as the layer beyond the lower face
+    at = [np.arange(-1, m - 1) if lower else np.arange(m) for m, (lower, _) in zip(layers, mirrored, strict=True)]
+    index = np.meshgrid(*at, indexing="ij")
+    image, inner, planes = [], [], []
+    for axis, (lower, upper) in enumerate(mirrored):
+        i, count = index[axis], counts[axis]
+        folded = np.where(lower & (i < 0), -i, i)
+        image.append(np.where(upper & (i > count), 2 * count - i, folded))
+        inner.append(np.maximum(i, 0))
+        planes.append(np.where(i < 0, 0, count))
+
+    def number(of: Sequence[np.ndarray]) -> np.ndarray:
+        return sum(stride * i for stride, i in zip(strides, of, strict=True)).ravel()
+
+    row = number(index) + shift
+    to_real = (lambda nodes: nodes) if isinstance(within, Walled) else (lambda nodes: within.real[nodes])
+    real[row], first[row] = to_real(number(image)), number(inner)
+    for axis in range(3):
+        beyond = (image[axis] != index[axis]).ravel()
+        at_face = number([planes[other] if other == axis else image[other] for other in range(3)])
+        sign[row[beyond], axis], face[row[beyond], axis] = -1.0, to_real(at_face[beyond])
+    ends = tuple((int(lower), int(upper)) for lower, upper in mirrored)
+    beyond_any = (face >= 0).any(axis=1).astype(np.uint8)
+    return Mirrored(within, shift, real, sign.ravel(), face, beyond_any, first, (ends[0], ends[1], ends[2]), counts)
+
+
 class Lattice(NamedTuple):
     """Geometry of the uniform grid for kernels. Node (i, j, k) is stored at i*strides[0] + j*strides[1] + k*strides[2]."""
 
@@ -68,7 +105,7 @@ class Lattice(NamedTuple):
     strides: tuple[int, int, int]  # difference of the storage indices of neighbouring nodes along x, y, z
     slab_axis: int  # slowest axis in memory, along which the grid is divided into slabs
     cut_axis: int  # longest other axis, along which slabs are cut
-    folding: Any = Walled()  # mapping of identical nodes on periodic axes, see `pellucid.grid.folding`
+    folding: Any = Walled()  # `Walled`, `Folded` or `Mirrored`: nodes beyond the ends of axes, see `pellucid.grid.folding`
 
 
 class Nodes(NamedTuple):
@@ -130,21 +167,29 @@ class NodeFlags(NamedTuple):
 
 
 class Grid:
-    """A uniform grid and its nodal arrays (`nodes`) in one velocity field, built from the table [grid] of a case."""
+    """A uniform grid and its nodal arrays (`nodes`) in one velocity field, built from the table [grid] of a case.
 
-    def __init__(self, case: GridCase) -> None:
-        self.case = case
+    mirrored: ends of the axes that are planes of symmetry, beyond which shape functions are mirrored.
+    """
+
+    def __init__(self, case: GridCase, mirrored: Ends = NO_ENDS) -> None:
+        self.case, self.mirrored = case, mirrored
         counts, thin, periodic = case.counts(), case.thin(), case.is_periodic()
         # rows of slabs do not meet across a seam where an axis has walls
         walled = [axis for axis in range(3) if not (thin[axis] or periodic[axis])]
         slab_axis = max(walled or range(3), key=lambda axis: counts[axis])
         order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
         strides, layers = [0, 0, 0], [layers_of(*axis) for axis in zip(counts, thin, periodic, strict=True)]
+        for axis, (below, _) in enumerate(mirrored):
+            layers[axis] += below  # for the numbers of nodes beyond the lower face
         n = 1
         for axis in reversed(order):
             strides[axis] = n
             n *= layers[axis]
         lower = tuple(float(value) for value in case.lower)
+        folding: Any = _folding(counts, periodic, layers, strides)
+        if mirrored != NO_ENDS:
+            folding = _mirror(folding, mirrored, counts, layers, strides)
         self.lattice = Lattice(
             (lower[0], lower[1], lower[2]),
             case.cell,
@@ -153,8 +198,10 @@ class Grid:
             (strides[0], strides[1], strides[2]),
             slab_axis,
             max(order[1:], key=lambda axis: counts[axis]),
-            _folding(counts, periodic, layers, strides),
+            folding,
         )
+        self.layers = tuple(layers)
+        """Number of layers of nodes that are stored along x, y, z."""
         self.thin, self.active_axes = thin, case.active_axes()
         self.periodic, self.periods = periodic, case.periods()
         self.slice_thickness = case.slice_thickness()
@@ -169,10 +216,18 @@ class Grid:
         self.rows = layer * np.append(rows[:-1], last)
         """First node of each row of slabs, and the end of the last row."""
 
+    def functions(self, per_cell: tuple[int, int, int], name: str | None = None) -> GridFunctions:
+        """Return the shape functions of the grid along x, y, z.
+
+        per_cell: number of material points per cell along each axis; name: kind of shape function; default: that of the case.
+        """
+        return grid_functions(name or self.case.functions, per_cell, self.thin, self.periodic, self.mirrored)
+
     def real_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """Return the storage indices of nodes, shape (m,). Indices beyond the last node of a periodic axis are mapped to the
         identical node."""
         folding = self.lattice.folding
+        folding = folding.within if isinstance(folding, Mirrored) else folding
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
     def find_passed_face(self, place: np.ndarray) -> tuple[str, float] | None:

@@ -37,9 +37,9 @@ def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nod
         i, _ = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
         j, _ = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
         k, _ = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, n[2])
-        a = int(i if main == 0 else (j if main == 1 else k))
-        b = int(i if second == 0 else (j if second == 1 else k))
-        c = int(i if third == 0 else (j if third == 1 else k))
+        a = max(int(i if main == 0 else (j if main == 1 else k)), 0)  # -1 beyond a plane of symmetry
+        b = max(int(i if second == 0 else (j if second == 1 else k)), 0)
+        c = max(int(i if third == 0 else (j if third == 1 else k)), 0)
         within = layers[slab[a] * across + cut[b]]
         rows = within[0] * n[second] + (within[1] - within[0]) * within[2]  # of cells along the third axis, in slabs before
         nodes[p] = (rows + (a - within[0]) * (within[3] - within[2]) + b - within[2]) * n[third] + c
@@ -64,7 +64,8 @@ def _find_layers(position, function, lattice, layer):
     axis = lattice.slab_axis
     for p in range(len(position)):
         offset = (position[p, axis] - lattice.lower[axis]) * lattice.inverse_cell
-        layer[p], _ = axis_numbers(function, offset, lattice.counts[axis])
+        first, _ = axis_numbers(function, offset, lattice.counts[axis])
+        layer[p] = max(int(first), 0)  # -1 beyond a plane of symmetry
 
 
 @parallel_loop()

@@ -8,7 +8,7 @@ unsigned, so numba need not check for negative indices.
 from typing import Any, NamedTuple
 
 from pellucid.approximants.grid_functions import axis_numbers, axis_values
-from pellucid.grid.folding import real_node
+from pellucid.grid.folding import add_to_component, component_at, real_node, row_at
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, splat, store
 
@@ -17,7 +17,7 @@ class Stencil(NamedTuple):
     """Nodes whose shape functions are not zero at a point, and these functions; indices along the axes count from the first
     node."""
 
-    start: int  # storage index of the first node
+    start: int  # number of the first node, see `number_behind`
     offset: Any  # vector from the point to the first node [cells]
     wx: Any  # values of the shape functions along x, a tuple
     wy: Any  # along y
@@ -29,8 +29,8 @@ class Stencil(NamedTuple):
 
 @pointwise
 def functions_at(functions, lattice, place):
-    """Return the storage index of the first node around a position [m], and for each axis the numbers from which `stencil_of`
-    computes the shape functions there; functions: shape functions along x, y, z."""
+    """Return the number of the first node around a position [m] (see `number_behind`), and for each axis the numbers from
+    which `stencil_of` computes the shape functions there; functions: shape functions along x, y, z."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
     j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])
@@ -56,16 +56,37 @@ def stencil(functions, lattice, position, p):
 
 
 @pointwise
-def node_behind(lattice, first, a, b, c):
-    """Return the storage index of the node that lies a, b, c nodes after the node with index `first` along x, y, z."""
+def number_behind(lattice, first, a, b, c):
+    """Return the number of the node that lies a, b, c nodes after the node with the number `first` along x, y, z: its storage
+    index if it lies within the grid, else see `pellucid.grid.folding`."""
     stride = lattice.strides
-    return real_node(lattice.folding, first + a * stride[0] + b * stride[1] + c * stride[2])
+    return first + a * stride[0] + b * stride[1] + c * stride[2]
+
+
+@pointwise
+def number_at(about, lattice, a, b, c):
+    """Return the number of node (a, b, c) of the stencil `about`, counted from its first node along x, y, z, see
+    `number_behind`."""
+    return number_behind(lattice, about.start, a, b, c)
+
+
+@pointwise
+def node_behind(lattice, first, a, b, c):
+    """Return the storage index of the node that lies a, b, c nodes after the node with the number `first` along x, y, z."""
+    return real_node(lattice.folding, number_behind(lattice, first, a, b, c))
 
 
 @pointwise
 def node_at(about, lattice, a, b, c):
     """Return the storage index of node (a, b, c) of the stencil `about`, counted from its first node along x, y, z."""
     return node_behind(lattice, about.start, a, b, c)
+
+
+@pointwise
+def component_of(about, lattice, field, a, b, c, d):
+    """Return component d of a nodal vector field, shape (nodes, 3), at node (a, b, c) of the stencil `about`, counted from its
+    first node along x, y, z."""
+    return component_at(lattice.folding, field, number_at(about, lattice, a, b, c), d)
 
 
 @pointwise
@@ -76,11 +97,9 @@ def _gather_of(about, lattice, field, d):
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
         for b in range(len(wy)):
-            I = node_at(about, lattice, a, b, 0)
-            line = wz[0] * field[I, d]
+            line = wz[0] * component_of(about, lattice, field, a, b, 0, d)
             for c in range(1, len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                line += wz[c] * field[I, d]
+                line += wz[c] * component_of(about, lattice, field, a, b, c, d)
             total += wx[a] * wy[b] * line
     return total
 
@@ -116,12 +135,12 @@ def _gradient_of(about, lattice, velocity, d):
     x, y, z = nothing(one), nothing(one), nothing(one)  # one apiece: without the compiler, += changes an array in place
     for a in range(len(wx)):
         for b in range(len(wy)):
-            I = node_at(about, lattice, a, b, 0)
-            line, slope = wz[0] * velocity[I, d], gz[0] * velocity[I, d]
+            v = component_of(about, lattice, velocity, a, b, 0, d)
+            line, slope = wz[0] * v, gz[0] * v
             for c in range(1, len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                line += wz[c] * velocity[I, d]
-                slope += gz[c] * velocity[I, d]
+                v = component_of(about, lattice, velocity, a, b, c, d)
+                line += wz[c] * v
+                slope += gz[c] * v
             x += gx[a] * wy[b] * line
             y += wx[a] * gy[b] * line
             z += wx[a] * wy[b] * slope
@@ -160,10 +179,10 @@ def gather_affine(about, lattice, rows, found):
     v, along_x, along_y, along_z = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
     for a in range(len(wx)):
         for b in range(len(wy)):
-            velocity = load(rows, 4 * node_at(about, lattice, a, b, 0))
+            velocity = row_at(lattice.folding, rows, number_at(about, lattice, a, b, 0))
             line, slope = wz[0] * velocity, gz[0] * velocity
             for c in range(1, len(wz)):
-                velocity = load(rows, 4 * node_at(about, lattice, a, b, c))
+                velocity = row_at(lattice.folding, rows, number_at(about, lattice, a, b, c))
                 line, slope = line + wz[c] * velocity, slope + gz[c] * velocity
             v, along_z = v + wx[a] * wy[b] * line, along_z + wx[a] * wy[b] * slope
             along_x, along_y = along_x + gx[a] * wy[b] * line, along_y + wx[a] * gy[b] * line
@@ -180,10 +199,10 @@ def add_vector(about, lattice, target, vector):
     for a in range(len(wx)):
         for b in range(len(wy)):
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
+                I = number_at(about, lattice, a, b, c)
                 w = wx[a] * wy[b] * wz[c]
                 for d in range(3):
-                    target[I, d] += w * vector[d]
+                    add_to_component(lattice.folding, target, I, d, w * vector[d])
 
 
 @pointwise
@@ -197,10 +216,10 @@ def add_affine(about, lattice, target, vector, offset):
             line = wx[a] * wy[b] + ox * gx[a] * wy[b] + oy * wx[a] * gy[b]
             slope = oz * wx[a] * wy[b]
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
+                I = number_at(about, lattice, a, b, c)
                 w = line * wz[c] + slope * gz[c]
                 for d in range(3):
-                    target[I, d] += w * vector[d]
+                    add_to_component(lattice.folding, target, I, d, w * vector[d])
 
 
 @pointwise

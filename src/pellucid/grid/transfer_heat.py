@@ -21,7 +21,7 @@ from pellucid.approximants import GridFunctions
 from pellucid.approximants.grid_functions import affine_weights
 from pellucid.grid.lattice import Lattice, Nodes
 from pellucid.grid.points import FIELD_ENERGY
-from pellucid.grid.stencil import Stencil, gather_gradient, node_at
+from pellucid.grid.stencil import Stencil, component_of, gather_gradient, node_at
 from pellucid.grid.velocity_transfer import Apic, Blend, Flip, VelocityTransfer
 from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.vector import nothing
@@ -106,10 +106,10 @@ def _filtered(transfer, about, lattice, nodes, v, mapped, change):
     for a in range(len(wx)):
         for b in range(len(wy)):
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
                 apart = nothing(v[0])
                 for d in range(3):
-                    apart += (velocity[I, d] - mapped[d]) * (velocity[I, d] - increment[I, d] - old[d])
+                    new = component_of(about, lattice, velocity, a, b, c, d)
+                    apart += (new - mapped[d]) * (new - component_of(about, lattice, increment, a, b, c, d) - old[d])
                 filtered += wx[a] * wy[b] * wz[c] * apart
     return share * (filtered + (1.0 - 0.5 * share) * (dx * dx + dy * dy + dz * dz))
 
@@ -203,11 +203,12 @@ def _kept_by_flip(flip, about, lattice, nodes, v, mapped, change, C):
             z = (mapped[2] - change[2]) + C[6] * rx + C[7] * ry
             line = nothing(v[0])
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
+                vx, vy, vz = _nodal_vector(about, lattice, velocity, a, b, c)
+                dx, dy, dz = _nodal_vector(about, lattice, increment, a, b, c)
                 rz = h * (offset[2] + float(c))
-                at_node = (velocity[I, 0] - mapped[0]) * ((velocity[I, 0] - increment[I, 0]) - (x + C[2] * rz))
-                at_node += (velocity[I, 1] - mapped[1]) * ((velocity[I, 1] - increment[I, 1]) - (y + C[5] * rz))
-                at_node += (velocity[I, 2] - mapped[2]) * ((velocity[I, 2] - increment[I, 2]) - (z + C[8] * rz))
+                at_node = (vx - mapped[0]) * ((vx - dx) - (x + C[2] * rz))
+                at_node += (vy - mapped[1]) * ((vy - dy) - (y + C[5] * rz))
+                at_node += (vz - mapped[2]) * ((vz - dz) - (z + C[8] * rz))
                 line += wz[c] * at_node
             total += wx[a] * wy[b] * line
     return flip * total
@@ -262,14 +263,22 @@ def _lost(about, lattice, nodes, v, new, C):
             z = v[2] + C[6] * rx + C[7] * ry
             line = nothing(v[0])
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
+                vx, vy, vz = _nodal_vector(about, lattice, velocity, a, b, c)
+                dx, dy, dz = _nodal_vector(about, lattice, increment, a, b, c)
                 rz = h * (offset[2] + float(c))
-                at_node = _below(velocity[I, 0], increment[I, 0], new[0], x + C[2] * rz) + squares[I]
-                at_node += _below(velocity[I, 1], increment[I, 1], new[1], y + C[5] * rz)
-                at_node += _below(velocity[I, 2], increment[I, 2], new[2], z + C[8] * rz)
+                at_node = _below(vx, dx, new[0], x + C[2] * rz) + squares[node_at(about, lattice, a, b, c)]
+                at_node += _below(vy, dy, new[1], y + C[5] * rz)
+                at_node += _below(vz, dz, new[2], z + C[8] * rz)
                 line += wz[c] * at_node
             total += wx[a] * wy[b] * line
     return total
+
+
+@pointwise
+def _nodal_vector(about, lattice, field, a, b, c):
+    """Return the vector of a nodal field, shape (nodes, 3), at node (a, b, c) of the stencil `about`."""
+    x, y = component_of(about, lattice, field, a, b, c, 0), component_of(about, lattice, field, a, b, c, 1)
+    return x, y, component_of(about, lattice, field, a, b, c, 2)
 
 
 @pointwise

@@ -17,6 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from pellucid.approximants import with_walls
 from pellucid.approximants.grid_functions import GridFunction, affine_weights, axis_weights
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.case import Case
@@ -60,7 +61,7 @@ def smoothing_warnings(case: Case, on_grid: Mapping[VelocityField, Sequence[Grid
         cells = min(passage, extent)
         if speed == 0.0 or cells < 1.0:
             continue
-        function = max((body.functions[axis] for axis in axes), key=lambda function: function.stencil)
+        function = max((with_walls(body.functions[axis]) for axis in axes), key=lambda function: function.stencil)
         wave = 2.0 * np.pi / (2.0 * cells)
         viscosity = damping(transfer, function, wave) * (cell / wave) ** 2 / dt
         reynolds = speed * cells * cell / viscosity if viscosity > 0.0 else np.inf
@@ -87,7 +88,9 @@ def _slowed(
     own, (width, axis) = material.viscosity / material.density, _channel(case, body.stored_array("position"))
     if own == 0.0 or speed * width * case.grid.cell > LEAST_REYNOLDS * own:
         return
-    slower = 3.0 * drag_at_walls(transfer, body.functions[axis]) * case.grid.cell**2 / (own * dt) / (0.5 * width) ** 2
+    slower = (
+        3.0 * drag_at_walls(transfer, with_walls(body.functions[axis])) * case.grid.cell**2 / (own * dt) / (0.5 * width) ** 2
+    )
     if slower > MOST_DRAG:
         implicit = "" if material.implicit_stress() else ", `implicit_pressure = true`, which needs fewer steps,"
         yield (

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.approximants import NO_ENDS
 from pellucid.case.probe import COLUMNS
 from pellucid.conditions.support import on_each_face
+from pellucid.conditions.symmetry import mirrored_ends
 from pellucid.energy import (
     CONTACT_WORK,
     DAMPING_HEAT,
@@ -68,9 +70,12 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
     if case.grid_or_none is None:
         placement = Placement(None, None, transfer, case.gravity, n_loads)
         return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}
-    for name, models in members.items():
-        own = [model.owns_nodes(len(models) == 1) for model in models]
-        fields.append((OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid)))
+    owned = {name: all(model.owns_nodes(len(models) == 1) for model in models) for name, models in members.items()}
+    conditions = [one for several in case.conditions().values() for one in several]
+    # bodies with their own nodes account for the impulses of supports on these alone
+    mirrored = NO_ENDS if any(owned.values()) else mirrored_ends(case.support, conditions, case.grid)
+    for name in members:
+        fields.append((OwnNodesField if owned[name] else VelocityField)(name, Grid(case.grid, mirrored)))
     cut_rows(case.body, case.grid, fields[0].grid)
     for field, models in zip(fields, members.values(), strict=True):
         # nothing of a rigid motion is to be smoothed: with PIC or APIC a rigid body would lose its spin

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.errors import CaseError, Interrupted, Problem
@@ -61,7 +60,7 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
     if case.is_periodic()[grid.lattice.slab_axis]:
         text = "a grid that is periodic along all axes cannot be shared by several processes"
         raise CaseError(Problem(text, "grid.periodic", remedy="Run it with one process and several threads."))
-    functions = grid_functions(case.functions, (1, 1, 1), case.thin(), case.is_periodic())
+    functions = grid.functions((1, 1, 1))
     rows, axis = rows_of(grid, functions), grid.lattice.slab_axis
     edges = case.lower[axis] + case.cell * rows.edges
     edges[[0, -1]] = -np.inf, np.inf  # bodies may reach beyond

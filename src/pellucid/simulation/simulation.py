@@ -18,6 +18,7 @@ from pellucid.grid.even_points import even_points
 from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
 from pellucid.grid.lattice import Grid
+from pellucid.grid.plane_impulses import plane_impulses
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, VelocityTransfer
 from pellucid.jit import set_threads
@@ -116,6 +117,7 @@ class Simulation:
             self.parts.add(cells)
             self.parts.add(implicit_viscosity(field, bodies, layout, cells))
             self.parts.add(even_points(field, bodies))
+            self.parts.add(plane_impulses(field, bodies, layout.n_supports))
         self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:
             self.parts.add([TransferHeat(self._on_grid, self.parts, case.time.scheme != "usf")])

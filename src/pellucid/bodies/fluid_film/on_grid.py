@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.fluid_film.body import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.forces import FilmForces, Signals, dissipation, in_space
 from pellucid.bodies.fluid_film.loop_surface import LoopSurface, limit_matrix
@@ -80,9 +79,7 @@ class FilmOnGrid(MeshOnGrid, Membrane, TakesTractions):
             "volume": np.zeros(n),
         }
         self.element_arrays = {name: self._film[name] for name in ("x", "v", "part_mass")}
-        functions = grid_functions(
-            grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic()
-        )  # nodes have no extent
+        functions = velocity_field.grid.functions((2, 2, 2))  # nodes have no extent
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def state_arrays(self) -> dict[str, np.ndarray]:

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.initial_arrays import point_energies, point_pressures, seeded_arrays
 from pellucid.bodies.material_points.leaving import OpenPoints
 from pellucid.bodies.material_points.seeded_body import SeededBody
@@ -49,7 +48,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         self._model, self._grid_case, self._gravity = case, grid_case, gravity
         self._curving = self.implicit_stress.stiffness > 0.0
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
-        functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
+        functions = velocity_field.grid.functions(per_cell)
         here = partial(points_here, velocity_field.grid.lattice, functions)
         arrays, there = seeded_arrays(case, grid_case, here, gravity)
         if not case.material.flows and there == len(arrays["id"]):

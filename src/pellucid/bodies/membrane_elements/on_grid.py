@@ -56,7 +56,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
             "mass": surface.node_mass.copy(),
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
-        functions = membrane_functions(grid_case, isinstance(surface.bending, PlateBending))
+        functions = membrane_functions(velocity_field.grid, isinstance(surface.bending, PlateBending))
         self._closed, self._curving = case.surface.closed, surface.in_liquid
         if any(grid_case.thin()):
             self._closed = is_loop(surface.vertices, surface.cells.surface(), grid_case)

@@ -89,7 +89,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
                 case.bending, case.material, self._triangles, self.start_positions, arrays["mass"].copy()
             )
         self._bent_before: np.ndarray | None = None  # positions before the points moved
-        functions = membrane_functions(grid_case, isinstance(self.bending, PlateBending))
+        functions = membrane_functions(velocity_field.grid, isinstance(self.bending, PlateBending))
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _bind(self) -> None:

@@ -19,13 +19,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pellucid.approximants import GridFunctions, grid_functions
+from pellucid.approximants import GridFunctions
 from pellucid.bodies.membranes.bending import Resistance, find_rows_on_grid, support_bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.geometry.meshes.triangulation import pair_edges
 from pellucid.grid.lattice import Grid
-from pellucid.grid.model import GridCase
 from pellucid.grid.transfer import scatter_listed, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
@@ -41,7 +40,7 @@ LEAST_SHARE = 1e-9  # smallest weight of a point at a node that counts
 NEAR = 7.0  # distance from the edge of a clamp within which points may have weight at these nodes, in cells
 
 
-def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
+def membrane_functions(grid: Grid, bends: bool) -> GridFunctions:
     """Return the shape functions with which the points of a membrane interact with the grid. bends: True for an open
     membrane that resists bending.
 
@@ -49,8 +48,8 @@ def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
     within half a cell around each node, where the points of a plate then bend twice as much as they should. An open
     membrane that resists bending uses B-splines instead of GIMP; with B-splines the bending converges.
     """
-    name = "quadratic-bspline" if bends and grid_case.functions == "gimp" else grid_case.functions
-    return grid_functions(name, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
+    name = "quadratic-bspline" if bends and grid.case.functions == "gimp" else None
+    return grid.functions((2, 2, 2), name)
 
 
 class ClampEdges(NamedTuple):

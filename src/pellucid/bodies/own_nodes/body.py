@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces, PointsOfNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.own_nodes.kernels import Drag
@@ -138,9 +137,7 @@ class ExplicitNodes(
         if grid_case is not None and field is not None:
             if not isinstance(field, OwnNodesField):
                 raise ValueError(f"the velocity field {field.name} moves its bodies, which have no own nodes")
-            self.functions = grid_functions(
-                grid_case.functions, (2, 2, 2), thin, grid_case.is_periodic()
-            )  # nodes have no extent: GIMP assumes half a cell
+            self.functions = field.grid.functions((2, 2, 2))  # nodes have no extent: GIMP assumes half a cell
             self.coupling = GridCoupling(field, self.functions, position, velocity, mass, volume)
         increment = self.coupling.increment if self.coupling else np.zeros((n, 3))
         self.motion = NodalMotion(self.arrays, self.grid, thin, placement.gravity, placement.n_loads, increment)

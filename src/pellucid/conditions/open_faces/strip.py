@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pellucid.approximants import image_along
 from pellucid.approximants.grid_functions import GridFunction, GridFunctions, axis_weights
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.columns import Columns, OpenFace, opening_of
@@ -106,7 +107,7 @@ def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> lis
 
 def _weights(function: GridFunction, u: float, n: int) -> list[tuple[int, float]]:
     first, weights, _ = axis_weights(function, u, n)
-    return [(int(first) + k, float(w)) for k, w in enumerate(weights) if abs(w) > LEAST_WEIGHT]
+    return [(image_along(function, int(first) + k, n), float(w)) for k, w in enumerate(weights) if abs(w) > LEAST_WEIGHT]
 
 
 class Passage(NamedTuple):

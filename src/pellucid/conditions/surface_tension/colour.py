@@ -32,13 +32,14 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants import GridFunctions
+from pellucid.approximants import GridFunctions, image_along
 from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
+from pellucid.grid.folding import add_to_component
 from pellucid.grid.full_cells import axis_integrals
-from pellucid.grid.lattice import Grid, layers_of
+from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
 from pellucid.grid.points import place_of
-from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.stencil import node_at, number_at, stencil
 from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 
@@ -112,10 +113,10 @@ def scatter_forces(s, mapped, values, acceleration, target):
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
-                    I, w = node_at(about, lattice, a, b, c), wx[a] * wy[b] * wz[c]
-                    target[I, 0] += w * x + slope * gx[a] * wy[b] * wz[c]
-                    target[I, 1] += w * y + slope * wx[a] * gy[b] * wz[c]
-                    target[I, 2] += w * z + slope * wx[a] * wy[b] * gz[c]
+                    I, w = number_at(about, lattice, a, b, c), wx[a] * wy[b] * wz[c]
+                    add_to_component(lattice.folding, target, I, 0, w * x + slope * gx[a] * wy[b] * wz[c])
+                    add_to_component(lattice.folding, target, I, 1, w * y + slope * wx[a] * gy[b] * wz[c])
+                    add_to_component(lattice.folding, target, I, 2, w * z + slope * wx[a] * wy[b] * gz[c])
 
 
 BENDS, FULL = 0.75, 0.96
@@ -193,7 +194,7 @@ class SurfaceEnergy:
         self._grid, self._tension, self._faces, self._cell = grid, tension, faces, lattice.cell
         self._axes = [axis for axis in range(3) if not grid.thin[axis]]
         self._order = sorted(range(3), key=lambda axis: -lattice.strides[axis])
-        self._layers = [layers_of(*axis) for axis in zip(lattice.counts, grid.thin, grid.periodic, strict=True)]
+        self._layers = grid.layers
         self.volume, self.potential = allocate(SurfaceFields, grid.n_nodes)
         """Nodal volumes of the fluid, which the caller sets, and the potential, which `find` computes from them."""
         widths = [_widths(function, count) for function, count in zip(functions, lattice.counts, strict=True)]
@@ -360,7 +361,8 @@ def _widths(function: object, count: int) -> np.ndarray:
     shape (nodes,)."""
     of, widths = axis_integrals(function, count), np.zeros(count + 1)
     for column in range(of.value.shape[1]):
-        np.add.at(widths, np.minimum(of.first + column, count), of.value[:, column])
+        for first, value in zip(of.first, of.value[:, column], strict=True):
+            widths[min(image_along(function, int(first) + column, count), count)] += value
     return widths
 
 

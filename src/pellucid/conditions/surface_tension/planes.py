@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants import GridFunctions
+from pellucid.approximants import GridFunctions, image_along
 from pellucid.approximants.grid_functions import axis_weights
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.grid.lattice import Grid
@@ -165,7 +165,8 @@ class _Samples:
         self.boxes = np.zeros((len(u), count))
         for row, at in enumerate(u):
             first, weights, _ = axis_weights(function, at, count)
-            smooth[row, first : first + len(weights)] += weights
+            for node, weight in enumerate(weights, start=first):
+                smooth[row, image_along(function, node, count)] += weight
             self.boxes[row, int(at)] = 1.0 / parts
         self.smooth = smooth[:, : count + 1]  # weights beyond a face are zero
 

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
+from pellucid.grid.folding import add_to_row
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
-from pellucid.grid.stencil import node_at, node_behind
+from pellucid.grid.stencil import node_at, number_at, number_behind
 from pellucid.jit import default_function, generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.calls import call_kernel
@@ -241,8 +242,8 @@ def _add_values_of_runs(functions, gift, mapped, start, n, found, first_node, w)
             for i in range(len(wx)):
                 for j in range(len(wy)):
                     for k in range(len(wz)):
-                        I = 4 * node_behind(lattice, first_node[q], i, j, k)
-                        store(into, I, load(into, I) + sums[(i * len(wy) + j) * len(wz) + k])
+                        I = number_behind(lattice, first_node[q], i, j, k)
+                        add_to_row(lattice.folding, into, I, sums[(i * len(wy) + j) * len(wz) + k])
             sums = no_sums(weights)
 
 
@@ -266,9 +267,9 @@ def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w)
             for i in range(len(wx)):
                 for j in range(len(wy)):
                     for k in range(len(wz)):
-                        I = 4 * node_behind(lattice, first_node[q], i, j, k)
+                        I = number_behind(lattice, first_node[q], i, j, k)
                         along = gx[i] * x[j * len(wz) + k] + gy[j] * y[i * len(wz) + k] + gz[k] * z[i * len(wy) + j]
-                        store(into, I, load(into, I) + lattice.inverse_cell * along)
+                        add_to_row(lattice.folding, into, I, lattice.inverse_cell * along)
             x, y, z = no_sums(of_x), no_sums(of_y), no_sums(of_z)
 
 
@@ -283,8 +284,8 @@ def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, 
             for b in range(len(wy)):
                 line = rows_of_line(rule, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
                 for c in range(len(wz)):
-                    I = 4 * node_at(about, lattice, a, b, c)
-                    store(into, I, load(into, I) + wz[c] * row_of_node(rule, line, (offset[2] + c) * h))
+                    I = number_at(about, lattice, a, b, c)
+                    add_to_row(lattice.folding, into, I, wz[c] * row_of_node(rule, line, (offset[2] + c) * h))
 
 
 @point_function(add_slopes, CurvedFunctions)
@@ -300,8 +301,8 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
                 t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
                 u = (wx[a] * wy[b]) * sz
                 for c in range(len(wz)):
-                    I = 4 * node_at(about, lattice, a, b, c)
-                    store(into, I, load(into, I) + (wz[c] * t + gz[c] * u))
+                    I = number_at(about, lattice, a, b, c)
+                    add_to_row(lattice.folding, into, I, wz[c] * t + gz[c] * u)
 
 
 def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
