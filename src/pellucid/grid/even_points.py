@@ -23,9 +23,9 @@ vary by 2 (sin πn/πn)²: by 3 % for n = 2.5, and by 9 % for n = 1.5. Sums of M
 each axis, vary by a factor cos² πn of this: here not at all. Narrow functions thus would lead to errors of some percent in a
 flow, which do not decrease with the cell.
 
-Momentum and energy are conserved: the mean of m C δ is subtracted from the velocities of the points, and the change of the
-kinetic energy is taken from their internal energy, on which the pressure of a liquid does not depend. A cell with e < 0
-counts as filled if a cell within three cells has no points: the surface of the liquid is there. Within three cells of the
+Momentum and energy are conserved: the mean of m C δ is subtracted from the velocities of the points, except along the normals
+of planes of symmetry, where the mirror image has the opposite mean. The change of the kinetic energy is taken from their
+internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts as filled if a cell within three cells has no points: the surface of the liquid is there. Within three cells of the
 shape of a wall, N_c replace M_c: points gather in front of obstacles and leave gaps behind them that are narrower than M_c.
 There, V_c = ∫N_c dV over the space outside the shape; cells with little such space are not corrected.
 """
@@ -39,6 +39,7 @@ from numpy import floor, uintp
 
 from pellucid.approximants import GridFunctions
 from pellucid.approximants.grid_functions import LinearFunctions
+from pellucid.energy import StepWork, no_work
 from pellucid.grid.folding import cell_in_period, in_period
 from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
 from pellucid.grid.passes.moving import displacement, move_points, moving
@@ -195,11 +196,15 @@ class FillsSpace(Protocol):
 class EvenPoints(StepPart):
     """Correction of densities and positions of the points of liquids in a velocity field, see `pellucid.grid.even_points`.
 
-    field: the velocity field; bodies: the liquids to correct; others: all bodies of material points in the field.
+    field: the velocity field; bodies: the liquids to correct; others: all bodies of material points in the field; n_supports:
+    number of supports, whose impulses the works of a step contain.
     """
 
-    def __init__(self, field: VelocityField, bodies: Sequence[FillsSpace], others: Sequence[FillsSpace]) -> None:
+    def __init__(
+        self, field: VelocityField, bodies: Sequence[FillsSpace], others: Sequence[FillsSpace], n_supports: int
+    ) -> None:
         grid = self._grid = field.grid
+        self._to_planes, self._given = np.any(grid.mirrored, axis=1), no_work(0, n_supports)
         self._bodies, self._others = bodies, others
         counts, strides = grid.lattice.counts, grid.lattice.strides
         x, y, z = (np.arange(n) * stride for n, stride in zip(counts, strides, strict=True))
@@ -213,6 +218,7 @@ class EvenPoints(StepPart):
         self._moving = {body: moving(body.mapped.content, Shift(shift)) for body, shift in self._shifts.items()}
 
     def begin(self, time: float, dt: float) -> None:
+        self._given.impulse[:] = 0.0
         if dt == 0.0:
             return
         rate = dt * max(body.fastest() for body in self._bodies) * self._grid.lattice.inverse_cell
@@ -316,7 +322,12 @@ class EvenPoints(StepPart):
         correct_points(body.n_slabs, body.mapped, affine, cells, values, filling, spreading, self._shifts[body], sums)
         move_points(self._moving[body], 0.0)
         body.storage.complete("position", "volume")
-        body.remove_momentum(ordered_sum(domain.complete(sums)))
+        gained = ordered_sum(domain.complete(sums))
+        self._given.impulse[:] += np.where(self._to_planes, gained, 0.0)  # the mirror image gains the opposite
+        body.remove_momentum(np.where(self._to_planes, 0.0, gained))
+
+    def work(self) -> StepWork:
+        return self._given
 
     def _find_mean(self, body: FillsSpace, values: np.ndarray) -> None:
         """Compute the sums of values of the points over the cells [m³], divided by the masses of the points."""
@@ -327,11 +338,11 @@ class EvenPoints(StepPart):
         np.divide(cells.volume_sums, cells.liquid_mass, out=cells.mean, where=cells.liquid_mass > 0.0)
 
 
-def even_points(field: VelocityField, bodies: Iterable[Any]) -> list[EvenPoints]:
+def even_points(field: VelocityField, bodies: Iterable[Any], n_supports: int) -> list[EvenPoints]:
     """Return the correction of the points of the liquids of a velocity field in a list, or none if no liquid has it.
 
-    bodies: all bodies of the field on the grid.
+    bodies: all bodies of the field on the grid; n_supports: see `EvenPoints`.
     """
     several = [body for body in bodies if isinstance(body, FillsSpace)]
     liquids = [body for body in several if body.keeps_even]
-    return [EvenPoints(field, liquids, several)] if liquids else []
+    return [EvenPoints(field, liquids, several, n_supports)] if liquids else []

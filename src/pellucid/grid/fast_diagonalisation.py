@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from pellucid.approximants import GridFunctions, image_along
+from pellucid.approximants import GridFunctions, MirroredAxis, image_along
 from pellucid.approximants.grid_functions import axis_weights
 from pellucid.grid.lattice import Grid
 from pellucid.jit import pointwise
@@ -120,6 +120,7 @@ class Axis(NamedTuple):
     lumped: np.ndarray  # (n,) lumped masses
     masses: np.ndarray  # (n, n)
     stiffness: np.ndarray  # (n, n)
+    squares: tuple[np.ndarray, np.ndarray]  # (n,) each: parts of both on the diagonal of A, without products of images
 
 
 def axis_matrices(function: object, count: int, thin: bool, periodic: bool, odd: bool = False) -> Axis:
@@ -127,9 +128,10 @@ def axis_matrices(function: object, count: int, thin: bool, periodic: bool, odd:
     cell; periodic: True if the last node is the first; odd: True for velocities along this axis, whose sign planes of symmetry
     change."""
     if thin:
-        return Axis(np.ones(1), np.ones((1, 1)), np.zeros((1, 1)))
+        return Axis(np.ones(1), np.ones((1, 1)), np.zeros((1, 1)), (np.ones(1), np.zeros(1)))
     n = count if periodic else count + 1
     values, slopes, shares = np.zeros((3, count * SAMPLES, n))
+    of_images = np.zeros((2, n))
     for q in range(count * SAMPLES):
         first, weights, derivatives = axis_weights(function, (q + 0.5) / SAMPLES, count)
         for k, (weight, slope) in enumerate(zip(weights, derivatives, strict=True)):
@@ -140,8 +142,19 @@ def axis_matrices(function: object, count: int, thin: bool, periodic: bool, odd:
             values[q, node] += sign * weight
             slopes[q, node] += sign * slope
             shares[q, node] += weight
-    of_pairs = (np.einsum("qi,qj->ij", table, table) / SAMPLES for table in (values, slopes))
-    return Axis(shares.sum(axis=0) / SAMPLES, *of_pairs)
+            of_images[:, node] += np.square((weight, slope)) / SAMPLES
+    masses, stiffness = (np.einsum("qi,qj->ij", table, table) / SAMPLES for table in (values, slopes))
+    on_diagonal = of_images if isinstance(function, MirroredAxis) else (np.diag(masses), np.diag(stiffness))
+    return Axis(shares.sum(axis=0) / SAMPLES, masses, stiffness, (on_diagonal[0], on_diagonal[1]))
+
+
+class Diagonals(NamedTuple):
+    """Lumped masses of an axis of n nodes, and parts of its matrices on the diagonal of A, in cells; 0 at nodes that are left
+    out."""
+
+    lumped: np.ndarray  # (n,)
+    masses: np.ndarray  # (n,)
+    stiffness: np.ndarray  # (n,)
 
 
 class Spectrum(NamedTuple):
@@ -149,10 +162,10 @@ class Spectrum(NamedTuple):
 
     stiffness: np.ndarray  # (m,) eigenvalues of the stiffness [1/cell²]
     masses: np.ndarray  # (m,) diagonal of the masses in the basis of eigenvectors
-    on_diagonal: Axis  # diagonals of the matrices, shape (n,) each; 0 at nodes that are left out
+    on_diagonal: Diagonals  # of the nodes
 
 
-def _product(axes: Sequence[Axis | Spectrum], place: int) -> np.ndarray:
+def _product(axes: Sequence[Diagonals | Spectrum], place: int) -> np.ndarray:
     """Return the products of stiffness along the axis at `place` and masses along the others, shape (m, m, m)."""
     along = (axis.stiffness if other == place else axis.masses for other, axis in enumerate(axes))
     return np.einsum("i,j,k->ijk", *along)
@@ -206,7 +219,7 @@ class FastDiagonalisation:
             whole[free] = x
             inside = np.zeros(n[place])
             inside[free] = 1.0
-            on_diagonal = Axis(inside * axis.lumped, inside * np.diag(axis.masses), inside * np.diag(axis.stiffness))
+            on_diagonal = Diagonals(inside * axis.lumped, inside * axis.squares[0], inside * axis.squares[1])
             spectra.append(Spectrum(np.maximum(values, 0.0), np.einsum("ij,ik,kj->j", x, axis.masses[among], x), on_diagonal))
             vectors.append(whole)
         m0, m1, m2 = (len(spectrum.stiffness) for spectrum in spectra)

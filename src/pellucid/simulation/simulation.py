@@ -116,7 +116,7 @@ class Simulation:
             cells = cell_pressures(field, bodies)
             self.parts.add(cells)
             self.parts.add(implicit_viscosity(field, bodies, layout, cells))
-            self.parts.add(even_points(field, bodies))
+            self.parts.add(even_points(field, bodies, layout.n_supports))
             self.parts.add(plane_impulses(field, bodies, layout.n_supports))
         self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:

@@ -97,12 +97,15 @@ class NoSlip:
 
     def shares_along(self, node: np.ndarray) -> np.ndarray:
         """Return factors of the volumes of nodes (numbers, shape (n,)) along the axes, relative to an interior node, (n, 3):
-        about 1/2 on a face, where the shape functions of nodes beyond the face are added to the next two nodes."""
+        about 1/2 on a face, where the shape functions of nodes beyond the face are added to the next two nodes; 1/2 on a plane
+        of symmetry, where they are added to their mirror images."""
         at = self._indices(node)
         ends = ~self._thin & ~self._periodic
-        to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
+        is_upper = self._counts - 1 - at < at
+        to_face = np.where(ends, np.where(is_upper, self._counts - 1 - at, at), 2)
         volumes = np.array([0.5 + 2.0 * self._beyond, 1.0 - 2.0 * self._beyond, 1.0])
-        return np.asarray(volumes[np.minimum(to_face, 2)])
+        mirrored = np.where(is_upper, *np.array(self._grid.mirrored).T[::-1])
+        return np.where(mirrored, np.where(to_face == 0, 0.5, 1.0), volumes[np.minimum(to_face, 2)])
 
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the nodes at an offset of `by` nodes along the axes, shape (3,), from each node, shape (n,),
@@ -277,7 +280,9 @@ class NoSlip:
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
         ends = ~self._thin & ~self._periodic
         inside = np.all((s >= -ROUNDING) & (s <= self._counts - 1 + ROUNDING) | ~ends, axis=1)
-        low, high = np.where(ends, 1, window.first + 1), np.where(ends, self._counts - 2, window.last - 1)
+        below, above = np.array(self._grid.mirrored).T  # there the window continues the fluid by its mirror image
+        low = np.where(ends & ~below, 1, window.first + 1)
+        high = np.where(ends & ~above, self._counts - 2, window.last - 1)
         middle = np.where(self._thin, 0, np.clip(np.rint(s).astype(int), low, np.maximum(high, low)))
         rest = s - middle
         weights = np.stack([0.5 * rest * (rest - 1.0), 1.0 - rest * rest, 0.5 * rest * (rest + 1.0)])
@@ -285,6 +290,10 @@ class NoSlip:
         of_nodes = mass / window.share
         open_mass = np.divide(of_nodes, open_share, out=np.zeros(len(mass)), where=open_share > 0.0)
         dense, masses, open_masses = (values[window.place] for values in (velocity, of_nodes, open_mass))
+        for d in np.flatnonzero(below | above):
+            index = np.arange(window.first[d], window.last[d] + 1)
+            beyond = (below[d] & (index < 0)) | (above[d] & (index > self._counts[d] - 1))
+            dense[..., d] *= np.where(beyond, -1.0, 1.0).reshape(np.where(np.arange(3) == d, -1, 1))
         found, full = np.zeros((len(place), 3)), np.zeros(len(place))
         least, most = np.full(len(place), np.inf), np.zeros(len(place))
         axes = np.flatnonzero(~self._thin)
