@@ -52,6 +52,7 @@ class Mirrored(NamedTuple):
     face: np.ndarray  # (rows, 3) node on the face between the node and its image along each axis; -1 if there is none
     beyond: np.ndarray  # (rows,) 1 for a node beyond a plane of symmetry
     first: np.ndarray  # (rows,) next node within the grid, for the first node of a stencil
+    reaches: np.ndarray  # (rows,) 1 for the first node of a stencil that contains nodes beyond a plane of symmetry
     planes: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]  # for each axis 1 if its lower, upper face is a plane
     counts: tuple[int, int, int]  # number of cells along x, y, z
 

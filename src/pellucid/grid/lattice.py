@@ -9,6 +9,7 @@ from pellucid.approximants import GRID_FUNCTIONS, NO_ENDS, Ends, GridFunctions, 
 from pellucid.grid.folding import Folded, Mirrored, Walled
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, OR, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
+from pellucid.jit import pointwise
 
 PAD = 2  # nodes minus cells: one node at the end, and one beyond the upper wall, which splines list with weight zero
 LARGEST_STENCIL = 4
@@ -59,11 +60,17 @@ def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[i
 
 
 def _mirror(
-    within: Walled | Folded, mirrored: Ends, counts: tuple[int, int, int], layers: Sequence[int], strides: Sequence[int]
+    within: Walled | Folded,
+    mirrored: Ends,
+    counts: tuple[int, int, int],
+    layers: Sequence[int],
+    strides: Sequence[int],
+    stencil: int,
 ) -> Mirrored:
     """Return the tables of nodes beyond planes of symmetry and of their mirror images.
 
-    within: tables of the periodic axes; mirrored: ends of the axes that are planes; counts, layers, strides: see `_folding`.
+    within: tables of the periodic axes; mirrored: ends of the axes that are planes; counts, layers, strides: see `_folding`;
+    stencil: number of nodes of a shape function along an axis.
     """
     n, shift = int(np.prod(layers)), sum(stride for stride, (lower, _) in zip(strides, mirrored, strict=True) if lower)
     rows = np.arange(-shift, n)
@@ -92,7 +99,12 @@ def _mirror(
         sign[row[beyond], axis], face[row[beyond], axis] = -1.0, to_real(at_face[beyond])
     ends = tuple((int(lower), int(upper)) for lower, upper in mirrored)
     beyond_any = (face >= 0).any(axis=1).astype(np.uint8)
-    return Mirrored(within, shift, real, sign.ravel(), face, beyond_any, first, (ends[0], ends[1], ends[2]), counts)
+    reaches, active = beyond_any.copy(), [m > 1 for m in layers]
+    for steps in np.ndindex(*np.where(active, stencil, 1)):
+        after = int(np.dot(steps, strides))
+        reaches[: len(rows) - after] |= beyond_any[after:]
+    ends = (ends[0], ends[1], ends[2])
+    return Mirrored(within, shift, real, sign.ravel(), face, beyond_any, first, reaches, ends, counts)
 
 
 class Lattice(NamedTuple):
@@ -106,6 +118,14 @@ class Lattice(NamedTuple):
     slab_axis: int  # slowest axis in memory, along which the grid is divided into slabs
     cut_axis: int  # longest other axis, along which slabs are cut
     folding: Any = Walled()  # `Walled`, `Folded` or `Mirrored`: nodes beyond the ends of axes, see `pellucid.grid.folding`
+
+
+@pointwise
+def without_images(lattice):
+    """Return the lattice for stencils that contain no node beyond a plane of symmetry; lattice: with a `folding` of the type
+    `Mirrored`."""
+    of, folding = lattice, lattice.folding.within
+    return Lattice(of.lower, of.cell, of.inverse_cell, of.counts, of.strides, of.slab_axis, of.cut_axis, folding)
 
 
 class Nodes(NamedTuple):
@@ -187,9 +207,10 @@ class Grid:
             strides[axis] = n
             n *= layers[axis]
         lower = tuple(float(value) for value in case.lower)
+        stencil = GRID_FUNCTIONS[case.functions](1).stencil
         folding: Any = _folding(counts, periodic, layers, strides)
         if mirrored != NO_ENDS:
-            folding = _mirror(folding, mirrored, counts, layers, strides)
+            folding = _mirror(folding, mirrored, counts, layers, strides, stencil)
         self.lattice = Lattice(
             (lower[0], lower[1], lower[2]),
             case.cell,
@@ -211,7 +232,6 @@ class Grid:
         """Total volume of the cells [m³]; for thin axes with the slice thickness."""
         self.nodes = allocate(Nodes, n)
         layer, last = strides[slab_axis], n // strides[slab_axis]
-        stencil = GRID_FUNCTIONS[case.functions](1).stencil
         rows = row_edges(counts[slab_axis], stencil, MOST_ROWS, periodic[slab_axis])
         self.rows = layer * np.append(rows[:-1], last)
         """First node of each row of slabs, and the end of the last row."""

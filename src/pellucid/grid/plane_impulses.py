@@ -15,7 +15,7 @@ from numpy import uintp
 from pellucid.energy import StepWork, no_work
 from pellucid.grid.folding import Mirrored
 from pellucid.grid.points import place_of
-from pellucid.grid.stencil import number_at, stencil
+from pellucid.grid.stencil import functions_at, number_at, stencil_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -30,7 +30,6 @@ class PointsAtPlanes(NamedTuple):
 
     mapped: Bundle  # of `MappedPoints`
     flip: float  # share of FLIP in the velocities of the points
-    reaches: np.ndarray  # (rows of `Mirrored`,) 1 for the first nodes of stencils that reach beyond a plane
 
 
 @parallel_loop()
@@ -43,9 +42,10 @@ def _sum_impulses(s, points, sums):
         sums[s, k] = 0.0
     for q in range(mapped.slabs.first[s], mapped.slabs.first[s + 1]):
         p = place_of(mapped.index, q)
-        about = stencil(mapped.functions, lattice, x, p)
-        if points.reaches[uintp(about.start + folding.shift)] == 0:
+        start, found = functions_at(mapped.functions, lattice, (x[p, 0], x[p, 1], x[p, 2]))
+        if folding.reaches[uintp(start + folding.shift)] == 0:
             continue
+        about = stencil_of(mapped.functions, start, found)
         wx, wy, wz, m = about.wx, about.wy, about.wz, mapped.points.mass[p]
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -74,12 +74,9 @@ class PlaneImpulses(StepPart):
     """
 
     def __init__(self, field: VelocityField, bodies: Sequence[Mapped], n_supports: int) -> None:
-        folding = field.grid.lattice.folding
-        self._bodies, self._n_supports, self._given = bodies, n_supports, np.zeros((n_supports + 1, 3))
-        self._points = []
-        for body in bodies:
-            reaches = _find_reaches(folding, field.grid.lattice.strides, body.mapped.content.functions)
-            self._points.append(Bundle(PointsAtPlanes(body.mapped, body.transfer.flip, reaches)))
+        self._bodies, self._given = bodies, np.zeros((n_supports + 1, 3))
+        self._n_supports = n_supports
+        self._points = [Bundle(PointsAtPlanes(body.mapped, body.transfer.flip)) for body in bodies]
 
     def after_momentum(self) -> None:
         self._given[:] = 0.0
@@ -90,16 +87,6 @@ class PlaneImpulses(StepPart):
 
     def work(self) -> StepWork:
         return no_work(0, self._n_supports)._replace(reactions=self._given)
-
-
-def _find_reaches(folding: Mirrored, strides: tuple[int, int, int], functions: Any) -> np.ndarray:
-    """Return 1 for each first node of a stencil that contains a node beyond a plane of symmetry, else 0, shape (rows of
-    `Mirrored`,); strides: see `Lattice`; functions: shape functions along x, y, z."""
-    n, found = len(folding.beyond), np.zeros(len(folding.beyond), np.uint8)
-    for steps in np.ndindex(*(function.stencil for function in functions)):
-        after = int(np.dot(steps, strides))
-        found[: n - after] |= folding.beyond[after:]
-    return found
 
 
 def plane_impulses(field: VelocityField, bodies: Sequence[Any], n_supports: int) -> list[PlaneImpulses]:

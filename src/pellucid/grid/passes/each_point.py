@@ -28,7 +28,7 @@ from pellucid.grid.passes.blocks import (
 )
 from pellucid.grid.passes.gifts import WEIGHTS, add_block, arrays_given
 from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
-from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered, in_cell, looked_up
+from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered_about, in_cell, looked_up
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
@@ -66,7 +66,7 @@ def _gather(points, start, n, KNOWN, found, first_node, c):
             prefetch_next(lines, start + a)
             about, p = about_lanes(functions, found, first_node, a), take_lanes(like, c, a)
             known = take_lanes(known_like, c, a + KNOWN * WIDTH)
-            gathers = gathered(rule, about, lattice, nodes, p, known)
+            gathers = gathered_about(lattice.folding, rule, about, lattice, nodes, p, known)
             put_like(gathered_like, c, a + (KNOWN + size(known_like)) * WIDTH, gathers)
             a += LANES
         a = end

@@ -11,9 +11,11 @@ rows have four numbers.
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import uintp
 
 from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
-from pellucid.grid.folding import add_to_row
+from pellucid.grid.folding import Mirrored, add_to_row
+from pellucid.grid.lattice import without_images
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
 from pellucid.grid.stencil import node_at, number_at, number_behind
@@ -159,6 +161,24 @@ def add_slopes(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found
     functions along x, y, z; other arguments as in `scatter_block`."""
 
 
+@generic
+def add_value_about(folding: Any, lattice: Any, rule: Any, rows: Any, about: Any, into: Any) -> None:
+    """Add a contribution weighted by N (`ByValue`) of one point to its nodes.
+
+    folding: that of the lattice; rule, rows: rule of the contribution and result of `given`; about: stencil of the point; into:
+    nodal rows.
+    """
+
+
+@generic
+def add_slope_about(folding: Any, lattice: Any, slopes: Any, about: Any, into: Any) -> None:
+    """Add a contribution weighted by the gradients of N (`BySlope`) of one point to its nodes.
+
+    folding: that of the lattice; slopes: results of `given` for the axes, per cell; about: stencil of the point; into: nodal
+    rows.
+    """
+
+
 @point_function(scatter_block, Nothing)
 def _give_nothing(gives, mapped, start, n, found, first_node, w, which):
     pass
@@ -273,19 +293,63 @@ def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w)
             x, y, z = no_sums(of_x), no_sums(of_y), no_sums(of_z)
 
 
+@pointwise
+def _add_value(lattice, rule, rows, about, into):
+    wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            line = rows_of_line(rule, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
+            for c in range(len(wz)):
+                I = number_at(about, lattice, a, b, c)
+                add_to_row(lattice.folding, into, I, wz[c] * row_of_node(rule, line, (offset[2] + c) * h))
+
+
+@default_function(add_value_about)
+def _add_value_within(folding, lattice, rule, rows, about, into):
+    _add_value(lattice, rule, rows, about, into)
+
+
+@point_function(add_value_about, Mirrored)
+def _add_value_beside_plane(folding, lattice, rule, rows, about, into):
+    if folding.reaches[uintp(about.start + folding.shift)]:
+        _add_value(lattice, rule, rows, about, into)
+    else:
+        _add_value(without_images(lattice), rule, rows, about, into)
+
+
+@pointwise
+def _add_slope(lattice, slopes, about, into):
+    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+    sx, sy, sz = slopes
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
+            u = (wx[a] * wy[b]) * sz
+            for c in range(len(wz)):
+                I = number_at(about, lattice, a, b, c)
+                add_to_row(lattice.folding, into, I, wz[c] * t + gz[c] * u)
+
+
+@default_function(add_slope_about)
+def _add_slope_within(folding, lattice, slopes, about, into):
+    _add_slope(lattice, slopes, about, into)
+
+
+@point_function(add_slope_about, Mirrored)
+def _add_slope_beside_plane(folding, lattice, slopes, about, into):
+    if folding.reaches[uintp(about.start + folding.shift)]:
+        _add_slope(lattice, slopes, about, into)
+    else:
+        _add_slope(without_images(lattice), slopes, about, into)
+
+
 @point_function(add_values, CurvedFunctions)
 def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    lattice, rule, into, h = mapped.lattice, gift.rule, gift.into, mapped.lattice.cell
+    lattice, rule, into = mapped.lattice, gift.rule, gift.into
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         rows = given(rule, lattice, gift.read, place_of(mapped.index, start + q))
-        wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                line = rows_of_line(rule, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
-                for c in range(len(wz)):
-                    I = number_at(about, lattice, a, b, c)
-                    add_to_row(lattice.folding, into, I, wz[c] * row_of_node(rule, line, (offset[2] + c) * h))
+        add_value_about(lattice.folding, lattice, rule, rows, about, into)
 
 
 @point_function(add_slopes, CurvedFunctions)
@@ -294,15 +358,7 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         sx, sy, sz = given(gift.rule, lattice, gift.read, place_of(mapped.index, start + q))
-        sx, sy, sz = h * sx, h * sy, h * sz
-        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
-                u = (wx[a] * wy[b]) * sz
-                for c in range(len(wz)):
-                    I = number_at(about, lattice, a, b, c)
-                    add_to_row(lattice.folding, into, I, wz[c] * t + gz[c] * u)
+        add_slope_about(lattice.folding, lattice, (h * sx, h * sy, h * sz), about, into)
 
 
 def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:

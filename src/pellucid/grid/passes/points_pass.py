@@ -4,11 +4,14 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import uintp
 
+from pellucid.grid.folding import Mirrored
+from pellucid.grid.lattice import without_images
 from pellucid.grid.passes.blocks import cache_lines
 from pellucid.grid.passes.gifts import Nothing, example_of, giving
 from pellucid.grid.points import InOrder, MappedPoints
-from pellucid.jit import default_function, generic
+from pellucid.jit import default_function, generic, point_function
 from pellucid.jit.bundle import Bundle
 
 NO_MAXIMUM = -1
@@ -66,6 +69,23 @@ def _nothing_known(rule, lattice, functions, about, p):
 @default_function(gathered)
 def _nothing_gathered(rule, about, lattice, nodes, p, known):
     return ()
+
+
+@generic
+def gathered_about(folding: Any, rule: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
+    """Return the result of `gathered`; folding: that of the lattice, whose type selects an implementation."""
+
+
+@default_function(gathered_about)
+def _gathered_within(folding, rule, about, lattice, nodes, p, known):
+    return gathered(rule, about, lattice, nodes, p, known)
+
+
+@point_function(gathered_about, Mirrored)
+def _gathered_beside_plane(folding, rule, about, lattice, nodes, p, known):
+    if folding.reaches[uintp(about.start + folding.shift)]:
+        return gathered(rule, about, lattice, nodes, p, known)
+    return gathered(rule, about, without_images(lattice), nodes, p, known)
 
 
 class Declaration(NamedTuple):
