@@ -58,7 +58,7 @@ def test_the_traction_between_plates_does_not_depend_on_where_they_lie_in_a_cell
 @pytest.mark.parametrize(("offset", "half"), [(0.0, False), (0.3, False), (0.5, False), (0.0, True)])
 def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offset, half):
     """Between planes four cells from the middle, in the mean within 3 %: an error of second order, which is .3 % with eight
-    cells. Held nodes alone are up to 60 % off. A plane of symmetry adds an error of second order of its own."""
+    cells. Held nodes alone are up to 60 % off. Half a channel beside a plane of symmetry flows as the whole one."""
     low, high = (0.0, 4.0) if half else (2.0 + offset, 10.0 + offset)
     middle = 0.0 if half else 0.5 * (low + high)
     oil = box((0, low, 0), (4, high, 0), OIL, (2, 2, 1), name="oil")
@@ -74,14 +74,14 @@ def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offse
     points["affine"][:, 1] = -0.01 * from_middle
     while sim.time < 12.0:  # two of its time constants
         sim.step()
-    assert points["velocity"][:, 0].mean() == pytest.approx(0.01 * 16.0 / 3.0, rel=0.05 if half else 0.03)
+    assert points["velocity"][:, 0].mean() == pytest.approx(0.01 * 16.0 / 3.0, rel=0.03)
 
 
 @pytest.mark.parametrize("quarter", [False, True])
 def test_flow_in_a_round_tube(quarter):
-    """Of four cells in its radius, with explicit steps, in the mean over the volume within 5 %, and 9 % beside planes of
-    symmetry, which have an error of second order of their own. The points that the wall cuts have less mass. Held nodes alone
-    are 13 % off, and 23 % with eight cells, where this is 1 %."""
+    """Of four cells in its radius, with explicit steps, in the mean over the volume within 5 %, also of a quarter between
+    planes of symmetry. The points that the wall cuts have less mass. Held nodes alone are 13 % off, and 23 % with eight
+    cells, where this is 1 %."""
     centre, lower = [0.0, 0.0, 0.0], 0.0 if quarter else -7.0
     blood = {"name": "blood", "shape": {"cylinder": {"centre": [2.0, 0.0, 0.0], "radius": 4.0, "axis": "x", "height": 4.0}}}
     blood |= {"points_per_cell": (2, 2, 2), "material": OIL}
@@ -98,7 +98,7 @@ def test_flow_in_a_round_tube(quarter):
     while sim.time < 8.0:  # three of its time constants
         sim.step()
     mean = np.average(points["velocity"][:, 0], weights=points["mass"])
-    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.09 if quarter else 0.05)
+    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.05)
 
 
 def slanted_channel(half_width, shift, **more):

@@ -43,7 +43,7 @@ def grid_functions(
     function is constant along `thin` axes (axes of a single cell) and periodic along `periodic` axes. mirrored: ends of axes
     that are planes of symmetry; linear functions do not reach beyond them.
     """
-    x, y, z = (_along(name, n, *kind) for n, *kind in zip(per_cell, thin, periodic, mirrored, strict=True))
+    x, y, z = (_along(name, *kind) for kind in zip(per_cell, thin, periodic, mirrored, strict=True))
     return LinearFunctions(x, y, z) if max(x.stencil, y.stencil, z.stencil) <= 2 else CurvedFunctions(x, y, z)
 
 

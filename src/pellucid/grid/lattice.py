@@ -88,7 +88,7 @@ def _mirror(
         planes.append(np.where(i < 0, 0, count))
 
     def number(of: Sequence[np.ndarray]) -> np.ndarray:
-        return sum(stride * i for stride, i in zip(strides, of, strict=True)).ravel()
+        return np.sum([stride * i for stride, i in zip(strides, of, strict=True)], axis=0).ravel()
 
     row = number(index) + shift
     to_real = (lambda nodes: nodes) if isinstance(within, Walled) else (lambda nodes: within.real[nodes])
@@ -98,7 +98,7 @@ def _mirror(
         at_face = number([planes[other] if other == axis else image[other] for other in range(3)])
         sign[row[beyond], axis], face[row[beyond], axis] = -1.0, to_real(at_face[beyond])
     ends = tuple((int(lower), int(upper)) for lower, upper in mirrored)
-    beyond_any = (face >= 0).any(axis=1).astype(np.uint8)
+    beyond_any = np.asarray(np.any(face >= 0, axis=1), np.uint8)
     reaches, active = beyond_any.copy(), [m > 1 for m in layers]
     for steps in np.ndindex(*np.where(active, stencil, 1)):
         after = int(np.dot(steps, strides))
