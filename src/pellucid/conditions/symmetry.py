@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 
 from pellucid.approximants import Ends
+from pellucid.conditions.loads.forces import BodyForce
 from pellucid.conditions.support import Support
 from pellucid.contact.images import Plane, Seam
 from pellucid.grid.model import GridCase
+from pellucid.model import Vector
 from pellucid.parts.condition import Condition
 
 
@@ -25,18 +27,24 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
     return planes
 
 
-def mirrored_ends(supports: Sequence[Support], conditions: Sequence[Condition], grid: GridCase) -> Ends:
+def mirrored_ends(supports: Sequence[Support], conditions: Sequence[Condition], grid: GridCase, pull: Vector) -> Ends:
     """Return the ends of the axes beyond which the shape functions of a grid are mirrored.
 
     They are faces that are held at rest along their normals and free along all other axes, throughout the run: planes of
     symmetry, or walls on which bodies slip without friction, at which the tangential velocity of a viscous fluid has no slope
-    either. conditions: all conditions of the case.
+    either. Gravity across a face makes it a floor, where the pressure of mirrored fluids would have a kink.
+
+    conditions: all conditions of the case, of which body forces act as gravity; pull: gravity [m/s²].
     """
+    pulls = [pull, *(one.acceleration for one in conditions if isinstance(one, BodyForce))]
     ends = []
     for axis, name in enumerate("xyz"):
         faces = (f"{name}-lower", f"{name}-upper")
         lower, upper = (
-            grid.active_axes()[axis] and name not in grid.periodic and _mirrors(face, supports, conditions, grid)
+            grid.active_axes()[axis]
+            and name not in grid.periodic
+            and not any(each[axis] for each in pulls)
+            and _mirrors(face, supports, conditions, grid)
             for face in faces
         )
         ends.append((lower, upper))

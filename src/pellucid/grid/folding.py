@@ -346,9 +346,17 @@ def _signs(folding, number):
     return load(folding.sign, 4 * uintp(number + folding.shift))
 
 
+ON_PLANE = 1e-9
+"""Distance beyond a plane of symmetry [cells], within which a point lies in it. The contributions of a node and of its mirror
+image to the normal velocity in the plane cancel up to rounding, which adds up over the steps."""
+
+
 @point_function(in_period, Mirrored)
 def _in_period_within(folding, axis, u):
-    return in_period(folding.within, axis, u)
+    n, (lower, upper) = _along(folding.counts, axis), _along(folding.planes, axis)
+    if lower == 1 and u < 0.0 and u > -ON_PLANE:
+        return 0.0
+    return 1.0 * n if upper == 1 and u > n and u < n + ON_PLANE else in_period(folding.within, axis, u)
 
 
 @point_function(cell_in_period, Mirrored)

@@ -73,7 +73,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
     owned = {name: all(model.owns_nodes(len(models) == 1) for model in models) for name, models in members.items()}
     conditions = [one for several in case.conditions().values() for one in several]
     # bodies with their own nodes account for the impulses of supports on these alone
-    mirrored = NO_ENDS if any(owned.values()) else mirrored_ends(case.support, conditions, case.grid)
+    mirrored = NO_ENDS if any(owned.values()) else mirrored_ends(case.support, conditions, case.grid, case.gravity)
     for name in members:
         fields.append((OwnNodesField if owned[name] else VelocityField)(name, Grid(case.grid, mirrored)))
     cut_rows(case.body, case.grid, fields[0].grid)
