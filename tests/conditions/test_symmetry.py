@@ -147,9 +147,7 @@ def test_half_a_channel_follows_the_whole_between_walls_of_shapes():
             "step": 0.02,
         }
         counts = (4, round(4.0 - lower), 1)
-        sim = Simulation(
-            case(oil, counts=counts, lower=(0.0, lower, 0.0), support=walls, gravity=(0.1, 0, 0), end=100.0, **how), threads=1
-        )
+        sim = Simulation(case(oil, counts=counts, lower=(0.0, lower, 0.0), support=walls, end=100.0, **how), threads=1)
         body = advance(sim, 40).bodies[0]
         upper = by_number(body, "position")[:, 1] > 0.0
         order = np.lexsort(by_number(body, "position")[upper].round(6).T)
