@@ -6,7 +6,7 @@ from small_cases import GAS, RATE_SOLID, box, case, place
 
 from pellucid.case import Case
 from pellucid.energy import IMPACT, MOTION
-from pellucid.grid.transfer import gather_vectors, scatter_vectors
+from pellucid.grid.transfer import gather_vectors, scatter_numbers, scatter_vectors
 from pellucid.simulation.simulation import Simulation
 
 DT = 0.01
@@ -46,7 +46,7 @@ def test_runs_of_driven_points_add_what_single_points_add(functions):
     field.clear_external()
     led_by.begin(0.0, DT)
     mass, momentum = np.zeros((2, sim.grid.n_nodes, 3))
-    scatter_vectors(body.n_slabs, body.mapped, m * along, mass)
+    scatter_numbers(body.n_slabs, body.mapped, m * along, mass)
     scatter_vectors(body.n_slabs, body.mapped, m * along * goal, momentum)
     assert field.external.driven_mass == pytest.approx(mass, rel=1e-13, abs=1e-13 * mass.max())
     assert field.external.driven_momentum == pytest.approx(momentum, rel=1e-12, abs=1e-12 * mass.max())

@@ -304,7 +304,7 @@ def test_an_isotropic_law_states_its_energy_alone(folder: Path) -> None:
     [
         (
             "log1p(-first / law.size)",
-            ["has no attribute 'size', at", "correct the name; the law has `mu`, `limit`, "],
+            ["has no attribute 'size', at", "correct the name, or add the field; the law has `mu`, `limit`, "],
         ),
         ("log1q(-first / law.limit)", ["name 'log1q' is not defined, at", "; correct the name"]),
         ("(first, second)", ["it combines a number with a tuple, at", "mine.py:"]),
@@ -352,14 +352,14 @@ def test_the_stress_is_the_derivative_of_the_energy(folder: Path) -> None:
     message = law_told(folder, "- 2.0 * log(J))", "- 2.0 * log(J))" + shape, law, GENT)
     assert "is not the derivative of its energy: at a change of shape with strains of 1 % they differ by" in message
     message = law_told(folder, "- 2.0 * log(J)", "- 2.1 * log(J)", law, GENT)
-    assert "has a stress at rest; its energy must be smallest at rest" in message
+    assert "has a stress of -2.5e+03 Pa at rest; its energy must be smallest at rest" in message
 
 
 def test_a_coupled_law_with_a_stress_at_rest_is_named(folder: Path) -> None:
     law = law_of_the_page_on_solids("CiarletGeymonat")
     message = law_told(folder, "4.0 * law.c2", "3.0 * law.c2", law, CIARLET.replace("c2 = 0", "c2 = 1e4"))
     assert "the law CiarletGeymonat (" in message
-    assert "has a stress at rest; its energy must be smallest at rest" in message
+    assert "has a stress of 1e+04 Pa at rest; its energy must be smallest at rest: 2 W₁ + 4 W₂ + W_J must be 0 there" in message
 
 
 @pytest.mark.slow

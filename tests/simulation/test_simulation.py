@@ -17,6 +17,7 @@ from pellucid.compilation.reporting import kernel_key
 from pellucid.energy import FIRST_JUDGED
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.gas_dynamics import GasState, solve
+from pellucid.simulation.loop import recorded_steps
 from pellucid.simulation.simulation import Simulation
 
 
@@ -51,19 +52,24 @@ def sphere(**more):
     return case(body, counts=(12, 8, 8), support=SLIP, end=3.0, courant=0.3, **more)
 
 
+def run(sim, recorder, until=None):
+    for _ in recorded_steps(sim, recorder, until):
+        pass
+
+
 def test_recorder_sees_every_step():
     recorder = Recorder()
     sim = simulation(box((1, 1, 1), (2, 2, 2)), step=0.1, end=1.0)
-    sim.run(recorder)
+    run(sim, recorder)
     assert recorder.calls == ["begin", *range(1, 11), "end"]
     assert sim.time == 1.0
 
 
 def test_until_stops_early_and_the_run_goes_on_later():
     sim = simulation(box((1, 1, 1), (2, 2, 2)), step=0.1, end=1.0)
-    sim.run(Recorder(), until=0.35)
+    run(sim, Recorder(), until=0.35)
     assert sim.n_steps == 4
-    sim.run(Recorder())
+    run(sim, Recorder())
     assert (sim.n_steps, sim.time) == (10, 1.0)
 
 
@@ -72,7 +78,7 @@ def test_signals_leave_after_the_step_with_a_checkpoint(number, status):
     recorder = Recorder(kill_at=3, number=number)
     before = signal.getsignal(number)
     with pytest.raises(Interrupted) as caught:
-        simulation(box((1, 1, 1), (2, 2, 2)), step=0.1, end=1.0).run(recorder)
+        run(simulation(box((1, 1, 1), (2, 2, 2)), step=0.1, end=1.0), recorder)
     assert caught.value.exit_status == status
     assert recorder.calls == ["begin", 1, 2, 3, "checkpoint"]
     assert signal.getsignal(number) is before
@@ -81,7 +87,7 @@ def test_signals_leave_after_the_step_with_a_checkpoint(number, status):
 def test_runs_in_other_threads_leave_signals_alone():
     recorder = Recorder()
     sim = simulation(box((1, 1, 1), (2, 2, 2)), step=0.25, end=0.5)
-    thread = threading.Thread(target=sim.run, args=(recorder,))
+    thread = threading.Thread(target=run, args=(sim, recorder))
     thread.start()
     thread.join()
     assert recorder.calls == ["begin", 1, 2, "end"]
@@ -90,7 +96,7 @@ def test_runs_in_other_threads_leave_signals_alone():
 def test_a_stopped_run_is_reported():
     recorder = Recorder()
     with pytest.raises(RunStopped):
-        simulation(box((1, 1, 1), (2, 2, 2), velocity=(3.0, 0, 0)), step=0.1, end=9.0).run(recorder)
+        run(simulation(box((1, 1, 1), (2, 2, 2), velocity=(3.0, 0, 0)), step=0.1, end=9.0), recorder)
     assert recorder.calls[-1] == "failed"
 
 

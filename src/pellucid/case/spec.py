@@ -229,7 +229,7 @@ class Case(Model):
 
     @property
     def longest_step(self) -> float:
-        """Interval of the history [s] if no process in one of the bodies needs shorter steps, so that it limits them; else
+        """Largest step [s]: the interval of the history if a body has sub-steps of its own or implicit pressure; else
         infinite."""
         for body in self.body:
             stress = body.implicit_stress

@@ -56,7 +56,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
-from pellucid.grid.transfer import scatter_vectors
+from pellucid.grid.transfer import scatter_numbers
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.materials.fluid import ViscousFluid
 from pellucid.materials.rheology import UniformViscosity
@@ -128,7 +128,7 @@ class NodalFluid(StepPart):
             volume, own = fluid.arrays["volume"], fluid.arrays.get("viscosity")
             viscosity = np.full(len(volume), viscosity_of(fluid)) if own is None else own
             values = np.stack([fluid.arrays["mass"], volume, viscosity * volume], axis=1)
-            scatter_vectors(fluid.n_slabs, fluid.mapped, values, self._sums.of_fluids)
+            scatter_numbers(fluid.n_slabs, fluid.mapped, values, self._sums.of_fluids)
 
     def masses(self, node: np.ndarray) -> np.ndarray:
         """Return the masses of fluids at nodes with the numbers `node`, shape (n,) [kg]."""

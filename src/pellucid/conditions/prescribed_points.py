@@ -15,7 +15,7 @@ from pellucid.geometry.region import chosen_nodes, faults
 from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
-from pellucid.grid.transfer import scatter_listed
+from pellucid.grid.transfer import scatter_listed_numbers
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel
@@ -132,7 +132,7 @@ class PrescribedPoints(StepPart, RepeatedConstraint, LeadsPoints):
         listed = np.flatnonzero(rows.any(axis=1))
         shares = np.zeros_like(self._nodes.content.mass)
         values = arrays["mass"][listed, None] * rows[listed]
-        scatter_listed(self._points.mapped, arrays["position"], listed, values, shares)
+        scatter_listed_numbers(self._points.mapped, arrays["position"], listed, values, shares)
         self._released, self._released_mass = nodes, shares[nodes]
 
     def _release(self, driven_mass: np.ndarray) -> None:

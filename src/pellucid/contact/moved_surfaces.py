@@ -11,8 +11,8 @@ from pellucid.state import of_owner, with_owner
 
 
 class MovedByNodes(Protocol):
-    """A contact surface that grid nodes move: a solid's with the velocities that strain its points, points of a fluid at a
-    wall with those that move them."""
+    """A contact surface that grid nodes move. The surface of a solid moves with the nodal velocities that strain its points,
+    the points of a fluid at a wall with those that move them."""
 
     velocity: np.ndarray
 
@@ -28,18 +28,18 @@ class MovedSurfaces:
     ----------
     lag_work : float
         Work of the forces as the nodes count it, minus their work along the velocities with which the surfaces move [J]:
-        Δt F·v̄ - Δt/2 F·(u + u'), with the mean velocity v̄ of the nodes and the velocities u, u' of the surface in the last
-        and in this step. The differences are due to the transfers between points and nodes and to drags. See
-        `pellucid.bodies.transfer_loss`.
+        Δt F·v̄ - Δt/2 F·(u + u') + D, with the mean velocity v̄ of the nodes, the velocities u, u' of the surface in the last
+        and in this step, and the `drag_work` D. The differences are due to the transfers between points and nodes and to
+        drags; D takes the part of drags out again. See `pellucid.bodies.transfer_loss`.
     drag_work : float
-        Work of the forces along the velocities that drags remove from the nodes at the start of a step [J]; `lag_work` does
-        not include it, unless surfaces move first.
+        Work of the forces along the velocities that drags remove from the nodes at the start of a step [J]. It is zero if
+        surfaces move first: it then remains in `lag_work`.
     """
 
     def __init__(self, after: Sequence[MovedByNodes], first: Sequence[MovedByNodes]) -> None:
         """after: surfaces that nodes move after the forces of a step; first: surfaces that nodes move before them (USF)."""
-        self._of_after = {id(surface): surface for surface in after}
-        self._of_first = {id(surface): surface for surface in first}
+        self._moved_after = {id(surface): surface for surface in after}
+        self._moved_first = {id(surface): surface for surface in first}
         self._forces: dict[int, np.ndarray] = {}  # on the points of these surfaces in this step [N], shape (m, 3) each
         self._counted, self._ahead, self._counted_first = 0.0, 0.0, 0.0  # powers of these forces, see `lag_work` [W]
         self.lag_work, self.drag_work = 0.0, 0.0
@@ -47,33 +47,33 @@ class MovedSurfaces:
     def begin(self, last: float) -> None:
         """Begin the account of a step after a step of length `last` [s]; the velocities with which surfaces moved after that
         step are known only now."""
-        self.lag_work = 0.5 * last * (self._counted_first - self._power(self._of_first, mean=None))
+        self.lag_work = 0.5 * last * (self._counted_first - self._power(self._moved_first, mean=None))
         self._forces.clear()
 
-    def take(self, surface: object, forces: np.ndarray) -> None:
+    def record_forces(self, surface: object, forces: np.ndarray) -> None:
         """Take the forces on the points of a surface in this step [N], shape (m, 3), if nodes move it."""
-        if id(surface) in self._of_after or id(surface) in self._of_first:
+        if id(surface) in self._moved_after or id(surface) in self._moved_first:
             self._forces[id(surface)] = forces
 
     def count_along_surfaces(self) -> None:
         """Compute the powers along the velocities of the surfaces, after all forces are known."""
-        self._counted = -self._power(self._of_after, mean=None)
-        self._counted_first = -self._power(self._of_first, mean=None)
+        self._counted = -self._power(self._moved_after, mean=None)
+        self._counted_first = -self._power(self._moved_first, mean=None)
 
     def count_along_nodes(self) -> None:
         """Compute the powers along the mean velocities of the nodes and along the velocities with which nodes will move the
         surfaces, which are final before the stresses are updated."""
         if self._forces:
-            self._counted += 2.0 * self._power(self._of_after, mean=True)
-            self._counted_first += 2.0 * self._power(self._of_first, mean=True)
-            self._ahead = self._power(self._of_after, mean=False)
+            self._counted += 2.0 * self._power(self._moved_after, mean=True)
+            self._counted_first += 2.0 * self._power(self._moved_first, mean=True)
+            self._ahead = self._power(self._moved_after, mean=False)
 
     def end(self, dt: float, row: int, fields: Collection[VelocityField]) -> None:
-        """Complete the works at the end of a step dt [s]. row: of the loads that count the work of forces between surfaces on
-        the nodes of the velocity fields."""
+        """Complete the works at the end of a step dt [s]. row: index, in the loads of the velocity fields, of the forces
+        between surfaces on their nodes."""
         self.drag_work = 0.0
         if self._forces:
-            if not self._of_first:  # else it is part of the lag
+            if not self._moved_first:  # else it is part of the lag
                 self.drag_work = sum(field.drag_work_of_load(row, dt) for field in fields)
             self.lag_work += 0.5 * dt * (self._counted - self._ahead) + self.drag_work
 
@@ -90,7 +90,7 @@ class MovedSurfaces:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Return the forces of the last step on surfaces that move first, by name."""
-        known = ((i, self._forces[key]) for i, key in enumerate(self._of_first) if key in self._forces)
+        known = ((i, self._forces[key]) for i, key in enumerate(self._moved_first) if key in self._forces)
         return _joined(with_owner(f"exerted{i}", {"force": force}) for i, force in known)
 
     def state_number(self) -> float:
@@ -99,7 +99,7 @@ class MovedSurfaces:
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Restore the forces from `state_arrays`, bit for bit."""
-        for i, key in enumerate(self._of_first):
+        for i, key in enumerate(self._moved_first):
             if own := of_owner(f"exerted{i}", arrays):
                 self._forces[key] = own["force"]
 

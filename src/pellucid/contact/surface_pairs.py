@@ -219,7 +219,7 @@ class SurfacePairs(StepPart):
             if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
-                self._moved.take(surface, on_points)
+                self._moved.record_forces(surface, on_points)
         self._moved.count_along_surfaces()
         for pair in late:
             pair.push(dt, last, forces, touched)

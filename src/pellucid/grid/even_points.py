@@ -27,7 +27,8 @@ Momentum and energy are conserved: the mean of m C δ is subtracted from the vel
 of planes of symmetry, where the mirror image has the opposite mean. The change of the kinetic energy is taken from their
 internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts as filled if a cell within
 three cells has no points: the surface of the liquid is there. Within three cells of the shape of a wall, N_c replace M_c:
-points gather in front of obstacles and leave gaps behind them that are narrower than M_c. There, V_c = ∫N_c dV over the space outside the shape; cells with little such space are not corrected.
+points gather in front of obstacles and leave gaps behind them that are narrower than M_c. There, V_c = ∫N_c dV over the
+space outside the shape; cells with little such space are not corrected.
 """
 
 from collections.abc import Iterable, Sequence

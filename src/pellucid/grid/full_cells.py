@@ -405,7 +405,7 @@ class Filling(Protocol):
 
     @property
     def implicit_stress(self) -> ImplicitStress:
-        """Parameters of the stress that is solved for; zeros without."""
+        """Parameters of the stress that is solved for; all zero without such a stress."""
 
     @property
     def nodal_forces(self) -> np.ndarray: ...

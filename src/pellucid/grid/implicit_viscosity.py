@@ -116,7 +116,8 @@ class Viscous(Protocol):
     material: PointMaterial
     arrays: dict[str, np.ndarray]
     """Arrays of the points by name: also `VISCOUS_STRESS`, the viscous stress in the last step [Pa], shape (points, 6), which
-    `stress` contains only within a step, and "viscosity", the shear viscosity [Pa s], shape (points,), if it differs."""
+    `stress` contains only within a step, and "viscosity", the shear viscosity [Pa s], shape (points,), if points
+    have different ones."""
 
     @property
     def solves_viscosity(self) -> bool:

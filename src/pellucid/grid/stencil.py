@@ -206,6 +206,20 @@ def add_vector(about, lattice, target, vector):
 
 
 @pointwise
+def add_numbers(about, lattice, target, numbers):
+    """Add N_I times three numbers that are no components of a vector, such as masses, to row I of `target`, shape (nodes, 3),
+    for each node I of the stencil `about` of a point: at planes of symmetry they do not change their sign."""
+    wx, wy, wz = about.wx, about.wy, about.wz
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            for c in range(len(wz)):
+                I = node_at(about, lattice, a, b, c)
+                w = wx[a] * wy[b] * wz[c]
+                for d in range(3):
+                    target[I, d] += w * numbers[d]
+
+
+@pointwise
 def add_affine(about, lattice, target, vector, offset):
     """Add (N_I + offset·∇N_I) times a vector to row I of `target`, shape (nodes, 3), for each node I of the stencil `about` of
     a point: N_I is extrapolated linearly to a position at the distance `offset` [m] from the point."""

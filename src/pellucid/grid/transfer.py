@@ -12,7 +12,7 @@ from numpy import uintp
 
 from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
-from pellucid.grid.stencil import add_vector, gather, gather_gradient, halfway, stencil
+from pellucid.grid.stencil import add_numbers, add_vector, gather, gather_gradient, halfway, stencil
 from pellucid.grid.transfer_heat import spread_along
 from pellucid.jit import kernel, point_function
 from pellucid.jit.loops import joint_by_colour, parallel_loop, parallel_loop_by_colour
@@ -125,6 +125,26 @@ def scatter_vectors(s, mapped, values, target):
         p = place_of(index, q)
         vector = (values[p, 0], values[p, 1], values[p, 2])
         add_vector(stencil(functions, lattice, x, p), lattice, target, vector)
+
+
+@parallel_loop_by_colour(gives="target")
+def scatter_numbers(s, mapped, values, target):
+    """As `scatter_vectors`, for three numbers of each point that are no components of a vector, such as masses."""
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        numbers = (values[p, 0], values[p, 1], values[p, 2])
+        add_numbers(stencil(functions, lattice, x, p), lattice, target, numbers)
+
+
+@kernel()
+def scatter_listed_numbers(mapped, position, listed, values, target):
+    """As `scatter_listed`, for three numbers of each point that are no components of a vector, such as masses."""
+    functions, lattice = mapped.functions, mapped.lattice
+    for e in range(len(listed)):
+        numbers = (values[e, 0], values[e, 1], values[e, 2])
+        add_numbers(stencil(functions, lattice, position, uintp(listed[e])), lattice, target, numbers)
 
 
 @kernel()

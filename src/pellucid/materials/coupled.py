@@ -5,11 +5,12 @@ slopes and the Cayley-Hamilton theorem (Holzapfel 2000, Nonlinear Solid Mechanic
 
     τ = 2 W₁ (b - I) - 2 W₂ (B - I) + (2 W₁ + 4 W₂ + 2 W₂ (I₂ - 3) + J W_J) I ,
 
-which is small at small strain term by term. Along F + ε m⊗Fᵀn with unit vectors m and n, a = m·n, and e perpendicular to n,
+whose three terms are small at small strain. Along F + ε m⊗Fᵀn with unit vectors m and n, a = m·n, and e perpendicular to n,
 m = a n + s e, the second derivatives are I₁'' = 2 n·bn, ½ I₂'' = a² (tr B - n·Bn) + s² e·Be and J'' = 0. The first ones are
 I₁' = m·A₁n, I₂' = m·A₂n, J' = m·A₃n with A₁ = 2 b, A₂ = 2 (tr B I - B), A₃ = J I, so that for principal values A_ki the
 products of the first derivatives are a quadratic form xᵀHx of x_i = m_i n_i with ∑|x_i| ≤ 1 and H_ij = ∑ W_kl A_ki A_lj.
-It is at most the largest of H_ii and |H_ij|. The sum of both bounds is ρ₀ c².
+It is at most the largest of H_ii and |H_ij|. The sum of the bounds is ρ₀ c²; negative ones, of a law that is unstable at this
+strain, count as zero.
 
 The volumetric energy, which meshless solids average, is that of a uniform dilatation, unless the law registers another one.
 """
@@ -87,11 +88,11 @@ def _wave_speed_apart(law, F):
     J, b, B, first, second = _invariants(F)
     one, two, _ = coupled_slopes(law, first, second, J)
     w11, w22, w33, _, _, _ = coupled_curvatures(law, first, second, J)
-    (high, low), (highest, lowest), whole = principal_bounds(b), principal_bounds(B), trace(B)
-    most, least = max(whole - lowest, highest), max(min(whole - highest, lowest), 0.0)
-    linear = max(one * high, one * low) + max(two * most, two * least)
+    (high, _), (highest, lowest), whole = principal_bounds(b), principal_bounds(B), trace(B)
+    most = max(whole - lowest, highest)
+    linear = max(one * high, 0.0) + max(two * most, 0.0)
     squares = 4.0 * max(w11, 0.0) * high * high + 4.0 * max(w22, 0.0) * most * most + max(w33, 0.0) * J * J
-    return sqrt(max(2.0 * linear + squares, 0.0) / law.rho0)
+    return sqrt((2.0 * linear + squares) / law.rho0)
 
 
 def _wave_speed(law, F):
@@ -100,11 +101,11 @@ def _wave_speed(law, F):
     of = coupled_curvatures(law, first, second, J)
     x, y, z = spectrum(b).values
     X, Y, Z = y * z, z * x, x * y
-    linear = max(one * x, one * y, one * z) + max(two * (Y + Z), two * (Z + X), two * (X + Y), two * X, two * Y, two * Z)
+    linear = max(one, 0.0) * max(x, y, z) + max(two, 0.0) * max(Y + Z, Z + X, X + Y)
     xx, yy, zz = _product(of, J, x, x, Y + Z, Y + Z), _product(of, J, y, y, Z + X, Z + X), _product(of, J, z, z, X + Y, X + Y)
     xy, yz = abs(_product(of, J, x, y, Y + Z, Z + X)), abs(_product(of, J, y, z, Z + X, X + Y))
     zx = abs(_product(of, J, z, x, X + Y, Y + Z))
-    return sqrt(max(2.0 * linear + max(xx, yy, zz, xy, yz, zx), 0.0) / law.rho0)
+    return sqrt((2.0 * linear + max(xx, yy, zz, xy, yz, zx)) / law.rho0)
 
 
 @pointwise

@@ -413,7 +413,7 @@ def _code(operation: str, operands: list[str]) -> str:
 def _remedy(error: Exception, law: Any) -> str:
     """Return the correction of a mistake that an error in the function of an energy shows; an empty text if there is none."""
     if isinstance(error, AttributeError) and error.obj is law and hasattr(law, "_fields"):
-        return f"correct the name; the law has {listed([f'`{name}`' for name in law._fields])}"
+        return f"correct the name, or add the field; the law has {listed([f'`{name}`' for name in law._fields])}"
     if isinstance(error, NameError):
         return "correct the name"
     return error.remedy if isinstance(error, NotTraced) else ""

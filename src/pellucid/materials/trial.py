@@ -1,7 +1,7 @@
 """Trial of a material law: its functions are called once, at rest and in plain Python, so that errors of a user's material
 are reported before any kernel is compiled."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -130,6 +130,10 @@ AT_REST = 1e-9  # of the stiffness: stress that counts as none
 SMALLEST = "its energy must be smallest at rest"
 TRACED = "use only + - * / **, `sqrt`, `exp`, `expm1`, `log`, `log1p`, `power` and functions marked with `@pointwise`"
 DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register functions that most laws share"
+DENSITY = "add a field `rho0` to it, the initial density [kg/m³]"
+BY_HAND = "`energy`, `cauchy_stress`, `wave_speed`, `volumetric_energy` and `volumetric_stress`"
+INSTEAD = {coupled_energy: f"derive the material from `HyperelasticMaterial`, and register {BY_HAND} instead of it"}
+"""What a law registers whose energy cannot be differentiated, if single functions are not enough."""
 
 
 class Call(NamedTuple):
@@ -140,8 +144,14 @@ class Call(NamedTuple):
 
     def result(self) -> Any:
         """Return the result of the call. Raises ValueError if the function fails."""
-        remedy = "; the derivatives of the energy must be finite at rest" if self.source else ""
-        with failing_as(lambda why: ValueError(f"{self.what} fails at rest: {why}{remedy}")), np.errstate(all="ignore"):
+
+        def told(why: str) -> ValueError:
+            remedy = (
+                DENSITY if "'rho0'" in why else "the derivatives of the energy must be finite at rest" if self.source else ""
+            )
+            return ValueError(f"{self.what} fails at rest: {why}{remedy and f'; {remedy}'}")
+
+        with failing_as(told), np.errstate(all="ignore"):
             return self.operation(*self.arguments)
 
     def number(self, least: float = -np.inf) -> float:
@@ -216,8 +226,10 @@ def try_material(material: "PointMaterial") -> None:
         calls[operation].number(least=0.0)
     if implementation_of(cauchy_stress, type(law)) is not None and state.stress == NO_STRESS:
         stiffness = material.density * calls[signal_speed].number() ** 2
-        if max(abs(s) for s in cauchy_stress(law, IDENTITY)) > AT_REST * stiffness:
-            raise ValueError(f"the law {_named(law)} has a stress at rest; {SMALLEST}")
+        largest = max(cauchy_stress(law, IDENTITY), key=abs)
+        if abs(largest) > AT_REST * stiffness:
+            sums = ": 2 W₁ + 4 W₂ + W_J must be 0 there" if implementation_of(coupled_energy, type(law)) else ""
+            raise ValueError(f"the law {_named(law)} has a stress of {largest:.3g} Pa at rest; {SMALLEST}{sums}")
     for operation in (stored_energy, dissipated_energy, artificial_heating, point_pressure):
         calls[operation].number()
     for method in (material.wave_speeds, lambda: material.signals(1.0)):
@@ -302,15 +314,22 @@ def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
             continue
         follow = {source: [one for one in wanted if source_of(one) is source] for source in map(source_of, lacking) if source}
         stated = {source: those for source, those in follow.items() if set(those) <= set(lacking)}
-        own = list(dict.fromkeys(source if (source := source_of(one)) in stated else one for one in lacking))
+        own = list(dict.fromkeys(_first_source(one, stated) for one in lacking))
         remedies = [DECORATE] if any(operation in DEFAULTS for operation in own) else []
         first = next((operation for operation in own if operation not in DEFAULTS), None)
         remedies += [f"register each, as `@point_function({first.__name__}, {type(law).__name__})`"] if first else []
-        remedy = " and ".join(remedies)
-        for source, those in stated.items():
-            if others := [one for one in those if one is not source]:
-                remedy += f"; {_listed(others)} follow from `{source.__name__}` or can be registered instead of it"
+        remedy = "; then ".join(remedies)
+        for source in stated.keys() & set(own):
+            if others := [one for one in lacking if one is not source and _first_source(one, stated) is source]:
+                verb = "follow" if len(others) > 1 else "follows"
+                remedy += f"; {_listed(others)} {verb} from `{source.__name__}` or can be registered instead of it"
         raise ValueError(f"the law {_named(law)} has no {_listed(own)}; {remedy}")
+
+
+def _first_source(operation: Operation, stated: Collection[Operation]) -> Operation:
+    """Return the operation among `stated` from which an operation follows, directly or through others; else the operation."""
+    source = source_of(operation)
+    return operation if source is None or source not in stated else _first_source(source, stated)
 
 
 def _is_lacking(operation: Operation, kind: type) -> bool:
@@ -321,7 +340,8 @@ def _is_lacking(operation: Operation, kind: type) -> bool:
     except NotTraced as error:
         source = source_of(operation)
         place = place_of(error) or home_of(implementation_of(source, kind) if source else None)
-        remedy = error.remedy or f"{TRACED}, or register `{operation.__name__}` of this law as well"
+        instead = f"register `{operation.__name__}` of this law as well"
+        remedy = error.remedy or f"{TRACED}, or {INSTEAD.get(source, instead) if source else instead}"
         raise ValueError(f"{error}, at {place}; {remedy}") from error
 
 
@@ -421,7 +441,9 @@ def _number(value: Any, least: float, what: str) -> float:
         raise ValueError(f"{what} returns {value!r} at rest; it must return a number")
     if not (isfinite(value) and value >= least):
         raise ValueError(
-            f"{what} returns {value} at rest; it must return a finite number" + (", not below 0" if least == 0.0 else "")
+            f"{what} returns {value} at rest; it must return a finite number"
+            + (", not below 0" if least == 0.0 else "")
+            + ("" if isfinite(value) else ": check logarithms, roots and divisions at rest")
         )
     return float(value)
 

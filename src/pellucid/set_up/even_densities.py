@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 
 def settings_for_even_densities(case: "Case", names: Collection[str], also: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the settings, by key, that keep the densities of single points even, as far as the case does not have them and
-    accepts them.
+    """Return the settings, by key, that keep the densities of single points even. Settings that the case already has or does
+    not accept are left out.
 
     names: bodies; those that are no liquids are left out, and those in a velocity field with a membrane: `even_points` would
     move points through it, and `cell_pressure` spread the jump of the pressure. also: settings that go with them, by key.
@@ -27,8 +27,9 @@ def settings_for_even_densities(case: "Case", names: Collection[str], also: Mapp
         cells, even = f"body.{body.name}.cell_pressure", f"body.{body.name}.material.even_points"
         is_open = bool(case.inflow or case.outflow)  # cell pressures treat faces as walls
         stress = body.implicit_stress
-        if stress is not None and stress.stiffness > 0.0 and not is_open and accepts(base, found | {cells: True}):
-            found |= {} if getattr(body, "cell_pressure", True) else {cells: True}
+        may_fill = stress is not None and stress.stiffness > 0.0 and not (is_open or getattr(body, "cell_pressure", True))
+        if may_fill and accepts(base, found | {cells: True}):
+            found[cells] = True
         if not material.keeps_points_even:
             tried = ({even: True}, {"time.transfer": "apic", even: True})
             found |= next((more for more in tried if accepts(base, found | more)), {})

@@ -79,7 +79,7 @@ def recorded_steps(
             recorder.end(simulation)
             raise
         except RunStopped as error:
-            domain.group.agree_on(error)  # what follows asks all processes
+            domain.group.agree_on(error)  # the next calls communicate with all processes
             recorder.failed(simulation, error)
             raise
 
@@ -93,7 +93,7 @@ def _settle_and_begin(simulation: "Simulation", recorder: Observer, caught: Sequ
     try:
         simulation.settle(caught, progress, recorder)
     except RunStopped as error:
-        simulation.begin_balance()  # that of the settling lacks what the bodies lost when they were stopped
+        simulation.begin_balance()  # the balance of settling omits the energy that stopping the bodies removed
         try:
             recorder.begin(simulation)
         except Exception as trouble:

@@ -105,7 +105,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
 
     @property
     def implicit_stress(self) -> ImplicitStress:
-        """Parameters of the implicit stress; zeros without."""
+        """Parameters of the implicit stress; all zero without such a stress."""
         return self.material.implicit_stress() or ImplicitStress(0.0, 0.0, 0.0)
 
     def liquid_volume(self) -> float:

@@ -25,7 +25,7 @@ from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.geometry.meshes.triangulation import pair_edges
 from pellucid.grid.lattice import Grid
-from pellucid.grid.transfer import scatter_listed, scatter_vectors
+from pellucid.grid.transfer import scatter_listed, scatter_listed_numbers, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
 from pellucid.step.limit import StepLimit, bending_in_cells
@@ -255,7 +255,7 @@ class BendsOnGrid(PointsOnGrid):
         mask of the points in storage order, shape (n,).
         """
         listed, found = np.flatnonzero(chosen), np.zeros((self.grid.n_nodes, 3))
-        scatter_listed(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
+        scatter_listed_numbers(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
         return found[:, 0] > LEAST_SHARE
 
     def _scatter_internal_forces(self, forces: np.ndarray, target: np.ndarray) -> None:

@@ -49,7 +49,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.nodal_conditions import FULL_DRIVE_FRACTION, MASS_EPS, free_axes
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
-from pellucid.grid.transfer import scatter_vectors
+from pellucid.grid.transfer import scatter_numbers, scatter_vectors
 from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # weight of clamped nodes within the grid, relative to the mass of all nodes
@@ -203,7 +203,7 @@ class RigidNodes:
         self._clear()
         mass = nodes.mass
         if not self._alone:
-            scatter_vectors(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._sums.body_mass)
+            scatter_numbers(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._sums.body_mass)
             mass = self._sums.body_mass[:, 0]
         if self._periods.any():
             scatter_vectors(body.n_slabs, body.mapped, m * arm, self._sums.body_moment)

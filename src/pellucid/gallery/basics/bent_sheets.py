@@ -144,4 +144,4 @@ CASES = {
     "roof": SimpleNamespace(METRICS=ROOF_METRICS, CAPTIONS=ROOF_CAPTIONS, metrics=roof_metrics, figures=roof_figures),
     "shelf": SimpleNamespace(METRICS=SHELF_METRICS, CAPTIONS=SHELF_CAPTIONS, metrics=shelf_metrics, figures=shelf_figures),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -190,4 +190,4 @@ CASES = {
         METRICS=OBLIQUE_METRICS, CAPTIONS=OBLIQUE_CAPTIONS, metrics=oblique_metrics, figures=oblique_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

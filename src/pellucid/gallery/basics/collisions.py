@@ -208,4 +208,4 @@ CASES = {
     "colliding-discs": SimpleNamespace(METRICS=DISCS_METRICS, metrics=discs_metrics),
     "elastic-block-drop": SimpleNamespace(METRICS=DROP_METRICS, metrics=drop_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

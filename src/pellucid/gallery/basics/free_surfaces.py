@@ -213,4 +213,4 @@ CASES = {
         METRICS=DROP_METRICS, CAPTIONS=DROP_CAPTIONS, metrics=drop_metrics, figures=drop_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

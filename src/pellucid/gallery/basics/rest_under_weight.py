@@ -178,4 +178,4 @@ CASES = {
     ),
     "tank-at-rest": SimpleNamespace(METRICS=TANK_METRICS, CAPTIONS=TANK_CAPTIONS, metrics=tank_metrics, figures=tank_figures),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -296,4 +296,4 @@ CASES = {
         METRICS=GLIDING_METRICS, CAPTIONS=GLIDING_CAPTIONS, metrics=gliding_metrics, figures=gliding_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

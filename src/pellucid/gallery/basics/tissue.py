@@ -146,4 +146,4 @@ CASES = {
     "ball-on-tissue": SimpleNamespace(METRICS=BALL_METRICS, metrics=ball_metrics),
     "drop-on-tissue": SimpleNamespace(METRICS=DROP_METRICS, metrics=drop_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

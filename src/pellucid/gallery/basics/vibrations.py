@@ -181,4 +181,4 @@ CASES = {
     "elastic-wave": SimpleNamespace(METRICS=WAVE_METRICS, CAPTIONS=WAVE_CAPTIONS, metrics=wave_metrics, figures=wave_figures),
     "spinning-disc": SimpleNamespace(METRICS=DISC_METRICS, CAPTIONS=DISC_CAPTIONS, metrics=disc_metrics, figures=disc_figures),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -136,4 +136,4 @@ CASES = {
     "tether": SimpleNamespace(METRICS=TETHER_METRICS, CAPTIONS=TETHER_CAPTIONS, metrics=tether_metrics, figures=tether_figures),
     "vesicle-in-space": SimpleNamespace(METRICS=("prolate-90",), metrics=shape_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

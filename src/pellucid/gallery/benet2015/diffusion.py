@@ -223,4 +223,4 @@ CASES = {
         METRICS=SPHERE_METRICS, CAPTIONS=SPHERE_CAPTIONS, metrics=sphere_metrics, figures=sphere_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -76,4 +76,4 @@ CASES = {
         figures=figures,
     )
 }
-"""What the modules of single cases define, by case, of a case with several films."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -157,4 +157,4 @@ CASES = {
         METRICS=SPACE_METRICS, CAPTIONS=SPACE_CAPTIONS, metrics=space_metrics, figures=space_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

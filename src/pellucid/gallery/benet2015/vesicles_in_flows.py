@@ -239,4 +239,4 @@ CASES = {
         METRICS=CONSTRICTION_METRICS, CAPTIONS=CONSTRICTION_CAPTIONS, metrics=constriction_metrics, figures=constriction_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -68,4 +68,4 @@ CASES = {
     "membrane-expansion": SimpleNamespace(METRICS=LID_METRICS, metrics=lid_metrics),
     "net-impact": SimpleNamespace(METRICS=NET_METRICS, metrics=net_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -306,4 +306,4 @@ CASES = {
     ),
     "folded-airbag": SimpleNamespace(METRICS=FOLDED_METRICS, metrics=folded_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -131,4 +131,4 @@ CASES = {
     "gas-expansion": SimpleNamespace(METRICS=GAS_METRICS, CAPTIONS=GAS_CAPTIONS, metrics=gas_metrics, figures=gas_figures),
     "york-bubble": SimpleNamespace(METRICS=WATER_METRICS, metrics=water_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -79,4 +79,4 @@ CASES = {
     "sphere-on-membrane": SimpleNamespace(METRICS=SPHERE_METRICS, metrics=sphere_metrics),
     "membrane-on-sphere": SimpleNamespace(METRICS=SHEET_METRICS, metrics=sheet_metrics),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""

@@ -292,4 +292,4 @@ CASES = {
         METRICS=FREE_METRICS, CAPTIONS=FREE_CAPTIONS, metrics=free_metrics, figures=free_figures
     ),
 }
-"""What the modules of single cases define, by case."""
+"""Metrics, captions and figures of each case, by its name without the group."""
