@@ -6,6 +6,7 @@ from small_cases import SOLID, advance, assert_resumes, box, case
 from solids import block_of
 
 from pellucid.conditions.loads.forces import BodyForce
+from pellucid.conditions.rotating_frame import RotatingFrame
 from pellucid.conditions.support import Support
 from pellucid.conditions.symmetry import mirrored_ends
 from pellucid.grid.folding import Mirrored, Walled
@@ -192,6 +193,8 @@ def test_floors_under_gravity_are_not_mirrored():
     assert ends_of(faces, pull=(0.0, -9.81, 0.0)) == (LOWER, NONE, NONE)
     force = BodyForce(body="block", acceleration=(-1.0, 0.0, 0.0))
     assert ends_of(faces, conditions=[force], pull=(0.0, -9.81, 0.0)) == (NONE, NONE, NONE)
+    assert ends_of(faces, conditions=[RotatingFrame(angular_velocity=(0.0, 1.0, 0.0))]) == (NONE, LOWER, NONE)
+    assert ends_of(faces, conditions=[RotatingFrame(angular_velocity=(0.0, 0.0, 1.0))]) == (NONE, NONE, NONE)
 
 
 def test_a_point_in_a_plane_stays_there():

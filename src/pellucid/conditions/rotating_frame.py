@@ -37,6 +37,9 @@ class RotatingFrame(Condition):
     def channels(self) -> Sequence[Channel]:
         return (FRAME_WORK,)
 
+    def accelerates(self, axis: int) -> bool:
+        return any(rate != 0.0 for other, rate in enumerate(self.angular_velocity) if other != axis)
+
     @classmethod
     def activate(cls, conditions: Sequence["RotatingFrame"], assembly: Assembly) -> Sequence[StepPart]:
         column = assembly.layout.column(FRAME_WORK) if conditions else 0

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from pellucid.approximants import Ends
-from pellucid.conditions.loads.forces import BodyForce
 from pellucid.conditions.support import Support
 from pellucid.contact.images import Plane, Seam
 from pellucid.grid.model import GridCase
@@ -34,16 +33,16 @@ def mirrored_ends(supports: Sequence[Support], conditions: Sequence[Condition], 
     symmetry, or walls on which bodies slip without friction, at which the tangential velocity of a viscous fluid has no slope
     either. Gravity across a face makes it a floor, where the pressure of mirrored fluids would have a kink.
 
-    conditions: all conditions of the case, of which body forces act as gravity; pull: gravity [m/s²].
+    conditions: all conditions of the case, of which some accelerate material as gravity does; pull: gravity [m/s²].
     """
-    pulls = [pull, *(one.acceleration for one in conditions if isinstance(one, BodyForce))]
     ends = []
     for axis, name in enumerate("xyz"):
         faces = (f"{name}-lower", f"{name}-upper")
         lower, upper = (
             grid.active_axes()[axis]
             and name not in grid.periodic
-            and not any(each[axis] for each in pulls)
+            and pull[axis] == 0.0
+            and not any(one.accelerates(axis) for one in conditions)
             and _mirrors(face, supports, conditions, grid)
             for face in faces
         )

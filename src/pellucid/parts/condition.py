@@ -93,6 +93,11 @@ class Condition(Part):
         """Return True if material can flow through this face of the grid under the condition."""
         return False
 
+    def accelerates(self, axis: int) -> bool:
+        """Return True if the condition accelerates material along an axis as gravity does, so that its pressure rises towards
+        the faces across this axis."""
+        return False
+
     def prescribed_axes(self, body: str) -> set[int]:
         """Return the axes (0, 1, 2) along which the condition prescribes the motion of the body with this name as a whole."""
         return set()

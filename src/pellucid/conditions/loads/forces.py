@@ -23,6 +23,9 @@ class BodyForce(ChangesInTime, LoadModel):
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force per unit mass")
 
+    def accelerates(self, axis: int) -> bool:
+        return self.acceleration[axis] != 0.0
+
     def active(self, assembly: Assembly, path: Path) -> StepPart:
         body, add = assembly.bodies[self.body].body, assembly.forces_on(self.body, self.channel)
         acceleration = np.array(self.acceleration)
