@@ -20,7 +20,8 @@ import numpy as np
 from numpy import uintp
 
 from pellucid.contact.contact_body import ContactBody, is_membrane
-from pellucid.grid.folding import first_node_within, nodes_before, seen_from, signs_at
+from pellucid.grid.folded_rows import signs_at
+from pellucid.grid.folding import first_node_within, nodes_before, seen_from
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.nodal_fields import FOUND, MAX, RUN, STEP, SUM, NodalField, fields_of
 from pellucid.grid.points import place_of

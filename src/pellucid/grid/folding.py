@@ -23,7 +23,6 @@ import numpy as np
 from numpy import floor, uintp
 
 from pellucid.jit import default_function, generic, point_function, pointwise
-from pellucid.jit.vector import load, row, store
 
 
 class Walled(NamedTuple):
@@ -76,18 +75,6 @@ def component_at(folding: Any, field: Any, number: Any, d: int) -> Any:
 
 
 @generic
-def row_at(folding: Any, rows: Any, number: Any) -> Any:
-    """Return the row of four numbers, a vector and a scalar, at the node with this number in a stencil; rows: nodal rows, shape
-    (4 nodes,); folding: `Walled`, `Folded` or `Mirrored`."""
-
-
-@generic
-def add_to_row(folding: Any, rows: Any, number: Any, value: Any) -> Any:
-    """Add a row of four numbers, a vector and a scalar, to nodal rows, shape (4 nodes,), at the node with this number in a
-    stencil; folding: `Walled`, `Folded` or `Mirrored`."""
-
-
-@generic
 def add_to_component(folding: Any, field: Any, number: Any, d: int, value: Any) -> Any:
     """Add a value to component d of a nodal vector field, shape (nodes, 3), at the node with this number in a stencil; folding:
     `Walled`, `Folded` or `Mirrored`."""
@@ -97,13 +84,6 @@ def add_to_component(folding: Any, field: Any, number: Any, d: int, value: Any) 
 def add_to_number(folding: Any, rows: Any, number: Any, d: int, value: Any) -> Any:
     """Add a value to component d, 0 to 2, of nodal rows, shape (4 nodes,), at the node with this number in a stencil; folding:
     see `Lattice`."""
-
-
-@generic
-def signs_at(folding: Any, number: Any) -> Any:
-    """Return the factors of a vector along x, y, z and of a scalar at the node with this number in a stencil, a row of four
-    numbers: -1 for the normal component at a node beyond a plane of symmetry, else 1; folding: `Walled`, `Folded` or
-    `Mirrored`."""
 
 
 @generic
@@ -278,38 +258,6 @@ def _component_of_image(folding, field, number, d):
     return folding.sign[4 * q + d] * field[uintp(folding.real[q]), d]
 
 
-@default_function(row_at)
-def _row(folding, rows, number):
-    return load(rows, 4 * real_node(folding, number))
-
-
-@point_function(row_at, Mirrored)
-def _row_of_image(folding, rows, number):
-    q = uintp(number + folding.shift)
-    return load(folding.sign, 4 * q) * load(rows, 4 * uintp(folding.real[q]))
-
-
-@default_function(add_to_row)
-def _add_to_row(folding, rows, number, value):
-    I = 4 * real_node(folding, number)
-    store(rows, I, load(rows, I) + value)
-
-
-@point_function(add_to_row, Mirrored)
-def _add_to_row_of_image(folding, rows, number, value):
-    q = uintp(number + folding.shift)
-    I = 4 * uintp(folding.real[q])
-    if folding.beyond[q] == 0:
-        store(rows, I, load(rows, I) + value)
-        return
-    store(rows, I, load(rows, I) + load(folding.sign, 4 * q) * value)
-    x, y, z = row(2.0, 0.0, 0.0, 0.0), row(0.0, 2.0, 0.0, 0.0), row(0.0, 0.0, 2.0, 0.0)
-    for axis, twice in ((0, x), (1, y), (2, z)):
-        if folding.face[q, axis] >= 0:
-            J = 4 * uintp(folding.face[q, axis])
-            store(rows, J, load(rows, J) + twice * value)
-
-
 @default_function(add_to_component)
 def _add_to_component(folding, field, number, d, value):
     field[real_node(folding, number), d] += value
@@ -334,16 +282,6 @@ def _add_to_number_of_image(folding, rows, number, d, value):
     rows[4 * uintp(folding.real[q]) + d] += folding.sign[4 * q + d] * value
     if folding.face[q, d] >= 0:
         rows[4 * uintp(folding.face[q, d]) + d] += 2.0 * value
-
-
-@default_function(signs_at)
-def _no_signs(folding, number):
-    return row(1.0, 1.0, 1.0, 1.0)
-
-
-@point_function(signs_at, Mirrored)
-def _signs(folding, number):
-    return load(folding.sign, 4 * uintp(number + folding.shift))
 
 
 ON_PLANE = 1e-9

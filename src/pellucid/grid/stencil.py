@@ -8,7 +8,8 @@ unsigned, so numba need not check for negative indices.
 from typing import Any, NamedTuple
 
 from pellucid.approximants.grid_functions import axis_numbers, axis_values
-from pellucid.grid.folding import add_to_component, component_at, real_node, row_at
+from pellucid.grid.folded_rows import row_at
+from pellucid.grid.folding import add_to_component, component_at, real_node
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, splat, store
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy import uintp
 
 from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
-from pellucid.grid.folding import Mirrored, add_to_row
+from pellucid.grid.folded_rows import add_to_row
+from pellucid.grid.folding import Mirrored
 from pellucid.grid.lattice import without_images
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
