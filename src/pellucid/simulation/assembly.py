@@ -72,7 +72,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
         return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}
     owned = {name: all(model.owns_nodes(len(models) == 1) for model in models) for name, models in members.items()}
     conditions = [one for several in case.conditions().values() for one in several]
-    # bodies with their own nodes account for the impulses of supports on these alone, and membranes are not known to be better
+    # bodies with their own nodes count the impulses of supports on these nodes alone; an airbag was less accurate with mirrors
     as_walls = any(owned.values()) or any(model.is_surface for model in case.body)
     mirrored = NO_ENDS if as_walls else mirrored_ends(case.support, conditions, case.grid, case.gravity)
     for name in members:
