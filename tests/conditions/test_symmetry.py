@@ -214,6 +214,16 @@ def test_linear_functions_and_seams_are_not_mirrored():
     assert ends_of({"where": "x-lower", "fix": "normal"}, periodic=("x",)) == (NONE, NONE, NONE)
 
 
+def test_fluids_without_viscosity_leave_the_functions_as_at_walls():
+    """They have no shear stress, and gas and shocks stay as fast."""
+    wall, eos = [{"where": "x-lower", "fix": "normal"}], {"kind": "tait", "sound_speed": 10.0}
+    how = {"counts": (4, 4, 4), "functions": "quadratic-bspline", "support": wall}
+    for viscosity, kind in ((0.0, Walled), (0.3, Mirrored)):
+        water = {"kind": "fluid", "density": 1.0, "viscosity": viscosity, "eos": eos}
+        sim = Simulation(case(box((0, 0, 0), (4, 4, 4), water), **how), threads=1)
+        assert isinstance(sim.velocity_fields[0].grid.lattice.folding, kind)
+
+
 def test_bodies_with_their_own_nodes_leave_the_functions_as_at_walls():
     """They account for the impulses of supports on their own nodes only."""
     wall, other = [{"where": "x-lower", "fix": "normal"}], box((0, 0, 0.15), (0.1, 0.1, 0.25), SOLID, name="other")

@@ -74,6 +74,8 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
     conditions = [one for several in case.conditions().values() for one in several]
     # bodies with their own nodes count the impulses of supports on these nodes alone; an airbag was less accurate with mirrors
     as_walls = any(owned.values()) or any(model.is_surface for model in case.body)
+    # without shear stress, motion along a plane has no slope to be kept, and the loops over the points beside it take longer
+    as_walls |= not any(model.shear_viscosity > 0.0 or not (model.is_fluid or model.is_rigid) for model in case.body)
     mirrored = NO_ENDS if as_walls else mirrored_ends(case.support, conditions, case.grid, case.gravity)
     for name in members:
         fields.append((OwnNodesField if owned[name] else VelocityField)(name, Grid(case.grid, mirrored)))
