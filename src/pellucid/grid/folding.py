@@ -247,6 +247,16 @@ def _image(folding, I):
     return uintp(folding.real[uintp(I + folding.shift)])
 
 
+@pointwise
+def reaches_images(folding, first_node, n):
+    """Return True if the stencil of one of n points contains a node beyond a plane of symmetry; first_node: numbers of the
+    first nodes of the stencils; folding: a `Mirrored`."""
+    reaches = 0
+    for q in range(n):
+        reaches |= folding.reaches[uintp(first_node[q] + folding.shift)]
+    return reaches != 0
+
+
 @default_function(component_at)
 def _component(folding, field, number, d):
     return field[real_node(folding, number), d]

@@ -14,6 +14,8 @@ from typing import Any
 
 from numpy import intp, uintp
 
+from pellucid.grid.folding import Mirrored, reaches_images
+from pellucid.grid.lattice import without_images
 from pellucid.grid.passes.blocks import (
     about_lanes,
     about_point,
@@ -30,7 +32,7 @@ from pellucid.grid.passes.gifts import WEIGHTS, add_block, arrays_given
 from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
 from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered_about, in_cell, looked_up
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
-from pellucid.jit import generic, kernel, point_function, pointwise
+from pellucid.jit import default_function, generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.calls import call_kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, put_like, size, take, take_lanes
@@ -51,13 +53,28 @@ def _gather(points, start, n, KNOWN, found, first_node, c):
     points: bundled `Gathering`; start: number of the first point in the order of the slabs (blocks of grid cells); found,
     first_node: shape functions, see `find_functions`.
     """
-    rule, functions, lattice, nodes = points.rule, points.functions, points.lattice, points.nodes
-    like, known_like, gathered_like, lines = points.read_like, points.known_like, points.gathered_like, points.lines
+    rule, functions, lattice = points.rule, points.functions, points.lattice
+    like, known_like = points.read_like, points.known_like
     find_functions(functions, lattice, n, c, 0, found, first_node)
     if size(known_like) > 0:
         for q in range(n):
             about, p = about_point(functions, found, first_node, q), take(like, c, q)
             put_like(known_like, c, q + KNOWN * WIDTH, looked_up(rule, lattice, functions, about, p))
+    return gather_block(lattice.folding, lattice, points, start, n, KNOWN, found, first_node, c)
+
+
+@generic
+def gather_block(
+    folding: Any, lattice: Any, points: Any, start: Any, n: Any, KNOWN: Any, found: Any, first_node: Any, c: Any
+) -> Any:
+    """Compute the gathered values of the n points of a block; return the number of vectors of points. folding, lattice: of the
+    points, with nodes beyond planes of symmetry only in blocks that reach them; other arguments as in `_gather`."""
+
+
+@pointwise
+def _gather_runs(lattice, points, start, n, KNOWN, found, first_node, c):
+    rule, functions, nodes = points.rule, points.functions, points.nodes
+    like, known_like, gathered_like, lines = points.read_like, points.known_like, points.gathered_like, points.lines
     a = vectors = 0
     while a < n:
         end = run_end(first_node, a, n)
@@ -71,6 +88,18 @@ def _gather(points, start, n, KNOWN, found, first_node, c):
             a += LANES
         a = end
     return vectors
+
+
+@default_function(gather_block)
+def _gather_within(folding, lattice, points, start, n, KNOWN, found, first_node, c):
+    return _gather_runs(lattice, points, start, n, KNOWN, found, first_node, c)
+
+
+@point_function(gather_block, Mirrored)
+def _gather_beside_planes(folding, lattice, points, start, n, KNOWN, found, first_node, c):
+    if reaches_images(folding, first_node, n):
+        return _gather_runs(lattice, points, start, n, KNOWN, found, first_node, c)
+    return _gather_runs(without_images(lattice), points, start, n, KNOWN, found, first_node, c)
 
 
 @kernel(inner=True)

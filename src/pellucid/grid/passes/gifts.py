@@ -15,7 +15,7 @@ from numpy import uintp
 
 from pellucid.approximants.grid_functions import CurvedFunctions, LinearFunctions
 from pellucid.grid.folded_rows import add_to_row
-from pellucid.grid.folding import Mirrored
+from pellucid.grid.folding import Mirrored, reaches_images
 from pellucid.grid.lattice import without_images
 from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
 from pellucid.grid.points import MappedPoints, place_of
@@ -344,9 +344,55 @@ def _add_slope_beside_plane(folding, lattice, slopes, about, into):
         _add_slope(without_images(lattice), slopes, about, into)
 
 
+@generic
+def add_block_of_values(
+    folding: Any, lattice: Any, functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any
+) -> None:
+    """Add a contribution weighted by N (`ByValue`) of the n points of a block to the nodes; folding, lattice: of the points,
+    with nodes beyond planes of symmetry only in blocks that reach them; other arguments as in `scatter_block`."""
+
+
+@generic
+def add_block_of_slopes(
+    folding: Any, lattice: Any, functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any
+) -> None:
+    """As `add_block_of_values`, for a contribution weighted by the gradients of N (`BySlope`)."""
+
+
 @point_function(add_values, CurvedFunctions)
 def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    lattice, rule, into = mapped.lattice, gift.rule, gift.into
+    add_block_of_values(mapped.lattice.folding, mapped.lattice, functions, gift, mapped, start, n, found, first_node)
+
+
+@default_function(add_block_of_values)
+def _add_values_within(folding, lattice, functions, gift, mapped, start, n, found, first_node):
+    _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node)
+
+
+@point_function(add_block_of_values, Mirrored)
+def _add_values_beside_planes(folding, lattice, functions, gift, mapped, start, n, found, first_node):
+    if reaches_images(folding, first_node, n):
+        _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node)
+    else:
+        _add_values_on(without_images(lattice), functions, gift, mapped, start, n, found, first_node)
+
+
+@default_function(add_block_of_slopes)
+def _add_slopes_within(folding, lattice, functions, gift, mapped, start, n, found, first_node):
+    _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node)
+
+
+@point_function(add_block_of_slopes, Mirrored)
+def _add_slopes_beside_planes(folding, lattice, functions, gift, mapped, start, n, found, first_node):
+    if reaches_images(folding, first_node, n):
+        _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node)
+    else:
+        _add_slopes_on(without_images(lattice), functions, gift, mapped, start, n, found, first_node)
+
+
+@pointwise
+def _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node):
+    rule, into = gift.rule, gift.into
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         rows = given(rule, lattice, gift.read, place_of(mapped.index, start + q))
@@ -355,7 +401,12 @@ def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, 
 
 @point_function(add_slopes, CurvedFunctions)
 def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    lattice, into, h = mapped.lattice, gift.into, mapped.lattice.inverse_cell
+    add_block_of_slopes(mapped.lattice.folding, mapped.lattice, functions, gift, mapped, start, n, found, first_node)
+
+
+@pointwise
+def _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node):
+    into, h = gift.into, lattice.inverse_cell
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         sx, sy, sz = given(gift.rule, lattice, gift.read, place_of(mapped.index, start + q))
