@@ -79,8 +79,8 @@ def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offse
 
 @pytest.mark.parametrize("quarter", [False, True])
 def test_flow_in_a_round_tube(quarter):
-    """Of four cells in its radius, with explicit steps, in the mean over the volume within 5 %, also of a quarter between
-    planes of symmetry. The points that the wall cuts have less mass. Held nodes alone are 13 % off, and 23 % with eight
+    """The mean velocity over the volume, with four cells in the radius and explicit steps, is within 5 %, also in a quarter
+    between planes of symmetry. The points that the wall cuts have less mass. Held nodes alone are 13 % off, and 23 % with eight
     cells, where this is 1 %."""
     centre, lower = [0.0, 0.0, 0.0], 0.0 if quarter else -7.0
     blood = {"name": "blood", "shape": {"cylinder": {"centre": [2.0, 0.0, 0.0], "radius": 4.0, "axis": "x", "height": 4.0}}}
@@ -148,7 +148,7 @@ def tube_at_45_degrees():
 
 
 def test_flow_in_a_round_tube_at_45_degrees_to_the_grid():
-    """Of four cells in its radius, in the mean within 3 %; it was 17 % too fast."""
+    """The mean velocity with four cells in the radius is within 3 %; the flow was 17 % too fast."""
     sim, middle, along = tube_at_45_degrees()
     points = sim.bodies[0].arrays
     arm = points["position"] - middle

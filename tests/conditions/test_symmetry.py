@@ -15,7 +15,7 @@ from pellucid.simulation.simulation import Simulation
 
 OIL = {"kind": "fluid", "density": 1.0, "viscosity": 0.3, "eos": {"kind": "tait", "sound_speed": 10.0}}
 ROUNDING = 1e-11
-"""Of some tens of steps, in which differences of 1e-16 grow with the number of sums and with the strain rates."""
+"""Relative error after some tens of steps, in which differences of 1e-16 grow with the number of sums and the strain rates."""
 NONE, LOWER, UPPER = (False, False), (True, False), (False, True)
 
 

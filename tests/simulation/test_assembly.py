@@ -279,7 +279,7 @@ def test_the_report_names_both_and_the_depth():
 
 
 def test_without_thickness_there_is_no_contact_distance():
-    """Where thickness goes to zero contact acts at the mid-surface, as with `contact_offset = 0`."""
+    """Contact of a sheet with vanishing thickness acts at the mid-surface, as with `contact_offset = 0`."""
     thin = {"thickness": 1e-12, "material": {"kind": "linear-membrane", "density": 1e9, "young_modulus": 1e13}}
     thin["material"]["poisson_ratio"] = 0.3
     bodies = [sheet(field="sheet", kind="membrane-elements", **thin, **more) for more in ({}, {"contact_offset": 0.0})]

@@ -22,8 +22,8 @@ velocity field move with the fluid.
 
 Implicit viscosity: J_i is the impulse at the velocities u° before the step. It changes in the step, and in long steps its
 delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) along the surface, with w_i = μ A_i/h for cells
-of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady flow the
-term is small: only the transfers between points and nodes change u between steps.
+of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady
+flow the term is small: only the transfers between points and nodes change u between steps.
 
 Bodies: the points of a body that acts as a wall have grid nodes of their own, so that fluids do not share momentum with them.
 The wall is the region that the body fills, moved with its points; its velocity is V + ω × (x - c) at the position x. It is

@@ -73,7 +73,7 @@ class PlaneImpulses(StepPart):
     n_supports: number of supports, whose impulses the works of a step contain.
     """
 
-    def __init__(self, field: VelocityField, bodies: Sequence[Mapped], n_supports: int) -> None:
+    def __init__(self, bodies: Sequence[Mapped], n_supports: int) -> None:
         self._bodies, self._given = bodies, np.zeros((n_supports + 1, 3))
         self._n_supports = n_supports
         self._points = [Bundle(PointsAtPlanes(body.mapped, body.transfer.flip)) for body in bodies]
@@ -94,4 +94,4 @@ def plane_impulses(field: VelocityField, bodies: Sequence[Any], n_supports: int)
 
     bodies: bodies of the field on the grid; n_supports: see `PlaneImpulses`.
     """
-    return [PlaneImpulses(field, bodies, n_supports)] if isinstance(field.grid.lattice.folding, Mirrored) else []
+    return [PlaneImpulses(bodies, n_supports)] if isinstance(field.grid.lattice.folding, Mirrored) else []

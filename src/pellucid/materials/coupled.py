@@ -23,7 +23,6 @@ from pellucid.jit import pointwise
 from pellucid.jit.elementary import expm1, log
 from pellucid.materials.decoupled import ElasticModuli, principal_bounds
 from pellucid.materials.derivatives import Energy, derive
-from pellucid.materials.hyperelastic import HyperelasticMaterial
 from pellucid.materials.law import (
     Law,
     cauchy_stress,
@@ -40,7 +39,7 @@ from pellucid.materials.trial import Operation
 from pellucid.tensors import Symmetric, Tensor, cofactor, determinant, left_cauchy_green, trace
 
 
-class CoupledMaterial(ElasticModuli, HyperelasticMaterial):
+class CoupledMaterial(ElasticModuli):
     """Base of isotropic hyperelastic solids whose law registers `coupled_energy`."""
 
     def moduli(self) -> tuple[float, float]:

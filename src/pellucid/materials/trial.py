@@ -133,7 +133,7 @@ DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, 
 DENSITY = "add a field `rho0` to it, the initial density [kg/m³]"
 BY_HAND = "`energy`, `cauchy_stress`, `wave_speed`, `volumetric_energy` and `volumetric_stress`"
 INSTEAD = {coupled_energy: f"derive the material from `HyperelasticMaterial`, and register {BY_HAND} instead of it"}
-"""What a law registers whose energy cannot be differentiated, if single functions are not enough."""
+"""Remedies by energy, for an energy that cannot be differentiated if registering single functions is not enough."""
 
 
 class Call(NamedTuple):

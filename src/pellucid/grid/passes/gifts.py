@@ -344,55 +344,9 @@ def _add_slope_beside_plane(folding, lattice, slopes, about, into):
         _add_slope(without_images(lattice), slopes, about, into)
 
 
-@generic
-def add_block_of_values(
-    folding: Any, lattice: Any, functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any
-) -> None:
-    """Add a contribution weighted by N (`ByValue`) of the n points of a block to the nodes; folding, lattice: of the points,
-    with nodes beyond planes of symmetry only in blocks that reach them; other arguments as in `scatter_block`."""
-
-
-@generic
-def add_block_of_slopes(
-    folding: Any, lattice: Any, functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any
-) -> None:
-    """As `add_block_of_values`, for a contribution weighted by the gradients of N (`BySlope`)."""
-
-
 @point_function(add_values, CurvedFunctions)
 def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    add_block_of_values(mapped.lattice.folding, mapped.lattice, functions, gift, mapped, start, n, found, first_node)
-
-
-@default_function(add_block_of_values)
-def _add_values_within(folding, lattice, functions, gift, mapped, start, n, found, first_node):
-    _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node)
-
-
-@point_function(add_block_of_values, Mirrored)
-def _add_values_beside_planes(folding, lattice, functions, gift, mapped, start, n, found, first_node):
-    if reaches_images(folding, first_node, n):
-        _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node)
-    else:
-        _add_values_on(without_images(lattice), functions, gift, mapped, start, n, found, first_node)
-
-
-@default_function(add_block_of_slopes)
-def _add_slopes_within(folding, lattice, functions, gift, mapped, start, n, found, first_node):
-    _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node)
-
-
-@point_function(add_block_of_slopes, Mirrored)
-def _add_slopes_beside_planes(folding, lattice, functions, gift, mapped, start, n, found, first_node):
-    if reaches_images(folding, first_node, n):
-        _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node)
-    else:
-        _add_slopes_on(without_images(lattice), functions, gift, mapped, start, n, found, first_node)
-
-
-@pointwise
-def _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node):
-    rule, into = gift.rule, gift.into
+    lattice, rule, into = mapped.lattice, gift.rule, gift.into
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         rows = given(rule, lattice, gift.read, place_of(mapped.index, start + q))
@@ -401,16 +355,34 @@ def _add_values_on(lattice, functions, gift, mapped, start, n, found, first_node
 
 @point_function(add_slopes, CurvedFunctions)
 def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    add_block_of_slopes(mapped.lattice.folding, mapped.lattice, functions, gift, mapped, start, n, found, first_node)
-
-
-@pointwise
-def _add_slopes_on(lattice, functions, gift, mapped, start, n, found, first_node):
-    into, h = gift.into, lattice.inverse_cell
+    lattice, into, h = mapped.lattice, gift.into, mapped.lattice.inverse_cell
     for q in range(n):
         about = about_point(functions, found, first_node, q)
         sx, sy, sz = given(gift.rule, lattice, gift.read, place_of(mapped.index, start + q))
         add_slope_about(lattice.folding, lattice, (h * sx, h * sy, h * sz), about, into)
+
+
+@generic
+def scatter_where(
+    folding: Any, gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any
+) -> None:
+    """Add contributions of the n points of a block as `scatter_block`, with nodes beyond planes of symmetry only if the block
+    reaches them; folding: that of the lattice of `mapped`."""
+
+
+@default_function(scatter_where)
+def _scatter_within(folding, gives, mapped, start, n, found, first_node, w, which):
+    scatter_block(gives, mapped, start, n, found, first_node, w, which)
+
+
+@point_function(scatter_where, Mirrored)
+def _scatter_beside_planes(folding, gives, mapped, start, n, found, first_node, w, which):
+    if reaches_images(folding, first_node, n):
+        scatter_block(gives, mapped, start, n, found, first_node, w, which)
+    else:
+        m = mapped
+        within = MappedPoints(m.functions, without_images(m.lattice), m.nodes, m.points, m.slabs, m.index)
+        scatter_block(gives, within, start, n, found, first_node, w, which)
 
 
 def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
@@ -424,7 +396,8 @@ def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
 @kernel(inner=True)
 def add_block(points, start, n, found, first_node, w, which):
     """Add the contributions of n points of a block, bundled by `giving`; the other arguments are those of `scatter_block`."""
-    scatter_block(points.gives, points.mapped, start, n, found, first_node, w, which)
+    mapped = points.mapped
+    scatter_where(mapped.lattice.folding, points.gives, mapped, start, n, found, first_node, w, which)
 
 
 @kernel(inner=True)
