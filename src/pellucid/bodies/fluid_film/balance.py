@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pellucid.bodies.fluid_film.assembly import ElementRows, SharedRows
-from pellucid.bodies.fluid_film.elimination import on_one_thread
 from pellucid.bodies.fluid_film.film_geometry import FilmGeometry, Operators
 from pellucid.bodies.fluid_film.forces import FilmForces, FilmPhysics, Forms, dissipation, in_space, turning
 from pellucid.bodies.fluid_film.solvers import Border, FilmSolver, IncompatibleLoad, Solution, System
 from pellucid.energy import GRAVITY
+from pellucid.linear.elimination import on_one_thread
 from pellucid.materials.lipid_film import THINNEST, LipidFilm
 from pellucid.parts.capabilities import ActingTraction
 from pellucid.smooth_step import risen

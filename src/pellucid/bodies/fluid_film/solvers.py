@@ -18,7 +18,7 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from pellucid.bodies.fluid_film.assembly import Assembly, ElementRows, SharedRows
-from pellucid.bodies.fluid_film.elimination import Elimination, Factor
+from pellucid.linear.elimination import Elimination, Factor
 
 
 class IncompatibleLoad(Exception):

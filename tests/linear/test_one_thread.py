@@ -7,7 +7,7 @@ import sys
 LIBRARIES = """
 from threadpoolctl import threadpool_info
 import pellucid.bodies.fluid_film.body
-from pellucid.bodies.fluid_film.elimination import on_one_thread
+from pellucid.linear.elimination import on_one_thread
 import numpy, scipy.linalg
 with on_one_thread():
     print([library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"])
