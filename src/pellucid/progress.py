@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
+BETWEEN_LINES = 10.0  # s of wall-clock time between lines about a search if the output is not a terminal
 WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimated
 
 
@@ -25,9 +26,10 @@ class Progress:
     def compiled(self) -> None:
         """Report that the compilation of a kernel has ended and the phase continues."""
 
-    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
         """Report the state of the run after `step` steps at the simulated time `time` [s]; dt: last time step [s]; points:
-        number of points; energy_error: relative error of the energy balance."""
+        number of points; energy_error: relative error of the energy balance; search: state of the search for an
+        equilibrium, empty in other runs."""
 
     def count(self, done: int) -> None:
         """Report the number of completed parts of a phase that is not a run, such as drawn frames."""
@@ -45,10 +47,16 @@ class Progress:
 
 
 class QuietProgress(Progress):
-    """Progress for output that is not a terminal: messages only, on stderr."""
+    """Progress for output that is not a terminal: messages on stderr, and from time to time a line about the search for an
+    equilibrium, which shows whether it converges."""
 
     def __init__(self) -> None:
-        self._said = False
+        self._said, self._searched = False, monotonic()
+
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
+        if search and monotonic() - self._searched > BETWEEN_LINES:
+            self._searched = monotonic()
+            self.message(search)
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
         if not self._said:
@@ -117,10 +125,12 @@ class TerminalProgress(Progress):
         self._pace.leave_out(self._book(self._paused))
         self._bar.update(self._task, description=self._phase, state="")
 
-    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
         self._pace.add(monotonic(), step, time)
         rate, left = points * self._pace.steps_per_second(), self._pace.time_left(self._total)
         state = state_line(step=step, time=time, dt=dt, rate=rate, energy_error=energy_error, left=left)
+        if search:
+            state = f"{search}  {clock(left)} left"
         self._bar.update(self._task, completed=time, state=state)
 
     def count(self, done: int) -> None:

@@ -27,7 +27,13 @@ def motion(pull):
 def pulled(steady=None, pull=PULL, **more):
     """A block between a clamp and one that has moved up by `pull` at the time 1 s of the loads."""
     body = block_of(cells=(2, 2, 2)) | more.pop("body", {})
-    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": steady or {}, "body": [body]}
+    table = {
+        "schema": 1,
+        "title": "a test",
+        "time": {"end": 1.0},
+        "steady": {"method": "relaxation"} | (steady or {}),
+        "body": [body],
+    }
     return Case.model_validate(table | {"support": [LOW], "motion": [motion(pull)] if pull else []} | more)
 
 

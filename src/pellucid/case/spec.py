@@ -17,7 +17,8 @@ from pellucid.case.plot import Plot
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
-from pellucid.case.stages import GravityAmplitude, SettleCase, StartCase, SteadyCase
+from pellucid.case.stages import GravityAmplitude, SettleCase, StartCase
+from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.bodies_as_walls import with_walls
 from pellucid.conditions.contact import Contact

@@ -13,7 +13,7 @@ from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, selectable_of
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, LoadKind
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
 
@@ -112,6 +112,7 @@ class Motion(Condition):
     # work of the motion, and energy lost by points that take its velocity instantly
     losses: ClassVar[Sequence[Channel]] = (MOTION_WORK, IMPACT_HEAT)
     unique_name: ClassVar[bool] = True
+    load_kind: ClassVar[LoadKind] = "dead"
     name: str = name_parameter("name of the motion, for probes of its reaction")
     body: str = parameter("", "name of the body")
     part: Where | None = parameter("", "region at the start whose points move; default: the whole body", None)

@@ -17,7 +17,7 @@ from pellucid.model import check, parameter
 from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import SurfacePoints, TakesPressure, TakesTractions
-from pellucid.parts.condition import Condition, Swing
+from pellucid.parts.condition import Condition, LoadKind, Swing
 from pellucid.parts.part import Parts
 from pellucid.step.part import AtEachStep, StepPart
 
@@ -26,6 +26,7 @@ class Pressure(ChangesInTime, Condition):
     """A pressure difference across a membrane or a pressure on the faces of a solid, along the current normal (follower
     load)."""
 
+    load_kind: ClassVar[LoadKind] = "follower"
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on its given volume")
 
     body: str = parameter("", "name of a membrane, or of a solid with its own nodes")

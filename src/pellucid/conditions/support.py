@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from itertools import product
 from math import inf
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import field_validator
@@ -28,7 +28,7 @@ from pellucid.grid.model import GridCase
 from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone, selectable_of
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, LoadKind
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
 from pellucid.units import in_degrees
@@ -44,6 +44,7 @@ class Support(Condition):
     away.
     """
 
+    load_kind: ClassVar[LoadKind] = "dead"
     name: str | None = name_parameter("name of the support, for probes of its reaction", None)
     body: str | None = parameter(
         "",

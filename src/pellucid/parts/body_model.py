@@ -16,6 +16,7 @@ from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial, ImplicitStress
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.annotations import Body, Placement
+from pellucid.parts.elastic_system import StiffnessSize
 from pellucid.parts.part import Part, Parts
 from pellucid.state import Field, declare_field
 from pellucid.step.limit import NO_LIMIT, StepLimit
@@ -143,6 +144,8 @@ class BodyModel(StartOfBody):
     a body touches walls and itself, and its steady states can be computed."""
     is_surface: ClassVar[bool] = False
     """True if the body is a membrane, which has two sides and no volume of its own."""
+    has_stiffness: ClassVar[bool] = False
+    """True if its equilibria can be found with a factored stiffness: the built body then `HasElasticSystem`."""
     has_own_step: ClassVar[bool] = False
     """True if the body has its own sub-steps; then only output limits the time step of the run."""
     remedy_for_node_contact: ClassVar[str] = "use a smaller grid.cell"
@@ -275,6 +278,11 @@ class BodyModel(StartOfBody):
 
     def needs_grid(self, parts: Parts) -> bool:
         return True
+
+    def stiffness_size(self) -> StiffnessSize | None:
+        """Return the size of the factored stiffness of the body; None if its equilibria cannot be found with it
+        (`has_stiffness`)."""
+        return None
 
     def wave_speeds(self) -> tuple[float, float] | None:
         """Return the initial speeds of plane pressure and shear waves [m/s] that travel in the body and that an absorbing face

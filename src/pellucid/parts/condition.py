@@ -1,7 +1,7 @@
 """Interface of the model of a condition in a case, which a new kind of condition implements."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 from pellucid.energy import Channel
 from pellucid.findings import Reason
@@ -12,6 +12,9 @@ from pellucid.step.part import StepPart
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
+
+
+LoadKind = Literal["dead", "follower", "other"]
 
 
 class Swing(NamedTuple):
@@ -26,6 +29,9 @@ class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new condition is a subclass, and a key of the case."""
 
     swings_as: ClassVar[Swing] = Swing()  # description of the step limit that follows from `swing_of`
+    load_kind: ClassVar[LoadKind] = "other"
+    """Forces on bodies with their own nodes in an equilibrium: "dead" if they do not depend on the deformation of the bodies,
+    or if there are none; "follower" if they depend on the present positions of the nodes only."""
     losses: ClassVar[Sequence[Channel]] = ()  # channels of work and losses, in addition to `load_channel`
 
     def load_channel(self) -> str | None:

@@ -31,6 +31,7 @@ from pellucid.set_up.even_densities import accepts, in_words, settings_for_even_
 from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 
 if TYPE_CHECKING:
+    from pellucid.case.steady import SteadyCase
     from pellucid.results.storage.recorder import Recorder
 
 
@@ -226,8 +227,8 @@ class ToldOnTheWay(Progress):
         self._pace.leave_out(monotonic() - self._since)
         self._progress.compiled()
 
-    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
-        self._progress.update(step=step, time=time, dt=dt, points=points, energy_error=energy_error)
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
+        self._progress.update(step=step, time=time, dt=dt, points=points, energy_error=energy_error, search=search)
         if self._told or self._phase != RUNNING:
             return
         self._pace.add(monotonic(), step, time)
@@ -258,7 +259,7 @@ def of_case(case: "Case") -> Foretold:
     """Return the forecast of time step and number of steps for the whole run of a case, computed without building its
     bodies; unknown if the step limit of a body is known only after the body is built."""
     if case.steady is not None:
-        return _steady(case)
+        return _steady(case, case.steady)
     limits = dict(_limits(case))
     unknown = [key[0] for key, limit in limits.items() if limit is None]
     if unknown and case.time.step is None:
@@ -272,7 +273,7 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
     or to an earlier time `until` [s]."""
     case = simulation.case
     if case.steady is not None:
-        return _steady(case)
+        return _steady(case, case.steady)
     limit, name = simulation.step_limit()
     if simulation.n_steps == 0:  # the state of bodies at rest does not show all limits yet
         limit, name = _tightest({(name, "now"): limit, **_limits(case)})
@@ -316,9 +317,20 @@ def _counted(left: float, step: float, why: str) -> Foretold:
     return Foretold(step, ceil(left / step * (1.0 - 1e-9)) if step > 0.0 else 0, why)
 
 
-def _steady(case: "Case") -> Foretold:
-    steady = case.steady
-    number, most = (len(steady.levels(case.time.end)) - 1, steady.most_steps) if steady is not None else (0, 0)
+FACTOR_SPEED = 5e9  # multiplications per second in a factorisation on one core, with assembly of the matrix; measured 5 to 10
+
+
+def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
+    number, most = len(steady.levels(case.time.end)) - 1, steady.most_steps
+    if steady.is_factored(parts_of(case)):
+        sizes = [size for body in case.body if (size := body.stiffness_size()) is not None]
+        unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
+        text = (
+            f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {unknowns} unknowns: {memory:.2g} MB and "
+            f"about {clock(sum(size.operations for size in sizes) / FACTOR_SPEED)} for each factorisation; the number of "
+            "iterations is not known in advance"
+        )
+        return Foretold(UNKNOWN, UNKNOWN, text)
     text = (
         f"{number} steady state{'s' * (number != 1)}, each in at most {most} steps of the relaxation (`steady.most_steps`); "
         "their number is not known in advance"

@@ -1,6 +1,6 @@
 """Simulated time and choice of the time step."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -137,6 +137,15 @@ class Clock:
         for the coming step dt [s]. This method of the base class sets nothing: without relaxation, bodies move by their own
         inertia."""
 
+    def carry_out(self, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> float:
+        """Carry out the coming step dt [s] and return its length [s], which may be shorter.
+
+        begin: function that prepares bodies and conditions for a step of this length; act: function that advances the bodies.
+        """
+        begin(dt)
+        act(dt)
+        return dt
+
     def advance(self, dt: float) -> None:
         """Count a completed step of the length dt [s] and advance the simulated time."""
         self.n_steps += 1
@@ -164,8 +173,18 @@ class Clock:
     against_energy_error: str | None = None
     """Remedy for an energy error, if it is not a smaller step; None otherwise."""
 
+    adds_works_of_load_steps = False
+    """True if works are sums over large load steps: their error shows in the energy balance, and affects nothing else."""
+
     is_adjusting = False
     """True while the clock changes contact forces at constant loads; the energy balance is not checked then."""
+
+    on_the_way: Callable[[], None] = staticmethod(lambda: None)
+    """Function that is called several times in a long step, to show the progress."""
+
+    def search(self) -> str:
+        """Return the state of the search for an equilibrium as text; empty for motion in time."""
+        return ""
 
     def progress(self) -> float:
         """Return the simulated time, which shows the progress of the run [s]."""
@@ -183,6 +202,9 @@ class Clock:
         """Return the numbers of the clock for a checkpoint, by name."""
         kept = {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
         return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
+
+    def ready(self, numbers: Mapping[str, Any]) -> None:
+        """Prepare the bodies for the state of a checkpoint, before it is restored; numbers: as returned by `state_numbers`."""
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Restore the state of the clock from a checkpoint; numbers, arrays: as returned by `state_numbers` and

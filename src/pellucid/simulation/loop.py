@@ -2,6 +2,7 @@
 interface of objects that read a simulation during a run."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pellucid.errors import RunStopped
@@ -55,6 +56,7 @@ def recorded_steps(
                 _settle_and_begin(simulation, recorder, caught, progress)
             else:
                 recorder.begin(simulation)
+            simulation.clock.on_the_way = partial(simulation.show, progress)
             if progress:
                 progress.begin("running", simulation.case.time.end if until is None else until)
             while not simulation.clock.finished(until):

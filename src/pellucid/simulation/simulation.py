@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
+from pellucid.case.sections import parts_of
 from pellucid.case.spec import required
 from pellucid.energy import EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import UsageError
@@ -40,12 +41,12 @@ from pellucid.simulation.assembly import (
 )
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
+from pellucid.simulation.factored import steady_clock
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.loop import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import SCHEMES, Stages, time_stages
-from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
@@ -108,8 +109,8 @@ class Simulation:
         self.parts = activate_conditions(case, built, self.actions, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
-        if case.steady is not None:  # before parts whose springs are as stiff as steps allow
-            for body in self.bodies:
+        if case.steady is not None and not case.steady.is_factored(parts_of(case)):
+            for body in self.bodies:  # before parts whose springs are as stiff as steps allow
                 if isinstance(body, Relaxable):
                     body.begin_relaxing(case.steady.mass_scaling)
         for field, bodies in self._on_grid.items():
@@ -160,7 +161,7 @@ class Simulation:
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.parts)
+            return steady_clock(case, case.steady, self.bodies, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         return Clock(case.time, longest, case.longest_step, self.parts)
@@ -212,8 +213,7 @@ class Simulation:
             self._shared = self._shared or SharedSlabs(self.bodies)  # from the first step on, in balance
             self._shared.balance()
         self.stages.sort()
-        self._begin(dt)
-        self._scheme(self.stages, dt)
+        dt = self.clock.carry_out(dt, self._begin, partial(self._scheme, self.stages))
         self.clock.advance(dt)
         self.budget.is_complete = False
         for body in self.bodies:
@@ -259,7 +259,9 @@ class Simulation:
         self._shown = now
         points = sum(body.n_told for body in self.bodies)
         error = self.budget.energy_error()
-        progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
+        clock = self.clock
+        now_at, search = clock.progress(), clock.search()
+        progress.update(step=clock.n_steps, time=now_at, dt=clock.dt, points=points, energy_error=error, search=search)
 
     # values for results
 
@@ -344,6 +346,7 @@ class Simulation:
             without = f" (it has no `{lacking[0]}`)" if lacking else ""
             text = f"the checkpoint was written by another version of pellucid{without}"
             raise UsageError(f"{text}.\n    Resume it with that version, or start a new run.")
+        self.clock.ready(numbers["clock"])
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])

@@ -24,7 +24,7 @@ from pellucid.step.part import StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
-    from pellucid.case.stages import SteadyCase
+    from pellucid.case.steady import SteadyCase
 
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates of ω, and between the stored states with which they compare
@@ -77,7 +77,7 @@ class SteadyClock(Clock):
         self._step = 0  # of this load step
         self.loading = 1
         """Number of steps over which the loads of the present load step increase."""
-        self._equilibria = 0
+        self._equilibria, self._begun_at = 0, 0.0  # equilibria so far; loads at the last one, in load steps
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
         self._change, self._decay = 0.0, 1.0  # the largest in a step, and what is left of it a step later
@@ -97,7 +97,7 @@ class SteadyClock(Clock):
         self.check_collapse(dt, limit, [body] if body else bodies)
         if self._step == 0:
             whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt, PER_CELL * self._passed)
-            before, level = self._levels[self._equilibria : self._equilibria + 2]
+            before, level = self._begun_at, self._levels[self._equilibria + 1]
             self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps * (level - before)))
             dt *= BEGINNING
         return dt
@@ -155,7 +155,7 @@ class SteadyClock(Clock):
         """Return the time of the loads [s] after `step` steps of the present load step (the increase of the loads to the next
         equilibrium)."""
         each = self.case.end / self.steady.load_steps
-        before, level = self._levels[self._equilibria : self._equilibria + 2]
+        before, level = self._begun_at, self._levels[self._equilibria + 1]
         if step >= self.loading:
             return level * each
         return (before + smooth_step(step / self.loading) * (level - before)) * each
@@ -225,7 +225,8 @@ class SteadyClock(Clock):
         """End the load step (the increase of the loads to an equilibrium), and start the next one."""
         self.steps_taken.append(self._step)
         self._equilibria += 1
-        before, self.time = self.time, self._levels[self._equilibria] / self.steady.load_steps * self.case.end
+        self._begun_at = self._levels[self._equilibria]
+        before, self.time = self.time, self._begun_at / self.steady.load_steps * self.case.end
         self.weight = (self.time - before) / self.dt
         self._step, self._quiet, self._kept = 0, 0, []
         if self._contact is not None:
@@ -248,6 +249,14 @@ class SteadyClock(Clock):
         """Return the norm of the residual forces on the nodes relative to the norm of all nodal forces."""
         left, every = np.sqrt(np.square([body.unbalanced() for body in self._relaxed]).sum(axis=0))
         return float(left / every) if every > 0.0 else 0.0
+
+    def search(self) -> str:
+        return f"{self._load_step()}: step {self._step} of the relaxation, estimated error {self.error:.1e}"
+
+    def _load_step(self) -> str:
+        """Return number and total number of load steps as text."""
+        total = len(self._levels) - 2
+        return f"load step {min(self._equilibria + 1, total)} of {total}"
 
     def progress(self) -> float:
         return self._loads_at(self._step)
@@ -290,6 +299,19 @@ def _crossing(model: BodyModel) -> float:
 
 KEPT = "position", "force", "start", "contact"
 OWN = (
-    *("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "_change", "_decay", "error"),
+    *(
+        "_step",
+        "loading",
+        "_equilibria",
+        "_begun_at",
+        "_kappa",
+        "_estimate",
+        "_believed",
+        "_quiet",
+        "_scale",
+        "_change",
+        "_decay",
+        "error",
+    ),
     *("_corrections", "_renewed", "_exact", "_left", "_near"),
 )

@@ -44,6 +44,10 @@ TURNING = {
     "apic": f'The transfer "apic" conserves it only with grid.functions = "quadratic-bspline": set these, or {CELLS}',
 }
 """Remedies for a drift of the angular momentum, by transfer."""
+SUMS = (
+    "the works of loads and reactions differ from the stored energy by {:.2g} %, since they are sums over few large load "
+    "steps; displacements and forces are not affected. Set a larger steady.load_steps if you need the works"
+)
 BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
 """Conditions whose forces act between bodies, and supports, whose actions are detected by their impulses. Any other
 condition may exert external torques on bodies, so that angular momentum is not conserved."""
@@ -81,6 +85,10 @@ class Watch:
             text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is not finite"
             causes = f"infinite or undefined: {', '.join(budget.lost_entries()) or 'sums'}"
             raise RunStopped(f"{text} ({causes}){', ' * bool(words)}{words}\n    {AGAINST_LOSS}.", **place)
+        if clock.adds_works_of_load_steps:
+            if clock.finished(None) and error >= self._limits.warn:
+                self._warn("energy", SUMS.format(100 * error))
+            return
         early = clock.n_steps < FIRST_JUDGED and not self._own_steps
         if (early and not clock.finished(None)) or clock.is_adjusting or error < self._limits.warn:
             return

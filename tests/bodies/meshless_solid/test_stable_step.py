@@ -23,7 +23,7 @@ def pressed(shares, steady, cells=(4, 4, 4)):
         "schema": 1,
         "title": "a test",
         "time": {"end": 1.0},
-        "steady": steady,
+        "steady": {"method": "relaxation"} | steady,
         "body": [{"name": "cube", "kind": "meshless-solid", "mesh": box, "material": tissue}],
         "support": [{"name": "bottom", "where": {"box": low}}],
         "motion": [{"name": "top", "body": "cube", "part": {"box": high}, "hold": ["x", "y"], "displacement": down}],

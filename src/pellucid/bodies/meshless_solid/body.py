@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.bodies.meshless_solid.equilibrium import SolidSystem
 from pellucid.bodies.meshless_solid.functions import SolidFunctions, quadrature_places
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces, ViscousForces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
@@ -21,6 +22,7 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
+from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
@@ -31,7 +33,7 @@ HELD = 1e-9  # displacement, relative to the extent of the body, that counts as 
 OVERESTIMATE = 1.05  # safety factor of the largest frequency: power iteration converges from below
 
 
-class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
+class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem):
     """A meshless solid: nodes with shape functions over a background mesh. The functions are built when all supports, motions
     and loads are known (`complete`).
     """
@@ -138,6 +140,20 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             motion, frequency = self.motion, self._fastest.frequency
             self._volume_inertia = VolumeInertia(self.solid, motion.inertia, motion.free, shear, frequency)
             self.renew_totals()
+
+    def elastic_system(self) -> ElasticSystem:
+        """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
+        stiffness = self.mass * self._case.wave_speeds()[0] ** 2
+        position, motion = self.arrays["position"], self.motion
+        return SolidSystem(self.mesh.nodes, position, self._forces, motion, stiffness, self._take_equilibrium)
+
+    def _take_equilibrium(self, dt: float) -> None:
+        """Update everything that depends on the positions of the nodes after a new equilibrium; dt: step of the time of the
+        loads [s]."""
+        self.prescribed.displacement += dt * self.motion.rows
+        self.motion.sum_momentum(self.totals)
+        self.totals.stored, self.totals.half_power = self._forces.stored(), 0.0
+        self._shifted = 0.0
 
     def correct(self, remap: bool) -> None:
         """Update the nodal velocities with forces, constraints and contact; `remap`: also map the momentum to the grid again.

@@ -133,7 +133,7 @@ def _average_chunk(chunk, solid):
 
 
 @kernel(inner=True)
-def _fill_batch(first, n, mesh, averaged, mean, u, s):
+def fill_batch(first, n, mesh, averaged, mean, u, s):
     """Copy deformation gradients, weights and averaged volumetric stresses of n packs, starting with pack `first`, to the
     columns of the work array s.
 
@@ -156,7 +156,7 @@ def _fill_batch(first, n, mesh, averaged, mean, u, s):
 
 
 @kernel(inner=True, allocates=True)
-def _mean_stresses(start, m, mesh):
+def mean_stresses(start, m, mesh):
     """Return the mean volumetric stresses [Pa] of the m nodes of a block (a group of packs of quadrature points); zero unless
     the volume ratio is averaged. start: index of the first of these nodes in the node list of the blocks; mesh: data of
     `Solid`.
@@ -195,12 +195,12 @@ def _force_block(block, solid, dt, keep):
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
     u = displacements(start, m, mesh)
-    f, mean, s = np.zeros(LANES * m), _mean_stresses(start, m, mesh), np.zeros(COLUMNS * COLUMN)
+    f, mean, s = np.zeros(LANES * m), mean_stresses(start, m, mesh), np.zeros(COLUMNS * COLUMN)
     found, lost, end = np.zeros(LANES + 1), 0.0, min(PACKS * (block + 1), len(mesh.corners.first) - 1)
     found[LANES] = np.inf
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
-        call_kernel(_fill_batch, first, n, mesh, averaged, mean, u, s)
+        call_kernel(fill_batch, first, n, mesh, averaged, mean, u, s)
         lost += find_stresses(solid.points, first, n, solid, dt, keep, averaged, s)
         call_kernel(_pull_batch, first, n, mesh, s, f, found)
     for k in range(m):

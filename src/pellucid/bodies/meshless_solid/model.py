@@ -27,6 +27,7 @@ from pellucid.materials.point_state import initial_arrays
 from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, Standing, is_alone
+from pellucid.parts.elastic_system import StiffnessSize
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -113,6 +114,21 @@ class MeshlessSolidCase(DampedModel):
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
         return MeshlessSolid(self, placement)
+
+    @property
+    def has_stiffness(self) -> bool:  # type: ignore[override]
+        """True if nodal values are prescribed directly: the stiffness does not include forces that prescribe the field."""
+        return self.essential == "direct"
+
+    def stiffness_size(self) -> StiffnessSize:
+        """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of
+        all cells around a cell, such as the default ones; functions with a radius may need more."""
+        from pellucid.linear.elimination import factor_size
+
+        mesh = self.mesh.mesh()
+        near = mesh.incidence if self.approximant.follows_cells else mesh.neighbours @ mesh.incidence
+        size = factor_size(near @ near.T, mesh.nodes, 4 if self.averages_volume else 3)
+        return StiffnessSize(3 * len(mesh.nodes), size.numbers, size.operations)
 
     @property
     def deforms_in_contact(self) -> bool:

@@ -3,13 +3,13 @@ the grid, and records the works.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
 from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces, power
-from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
+from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
@@ -30,6 +30,30 @@ class FieldCondition(Protocol):
         velocity: velocities of the nodes at the end of the step dt [s] without these conditions [m/s], shape (n, 3); inertia:
         nodal inertia [kg], shape (n,); rows: prescribed velocities of each support and motion [m/s], shape (rows, 3).
         """
+
+
+class ForceParts(NamedTuple):
+    """Forces on the nodes of a body in parts."""
+
+    internal: np.ndarray  # (n, 3) internal forces [N]
+    loads: np.ndarray  # (channels, n, 3) external forces [N]
+    gravity: np.ndarray  # (3,) applied gravity [m/s²]
+
+
+class Tangent(NamedTuple):
+    """The way on which an equilibrium changes in a step of the loads, linearised at the equilibrium."""
+
+    moved: np.ndarray  # (n, 3) displacements of the nodes in the step [m]
+    resisted: np.ndarray  # (n, 3) forces with which the body resists them [N]
+
+
+class Moved(NamedTuple):
+    """A step from one equilibrium to the next."""
+
+    displacement: np.ndarray  # (n, 3) displacements of the nodes [m]
+    leaving: Tangent  # at the first equilibrium
+    arriving: Tangent  # at the second equilibrium
+    rates: np.ndarray  # (rows, 3) prescribed velocities in the time of the loads [m/s]
 
 
 class NodalMotion:
@@ -279,6 +303,68 @@ class NodalMotion:
     def advance_positions(self, dt: float) -> None:
         """Update the nodal positions with the velocities over a step dt [s]."""
         kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
+
+    # equilibria without motion between them
+
+    def prescribed_rates(self) -> np.ndarray:
+        """Return a copy of the prescribed velocities of supports and motions [m/s], shape (rows, 3)."""
+        return self._prescribed.copy()
+
+    def at_nodes(self, rates: np.ndarray) -> np.ndarray:
+        """Return the prescribed velocities of the nodes [m/s], shape (n, 3), 0 for free components; rates: as returned by
+        `prescribed_rates`."""
+        rows = np.concatenate([np.zeros((1, 3)), rates])
+        return np.asarray(np.take_along_axis(rows, self._arrays["prescribed"], axis=0))
+
+    def force_parts(self) -> ForceParts:
+        """Return copies of the present internal forces, loads and gravity."""
+        return ForceParts(self.internal.copy(), self.loads.copy(), self.gravity.copy())
+
+    def external_forces(self, parts: ForceParts) -> np.ndarray:
+        """Return the sum of loads and gravity on the nodes [N], shape (n, 3)."""
+        return np.asarray(parts.loads.sum(axis=0) + self._arrays["mass"][:, None] * parts.gravity)
+
+    def record_equilibrium(self, moved: Moved, before: ForceParts, dt: float) -> None:
+        """Compute works and impulses of a step dt [s] of the time of the loads from one equilibrium to the next, after which
+        the nodes are at rest. before: forces at the start of the step.
+
+        Reactions are those of the second equilibrium. Along the step, loads and prescribed displacements grow in proportion.
+        Displacements u and reactions r are cubic in the share s of the step, with the values and derivatives at both ends:
+        a load that grows from f₀ to f₁ does the work (f₀ + f₁)·(u₁ - u₀)/2 + (f₁ - f₀)·(u₁' - u₀')/12, and reactions to
+        displacements that grow by w the work w·((r₀ + r₁)/2 + (r₀' - r₁')/12). The error is of fourth order in the step.
+        """
+        self._prescribed[:] = moved.rates
+        np.multiply(self._prescribed, self.load_rate, out=self.rows)
+        velocity, present, after = self._arrays["velocity"], (self.internal, self.loads, self.gravity), self.force_parts()
+        for now, end, start in zip(present, after, before, strict=True):
+            now[...] = 0.5 * (start + end)
+        velocity[:] = moved.displacement / dt
+        kernels.advance_velocities(self.chunks, self._forces, UNDAMPED, dt)
+        works = self._work[:, : self._columns].copy()
+        for now, end in zip(present, after, strict=True):
+            now[...] = end
+        velocity[:] = moved.displacement / dt
+        kernels.advance_velocities(self.chunks, self._forces, UNDAMPED, dt)
+        self._work[:, : self._columns] = works
+        velocity.fill(0.0)
+        self._add_curvature(moved, before, after, dt)
+
+    def _add_curvature(self, moved: Moved, before: ForceParts, after: ForceParts, dt: float) -> None:
+        """Add to the works of a step the parts with derivatives at its ends, see `record_equilibrium`."""
+        works, bend = self._work[0], (moved.arriving.moved - moved.leaving.moved) / 12.0
+        of_gravity = float(np.sum(self._arrays["mass"] * (bend @ (after.gravity - before.gravity))))
+        of_loads = np.sum((after.loads - before.loads) * bend, axis=(1, 2))
+        pulled = (moved.leaving.resisted - moved.arriving.resisted) / 12.0  # loads cancel
+        by_row = np.where(self.free, 0.0, pulled * dt * self.at_nodes(moved.rates))
+        first, last = self.motion_rows
+        prescribed = self._arrays["prescribed"]
+        led = (prescribed > first) & (prescribed <= last)
+        of_motions, of_supports = float(np.sum(by_row[led])), float(np.sum(by_row[~led]))
+        works[GRAVITY] += of_gravity
+        works[FIRST_LOAD : self._columns] += of_loads
+        works[MOTION] += of_motions
+        works[SUPPORT] += of_supports
+        works[INTERNAL] -= of_gravity + float(of_loads.sum()) + of_motions + of_supports
 
     def sum_momentum(self, totals: Totals) -> None:
         """Write the kinetic energy and the momentum of the nodes to `totals`."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.annotations import Assembly
+from pellucid.parts.condition import LoadKind
 from pellucid.parts.part import Parts
 from pellucid.step.part import AtEachStep, StepPart
 
@@ -20,6 +21,7 @@ from pellucid.step.part import AtEachStep, StepPart
 class BodyForce(ChangesInTime, LoadModel):
     """A force proportional to mass: an acceleration of one body, such as in an accelerated frame."""
 
+    load_kind: ClassVar[LoadKind] = "dead"
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force per unit mass")
 
@@ -35,6 +37,7 @@ class BodyForce(ChangesInTime, LoadModel):
 class PointLoad(ChangesInTime, LoadModel):
     """A force with fixed direction, distributed equally over the nodes or points of a body in a region."""
 
+    load_kind: ClassVar[LoadKind] = "dead"
     kind: Literal["point-load"] = "point-load"
     where: Where = parameter("", "nodes or points of the body")
     force: Vector = parameter("N", "total force on these nodes or points")
@@ -55,6 +58,7 @@ class PointLoad(ChangesInTime, LoadModel):
 class Traction(ChangesInTime, LoadModel):
     """A dead load on faces of a body with its own nodes: a force with fixed direction per unit initial area."""
 
+    load_kind: ClassVar[LoadKind] = "dead"
     kind: Literal["traction"] = "traction"
     where: Where = parameter("", "faces of the body")
     traction: Vector = parameter("Pa", "force per unit initial area of the faces")

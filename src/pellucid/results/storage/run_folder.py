@@ -17,7 +17,7 @@ from pellucid.case import Case, EnergyCase, OutputCase, TimeCase, dumps, load
 from pellucid.case.judgement import Check
 from pellucid.case.picture import Film, Picture
 from pellucid.case.plot import Plot
-from pellucid.case.stages import SteadyCase
+from pellucid.case.steady import SteadyCase
 from pellucid.errors import UsageError
 from pellucid.findings import Named
 from pellucid.grid.model import GridCase

@@ -1,0 +1,186 @@
+"""Steady states of a case: load steps, method and tolerance, and the checks of bodies and conditions for them."""
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from math import inf
+from typing import Literal
+
+from pellucid.conditions.prescribed_motion import Motion
+from pellucid.findings import Finding, Path, listed
+from pellucid.model import parameter
+from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.condition import Condition, is_driven
+from pellucid.parts.part import Part, Parts
+
+MOST_NODES = 20_000
+"""Largest number of nodes with a factored stiffness: the factors of a compact solid of 2e4 nodes need some 3 GB, and their
+memory grows with the power 1.5 of the number."""
+SAME_LEVEL = 1e-6
+"""Smallest difference of the times of two equilibria, as a fraction of the end time of the loads."""
+
+
+class SteadyCase(Part):
+    """Steady states under loads: equilibria, without motion in time.
+
+    Time refers to the loads only: the loads grow from time 0 to `time.end` in load steps, and results are equilibria. They
+    are found with a factored stiffness, or by dynamic relaxation, whose inertia and damping do not affect the results.
+    """
+
+    method: Literal["factored", "relaxation"] | None = parameter(
+        "",
+        "how equilibria are found: factored (minimum of the potential energy, with a factored stiffness; a load step in which "
+        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case without a grid, if all bodies are "
+        'meshless solids with essential = "direct", and all conditions are supports, prescribed motions, pressures, body '
+        "forces, point loads or tractions; otherwise relaxation",
+        None,
+    )
+
+    load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
+    at: tuple[float, ...] = parameter(
+        "s",
+        "times of additional equilibria, between the times given by `load_steps`",
+        (),
+        max_length=100_000,
+    )
+    loading: int | None = parameter(
+        "",
+        "number of relaxation steps in which the loads increase smoothly to a load step (default: shear waves cross the body "
+        "sixteen times while all loads increase, and at least 800 steps in total)",
+        None,
+        ge=1,
+    )
+    tolerance: float = parameter(
+        "",
+        "tolerance of a steady state: estimated error of the displacements divided by the largest displacement",
+        1e-6,
+        gt=0,
+        le=0.1,
+    )
+    courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.8, gt=0, le=1)
+    mass_scaling: bool = parameter("", "True: scale the inertia so that all nodes have the same stable step", False)
+    most_steps: int = parameter(
+        "", "largest number of relaxation steps of a load step; the run stops when it is exceeded", 100_000, ge=100
+    )
+
+    def levels(self, end: float) -> list[float]:
+        """Return the load levels at the start and at each equilibrium of a steady analysis, in ascending order and in units
+        of a load step: 0 at the start, k after the k-th of the `load_steps` equal load steps, numbers in between at the
+        times `at`.
+
+        end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
+        """
+        regular = [float(number) for number in range(self.load_steps + 1)]
+        own = sorted(time / end * self.load_steps for time in self.at)
+        apart = SAME_LEVEL * self.load_steps
+        for level in own:
+            place = min(bisect_left(regular, level), len(regular) - 1)
+            if level - regular[place - 1] > apart and regular[place] - level > apart:
+                regular.insert(place, level)
+        return regular
+
+    def is_factored(self, parts: Parts) -> bool:
+        """Return True if equilibria are found with a factored stiffness, not by relaxation; parts: all parts of the case."""
+        return self.method != "relaxation" and why_not_factored(parts) is None
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Yield a finding for times outside the run, and for bodies that cannot be relaxed or do not start at rest.
+
+        path: location of this table in the case. parts: all valid parts (tables) of the case.
+        """
+        bodies = parts.of(BodyModel)
+        if bodies and all(_is_tool(body, parts) for body in bodies):
+            text = "all bodies of the case are rigid, so there is no steady state to compute"
+            yield Finding(path, text, "Remove [steady], or add a meshless solid or a membrane of elements.")
+        end = getattr(parts.sections["time"].items[0], "end", inf)
+        wrong = next((each for each in self.at if not 0.0 < each <= end), None)
+        if wrong is not None:
+            text = f"{wrong:g} s is not between 0 and time.end = {end:g} s"
+            yield Finding(
+                (*path, "at"), text, f"Remove {wrong:g} from the list" + ", or set a later `time.end`" * (wrong > 0.0) + "."
+            )
+        if self.method == "factored" and (lacking := why_not_factored(parts)) is not None:
+            yield Finding((*path, "method"), lacking, 'Set it to "relaxation", or remove this key.')
+        for other, condition in parts.placed(Condition):
+            if reason := condition.why_not_steady():
+                yield Finding(other, *reason)
+        for other, body in parts.placed(BodyModel):
+            initial = getattr(body, "initial", None)
+            velocity = any(getattr(body, "velocity", ()))
+            if body.moves and (velocity or initial):
+                key = "velocity" if velocity else "initial"
+                yield Finding((*other, key), "the computation of steady states starts at rest", "Remove this key.")
+            if _is_tool(body, parts):
+                yield from _tool_problems(body, other, parts)
+                continue
+            if fault := _why_not_relaxed(body, is_alone(body, parts)):
+                yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
+            elif self.mass_scaling and not body.scales_inertia:
+                yield Finding(
+                    (*path, "mass_scaling"), f'the inertia of bodies of kind "{body.kind}" cannot be scaled', "Remove this key."
+                )
+
+
+def why_not_factored(parts: Parts) -> str | None:
+    """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
+    parts of the case."""
+    if not parts.lacks_grid:
+        return "the factored stiffness does not include contact and walls, which a case with a grid can have"
+    nodes = 0.0
+    for body in parts.of(BodyModel):
+        if not body.has_stiffness:
+            return f"the stiffness of body {body.name} is not available for factored methods"
+        nodes += body.n_points(None)
+    if nodes > MOST_NODES:
+        return f"the case has {nodes:.0f} nodes, and factors of more than {MOST_NODES} nodes can need too much memory"
+    for path, condition in parts.placed(Condition):
+        if condition.load_kind == "other":
+            return f"the factored stiffness does not include the forces of [[{path[0]}]]"
+    return None
+
+
+def _why_not_relaxed(body: BodyModel, alone: bool) -> Finding | None:
+    """Return the reason why no steady state of the body can be computed, with the offending key of its table, or None; alone:
+    True if no other body is in its velocity field."""
+    if not body.own_material_nodes:
+        return Finding(("kind",), f'steady states of kind "{body.kind}" cannot be computed', "remove the table [steady]")
+    if not body.owns_nodes(alone):
+        text = f"steady states require a separate velocity field, but other bodies share the field of body {body.name}"
+        return Finding(("field",), text, "set a separate `field` for it")
+    if body.material.creeps:
+        text = f'the material of {body.name}, kind "{body.material.kind}", creeps in time, which steady states do not include'
+        return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
+    return None
+
+
+def _is_tool(body: BodyModel, parts: Parts) -> bool:
+    """Return True if a body of points on the grid is rigid, or if its motion as a whole is prescribed; the relaxation does
+    not move such a body. parts: the parts of the case."""
+    return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
+
+
+def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield a finding for a rigid body whose motion is not fully prescribed. path: path of the body in the case; parts: the
+    parts of the case."""
+    motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
+    along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
+    about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
+    free = sorted(along.difference(*(motion.axes() for motion in motions)))
+    remedy = "replace the body by a meshless solid of a stiff material, which is relaxed"
+    if free:
+        axes = listed(["xyz"[axis] for axis in free])
+        held = ", ".join(f'"{"xyz"[axis]}"' for axis in free)
+        text = f"[steady]: the rigid body {body.name} is free along {axes}, but the relaxation does not move rigid bodies"
+        add = f"Add hold = [{held}] or a `displacement` along {axes} to" if motions else f"Add hold = [{held}] in"
+        yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}.")
+        return
+    turned = about.difference(*(motion.turns_about() for motion in motions))
+    if turned != about or any(motion.hold_rotation is not None for motion in motions):  # silence means that it is held
+        turned = turned if body.is_rigid else set()
+        for motion in motions[-1:] if turned else []:
+            axes = ", ".join(f'"{"xyz"[axis]}"' for axis in sorted({*turned, *("xyz".index(a) for a in motion.held_turns)}))
+            about_axes = listed(["xyz"[axis] for axis in sorted(turned)])
+            text = (
+                f"[steady]: the rigid body {body.name} is free to rotate about {about_axes}, but the relaxation does "
+                "not rotate bodies"
+            )
+            yield Finding((*path, "rigid"), text, f"Set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}.")

@@ -1,0 +1,85 @@
+"""Interface of a body whose equilibria are found with a factored stiffness: potential energy, forces and stiffness at trial
+positions of its nodes."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+
+class Trial(NamedTuple):
+    """Energy and forces of a body at trial positions of its nodes."""
+
+    energy: float  # stored energy, minus the work of the loads since the state at rest if they have a potential [J]
+    residual: np.ndarray  # (n, 3) forces on the nodes [N]; 0 for prescribed components
+    size: float  # sum of the norms of all internal and all external nodal forces [N]
+    is_valid: bool  # False if the body is inverted at a point or a value is not finite
+
+
+class StiffnessSize(NamedTuple):
+    """Size of the factored stiffness of a body, and effort of a factorisation."""
+
+    unknowns: int  # number of displacement components of the nodes
+    numbers: float  # number of entries of the factors
+    operations: float  # number of multiplications
+
+
+class ElasticSystem(Protocol):
+    """Potential energy, forces and stiffness of a body with its own nodes; loads depend on the positions
+    of the nodes only."""
+
+    rest: np.ndarray
+    """Positions of the nodes at rest [m], shape (n, 3)."""
+    position: np.ndarray
+    """Positions of the nodes at the last equilibrium [m], shape (n, 3)."""
+    has_potential: bool
+    """True if the loads do not depend on the deformation, so that equilibria are minima of the energy."""
+    rounding: float
+    """Rounding error of the energy [J]."""
+    increment: np.ndarray
+    """Increments of the prescribed displacements to the equilibrium that is sought [m], shape (n, 3); 0 for free
+    components."""
+
+    @property
+    def shift(self) -> float:
+        """Stiffness that was added to the diagonal of the last factored matrix, as a fraction of the diagonal: 0 if the body
+        was stable there."""
+
+    def begin(self, dt: float) -> None:
+        """Store the present state as the last equilibrium, and the increments of the prescribed displacements in a step dt [s]
+        of the time of the loads. Called when the prescribed velocities of this step are set."""
+
+    def take_loads(self, renew: Callable[[], None] | None) -> None:
+        """Take the present external forces as the loads of the equilibrium that is sought.
+
+        renew: function that computes the loads for the present positions of the nodes, if they depend on the positions.
+        """
+
+    def attempt(self, position: np.ndarray) -> Trial:
+        """Return energy and forces at positions of the nodes [m], shape (n, 3)."""
+
+    def factor(self) -> None:
+        """Compute and factor the stiffness at the last trial positions. Raises LinAlgError if no addition to the diagonal
+        makes it positive definite."""
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return, with the last factors, the displacements of the free components under forces [N], shape (n, 3) both."""
+
+    def follow(self, force: np.ndarray) -> np.ndarray:
+        """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
+        displacements [m], shape (n, 3)."""
+
+    def accept(self, position: np.ndarray, dt: float) -> None:
+        """Move the nodes to positions [m], shape (n, 3), at which `attempt` was called last, and compute works and reactions
+        of the step dt [s] of the time of the loads."""
+
+    def reject(self) -> None:
+        """Restore the last equilibrium."""
+
+
+@runtime_checkable
+class HasElasticSystem(Protocol):
+    """A body whose equilibria can be found with a factored stiffness."""
+
+    def elastic_system(self) -> ElasticSystem:
+        """Return energy, forces and stiffness of the body."""

@@ -1,0 +1,213 @@
+"""Steady states by factored methods: equilibria as minima of the potential energy, one load step after the other, and dynamic
+relaxation for load steps in which none is found."""
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.case.sections import parts_of
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
+from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
+from pellucid.simulation.steady import SteadyClock
+from pellucid.smooth_step import smooth_step
+from pellucid.step.part import StepParts
+
+if TYPE_CHECKING:
+    from pellucid.case import Case, TimeCase
+    from pellucid.case.steady import SteadyCase
+
+SMALLEST = 1.0 / 64.0  # of a load step: smallest part that is tried before the relaxation
+QUICK = 60  # iterations up to which the next part of a load step is twice as large
+
+
+class FactoredClock(SteadyClock):
+    """Clock of a steady analysis that finds equilibria with a factored stiffness. Each step of the run ends at an equilibrium:
+    at the end of a load step, or in between if a whole load step failed.
+
+    steady, time, bodies, models, parts: as for `SteadyClock`; systems: energy, forces and stiffness of the bodies that relax;
+    follows: True if loads depend on the deformation.
+    """
+
+    def __init__(
+        self,
+        steady: "SteadyCase",
+        time: "TimeCase",
+        bodies: Sequence[Body],
+        models: Sequence[BodyModel],
+        parts: StepParts,
+        systems: Sequence[ElasticSystem],
+        follows: bool,
+    ) -> None:
+        super().__init__(steady, time, bodies, models, parts)
+        self._parts, self._systems, self._follows = parts, systems, follows
+        self._minimisers = [Minimiser(system, steady.tolerance) for system in systems]
+        self._share = 1.0  # of a load step that is tried next
+        self._relaxing, self._prepared = False, False
+        self._iterations = 0  # of this load step
+        self.relaxed: list[int] = []
+        """Numbers of the load steps that ended with a relaxation, counted from 1."""
+        self.unstable: list[int] = []
+        """Numbers of the load steps in which an unstable equilibrium was found and left."""
+        self._told = 0, 1.0  # iteration of the present search, and estimated error
+
+    def next_step(self, bodies: Sequence[Body]) -> float:
+        if self._relaxing:
+            return super().next_step(bodies)
+        level = self._levels[self._equilibria + 1]
+        return min(self._share, level - self._begun_at) * self._each
+
+    def span(self, dt: float) -> tuple[float, float]:
+        if self._relaxing:
+            return super().span(dt)
+        return self._begun_at * self._each, dt
+
+    def pace(self, dt: float) -> None:
+        if self._relaxing:
+            super().pace(dt)
+        else:
+            self._share_gravity(self._begun_at * self._each)
+
+    def _share_gravity(self, time: float) -> None:
+        """Let the fraction of gravity act that acts at a time of the loads [s]."""
+        for body in self._relaxed:
+            body.relax(1.0, 1.0, 1.0, smooth_step(time / self.case.end))
+
+    def carry_out(self, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> float:
+        while not self._relaxing:
+            begin(dt)
+            for system in self._systems:
+                system.begin(dt)
+            goal = self._begun_at * self._each + dt
+            self._share_gravity(goal)
+            renew = partial(self._renew_loads, goal, dt)
+            renew()
+            for system in self._systems:
+                system.take_loads(renew if self._follows else None)
+            try:
+                found = [minimiser.find(self._tell) for minimiser in self._minimisers]
+            except NoEquilibrium as reason:
+                dt = self._retry(dt, str(reason))
+                continue
+            self._accept(found, dt)
+            return dt
+        return super().carry_out(super().next_step(self._bodies), begin, act)
+
+    def _renew_loads(self, time: float, dt: float) -> None:
+        """Compute the loads at a time of the loads [s] for the present positions of the bodies, in a step dt [s]."""
+        for body in self._bodies:
+            body.begin(dt)
+        self._parts.run("begin", time, 0.0)
+
+    def _tell(self, iteration: int, error: float) -> None:
+        self._told = iteration, error
+        self.on_the_way()
+
+    def search(self) -> str:
+        if self._relaxing:
+            return super().search()
+        iteration, error = self._told
+        return f"{self._load_step()}: iteration {iteration}, estimated error {error:.1e}"
+
+    def _retry(self, dt: float, reason: str) -> float:
+        """Restore the last equilibrium after a failed search over a step dt [s]; return the next, shorter step [s]. If it would
+        be too short, the load step goes on with the relaxation."""
+        for system, minimiser in zip(self._systems, self._minimisers, strict=True):
+            system.reject()
+            minimiser.give_up()
+        self._share = 0.5 * dt / self._each
+        if self._share >= SMALLEST:
+            return 0.5 * dt
+        number = self._equilibria + 1
+        warnings.warn(
+            f"load step {number}: no equilibrium was found with a factored stiffness ({reason}); the relaxation goes on from "
+            f"the last equilibrium, at {self._begun_at * self._each:.4g} s",
+            stacklevel=2,
+        )
+        self._relaxing = True
+        self.relaxed.append(number)
+        self._prepare()
+        return dt
+
+    def _prepare(self) -> None:
+        """Prepare the bodies for a relaxation; a second time nothing is left to do."""
+        if not self._prepared:
+            self._prepared = True
+            for body in self._relaxed:
+                body.begin_relaxing(self.steady.mass_scaling)
+
+    def _accept(self, found: Sequence[Equilibrium], dt: float) -> None:
+        for system, equilibrium in zip(self._systems, found, strict=True):
+            system.accept(equilibrium.position, dt)
+        iterations = sum(equilibrium.iterations for equilibrium in found)
+        self._iterations += iterations
+        self.error = max(equilibrium.error for equilibrium in found)
+        number = self._equilibria + 1
+        if any(equilibrium.left_unstable for equilibrium in found) and number not in self.unstable:
+            self.unstable.append(number)
+        if iterations <= QUICK:
+            self._share = 2.0 * dt / self._each
+
+    def advance(self, dt: float) -> None:
+        if self._relaxing:
+            super().advance(dt)
+            return
+        self.n_steps += 1
+        self.dt, self.weight = dt, 0.0
+        self._begun_at += dt / self._each
+        if self._begun_at >= self._levels[self._equilibria + 1] * (1.0 - 1e-12):
+            self._step = self._iterations
+            self._reach()
+
+    def _reach(self) -> None:
+        super()._reach()
+        self._relaxing, self._iterations, self._share = False, 0, max(self._share, 1.0)
+        for minimiser in self._minimisers:
+            if self.relaxed and self.relaxed[-1] == self._equilibria:
+                minimiser.forget()
+
+    @property
+    def _each(self) -> float:
+        """Length of a load step in the time of the loads [s]."""
+        return self.case.end / self.steady.load_steps
+
+    adds_works_of_load_steps = True
+
+    @property
+    def is_last_try(self) -> bool:
+        return self._relaxing and super().is_last_try
+
+    def facts(self) -> dict[str, Any]:
+        own = {"method": "factored", "relaxed_load_steps": self.relaxed, "unstable_load_steps": self.unstable}
+        return {"steady": {**own, **super().facts()["steady"]}}
+
+    def state_numbers(self) -> dict[str, Any]:
+        own = {name: getattr(self, name) for name in FACTORED}
+        return {**super().state_numbers(), **own, "relaxed": list(self.relaxed), "unstable": list(self.unstable)}
+
+    def ready(self, numbers: Mapping[str, Any]) -> None:
+        if numbers["_prepared"]:
+            self._prepare()
+
+    def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        super().restore(numbers, arrays)
+        for name in (*FACTORED, "relaxed", "unstable"):
+            setattr(self, name, numbers[name])
+
+
+def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts) -> SteadyClock:
+    """Return the clock of a steady analysis for its method; steady: its settings."""
+    given = steady, case.time, bodies, case.body, parts
+    of_case = parts_of(case)
+    if not steady.is_factored(of_case):
+        return SteadyClock(*given)
+    systems = [body.elastic_system() for body in bodies if isinstance(body, HasElasticSystem)]
+    return FactoredClock(*given, systems, any(condition.load_kind == "follower" for condition in of_case.of(Condition)))
+
+
+FACTORED = "_share", "_relaxing", "_prepared", "_iterations"

@@ -1,0 +1,194 @@
+"""Equilibria of elastic bodies as minima of their potential energy, by the limited-memory BFGS method with a factored
+stiffness.
+
+Each direction is d = -H g, with the gradient g of the energy and an approximation H of the inverse of its second derivatives:
+the factored stiffness, corrected by the last changes of displacements and gradients (Nocedal & Wright 2006, Numerical
+Optimization, algorithm 7.4). The stiffness is factored at each equilibrium, which shows whether it is stable, and serves for
+the next load step; and again where the iteration is slow. The energy decreases in every iteration: the iteration approaches
+stable equilibria, also where a load buckles a body. Loads that follow the deformation, such as pressures, have no potential
+in general: then a step is accepted if the residual forces along it do not grow in the opposite direction.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.parts.elastic_system import ElasticSystem, Trial
+
+MEMORY = 20  # pairs of changes that are kept
+RENEWAL = 40  # iterations after which the stiffness is factored again, if the second half of them was slow
+SLOW = 0.1  # ratio of the errors at the end and start of this half from which it was slow
+BALANCED = 0.1, 1e-5  # residual forces, relative to all forces, of an equilibrium: fraction of the tolerance, and most
+MOST = 400  # iterations of a load step
+DECREASE = 1e-4  # smallest decrease of the energy, as a fraction of that along the tangent
+SLOPE = 0.9  # largest slope at the end of a step, as a fraction of that at its start, for loads without a potential
+SHORTEST = 1e-6  # smallest fraction of a direction
+ROUNDING = 1e-12  # change of the energy, relative to the energy, below which only the slope judges a step
+FIRST_KICK, LAST_KICK = 1e-4, 0.1  # displacements that leave an unstable equilibrium, relative to the size of the body
+SWEEPS = 20  # inverse iterations for the direction of such a displacement
+
+
+class NoEquilibrium(Exception):
+    """No equilibrium was found; the text is the reason, as a clause."""
+
+
+class Equilibrium(NamedTuple):
+    """An equilibrium that was found."""
+
+    position: np.ndarray  # (n, 3) positions of the nodes [m]
+    iterations: int  # number of iterations
+    error: float  # estimated error of the displacements relative to the largest
+    unbalanced: float  # norm of the residual forces relative to internal and external forces
+    left_unstable: bool  # True if an unstable equilibrium was found on the way and left
+
+
+class Minimiser:
+    """Finds equilibria of one body, one load step after the other.
+
+    system: energy, forces and stiffness of the body; tolerance: estimated error of the displacements, relative to the largest,
+    at which an equilibrium is accepted if its forces also balance.
+    """
+
+    def __init__(self, system: ElasticSystem, tolerance: float) -> None:
+        self._system, self._tolerance, self._balanced = system, tolerance, min(BALANCED[0] * tolerance, BALANCED[1])
+        self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
+        self._changes: list[tuple[np.ndarray, np.ndarray]] = []
+        self._scale, self._error = 0.0, 0.0  # largest displacement [m]; estimated error relative to it
+
+    def forget(self) -> None:
+        """Discard the factors, so that the next search begins with new ones."""
+        self._has_factors = False
+
+    def give_up(self) -> None:
+        """Discard the factors after a search without success, unless they are those of the last equilibrium."""
+        self._has_factors = self._has_factors and not self._renewed
+
+    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
+        """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
+        `attempt` is at its positions.
+
+        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        """
+        system = self._system
+        here = system.attempt(system.position)
+        if not self._has_factors:
+            self._factor()
+        self._changes, self._renewed = [], False
+        x = system.position + system.follow(here.residual)
+        here = system.attempt(x)
+        if not here.is_valid:
+            raise NoEquilibrium("the linear estimate inverts a point")
+        unstable, done = False, 0
+        while True:
+            x, here, used = self._minimise(x, here, done, told)
+            done += used
+            kick = self._direction_of_instability(x) if not unstable else None
+            if kick is None:
+                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (here.size or 1.0)
+                return Equilibrium(x, done, self._error, unbalanced, unstable)
+            unstable = True
+            x, here = self._left(x, here, kick)
+
+    def _minimise(
+        self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
+    ) -> tuple[np.ndarray, Trial, int]:
+        """Iterate from positions x [m], with energy and forces there, to a minimum. done: iterations before. Returns
+        positions, energy and forces at the minimum, and the number of iterations."""
+        since, errors = 0, list[float]()  # iterations since the factors are in use; errors of all iterations
+        for number in range(MOST):
+            if since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]:
+                self._factor()
+                self._renewed, since = True, 0
+            direction, slope = self._direction(here)
+            self._scale = float(np.abs(x - self._system.rest).max())
+            change = float(np.abs(direction).max())
+            self._error = change / self._scale if self._scale > 0.0 else 0.0
+            since += 1
+            errors.append(self._error)
+            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * here.size
+            told(done + number, self._error)
+            if change == 0.0 or (self._error <= self._tolerance and balanced):
+                return x, here, number
+            x, here = self._searched(x, here, direction, slope)
+        raise NoEquilibrium(f"the estimated error is {self._error:.2g} after {MOST} iterations")
+
+    def _direction(self, here: Trial) -> tuple[np.ndarray, float]:
+        """Return the next direction and the derivative of the energy along it [J]."""
+        for _ in range(2):
+            q, factors = here.residual.copy(), []
+            for s, y in reversed(self._changes):
+                a = _dot(s, q) / _dot(y, s)
+                factors.append(a)
+                q -= a * y
+            q = self._system.solve(q)
+            for (s, y), a in zip(self._changes, reversed(factors), strict=True):
+                q += s * (a - _dot(y, q) / _dot(y, s))
+            slope = -_dot(here.residual, q)
+            if slope < 0.0 or not here.residual.any():
+                break
+            self._changes = []  # not a descent, by rounding: the factors alone are positive definite
+        return q, slope
+
+    def _searched(self, x: np.ndarray, here: Trial, direction: np.ndarray, slope: float) -> tuple[np.ndarray, Trial]:
+        """Return positions with a lower energy along a direction, and energy and forces there."""
+        length, system = 1.0, self._system
+        while True:
+            there = system.attempt(x + length * direction)
+            slope_there = -_dot(there.residual, direction)
+            if there.is_valid and not system.has_potential:
+                if slope_there <= SLOPE * abs(slope):
+                    break
+                length *= min(max(slope / (slope - slope_there), 0.1), 0.5)
+            elif there.is_valid:
+                rise = there.energy - here.energy
+                level = max(system.rounding, ROUNDING * abs(here.energy))
+                if rise <= DECREASE * length * slope or (rise <= level and abs(slope_there) <= abs(slope)):
+                    break
+                least = -0.5 * slope * length**2 / max(rise - slope * length, 1e-300)  # of the parabola through both
+                length = min(max(least, 0.1 * length), 0.5 * length)
+            else:
+                length *= 0.5
+            if length < SHORTEST:
+                raise NoEquilibrium(f"the energy does not decrease further, at an estimated error of {self._error:.2g}")
+        s, y = length * direction, here.residual - there.residual
+        if _dot(s, y) > 1e-12 * np.sqrt(_dot(s, s) * _dot(y, y)):
+            self._changes = [*self._changes[1 - MEMORY :], (s, y)]
+        return x + s, there
+
+    def _direction_of_instability(self, x: np.ndarray) -> np.ndarray | None:
+        """Return the direction in which the energy decreases most at an equilibrium, of length 1, or None if the equilibrium is
+        stable. The stiffness is factored there, and its factors serve for the next load step."""
+        self._factor()
+        if not (self._system.has_potential and self._system.shift > 0.0):
+            return None
+        found = np.random.default_rng(0).standard_normal(x.shape)
+        for _ in range(SWEEPS):
+            found = self._system.solve(found)
+            found /= np.abs(found).max()
+        return found
+
+    def _left(self, x: np.ndarray, here: Trial, direction: np.ndarray) -> tuple[np.ndarray, Trial]:
+        """Return positions beside an unstable equilibrium with a lower energy, and energy and forces there; the
+        equilibrium itself if there are none."""
+        extent, energy, best = float(np.ptp(self._system.rest, axis=0).max()), here.energy - self._system.rounding, 0.0
+        for sign in (1.0, -1.0):
+            size = FIRST_KICK * extent
+            while size <= LAST_KICK * extent:
+                there = self._system.attempt(x + sign * size * direction)
+                if not there.is_valid or there.energy >= energy:
+                    break
+                energy, best, size = there.energy, sign * size, 2.0 * size
+        x = x + best * direction
+        return x, self._system.attempt(x)
+
+    def _factor(self) -> None:
+        try:
+            self._system.factor()
+        except np.linalg.LinAlgError:
+            raise NoEquilibrium("the stiffness is far from positive definite") from None
+        self._changes, self._has_factors = [], True
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.sum(one * other))

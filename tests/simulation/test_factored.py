@@ -1,0 +1,219 @@
+"""Steady states with a factored stiffness: the equilibria of the relaxation, works, buckling, checkpoints, and load steps in
+which no equilibrium is found."""
+
+import numpy as np
+import pytest
+from materials.samples import HYPERELASTIC, USERS
+from pydantic import ValidationError
+from solids import EDGE, block_of, layer
+
+from pellucid.approximants.nodal import NODAL_APPROXIMANTS
+from pellucid.case import Case
+from pellucid.running.launch import resume_case, run_case
+from pellucid.simulation import factored, minimum
+from pellucid.simulation.simulation import Simulation
+
+LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)
+TIP = {"kind": "traction", "where": {"normal": [1, 0, 0]}}
+
+
+def motion(**displacement):
+    ramp = {axis: {"kind": "steady", "velocity": speed} for axis, speed in displacement.items()}
+    return {"name": "top", "body": "block", "part": HIGH, "displacement": ramp}
+
+
+def block(method="factored", led=None, steady=None, **more):
+    """A block that is clamped at its lower face and led at its upper face, by default upwards and aside."""
+    body = block_of(cells=(2, 2, 2)) | more.pop("body", {})
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {"method": method} | (steady or {})}
+    led = motion(z=0.03, y=0.01, x=0.0) if led is None else led
+    return Case.model_validate(table | {"body": [body], "support": [LOW], "motion": [led] if led else []} | more)
+
+
+def strut(sideways, load_steps=4):
+    """A strut of 20 to 1 under 1.6 times Euler's load, π² E I / 4 L² = 0.617 kPa per area, and a small traction [Pa]."""
+    body = {
+        "name": "strut",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": [0, 0, 0], "upper": [2, 0.1, 0.1], "cells": [20, 2, 2]}},
+        "material": {"kind": "neo-hookean", "density": 1000, "young_modulus": 1.2e6, "poisson_ratio": 0.0},
+    }
+    return Case.model_validate(
+        {
+            "schema": 1,
+            "title": "a strut",
+            "time": {"end": 1.0},
+            "steady": {"load_steps": load_steps},
+            "body": [body],
+            "support": [{"name": "foot", "where": {"normal": [-1, 0, 0]}}],
+            "load": [TIP | {"body": "strut", "traction": [-987.0, 0.0, sideways], "rise": 1.0}],
+        }
+    )
+
+
+def finished(case, threads=1):
+    simulation = Simulation(case, threads=threads)
+    while not simulation.clock.finished(None):
+        simulation.step()
+    return simulation
+
+
+def steady(simulation):
+    return simulation.facts()["steady"]
+
+
+def displacement(simulation):
+    body = simulation.bodies[0]
+    return body.arrays["position"] - body.mesh.nodes
+
+
+# the same equilibria
+
+
+@pytest.mark.parametrize("averaged", [False, True])
+@pytest.mark.parametrize("approximant", NODAL_APPROXIMANTS.entries)
+def test_the_equilibrium_is_that_of_the_relaxation(approximant, averaged):
+    body = {"approximant": {"kind": approximant}, "volume_averaging": averaged}
+    found, relaxed = (finished(block(method, body=body, steady={"tolerance": 1e-8})) for method in ("factored", "relaxation"))
+    error = abs(displacement(found) - displacement(relaxed)).max() / abs(displacement(relaxed)).max()
+    assert error < 2e-7, "tolerance 1e-8, and what the relaxation underestimates"
+    assert found.budget.stored == pytest.approx(relaxed.budget.stored, rel=1e-9)
+    assert steady(found)["unbalanced_force"] < 1e-9
+    assert steady(found)["relaxed_load_steps"] == []
+    force = found.budget.reactions()["top"] / relaxed.budget.reactions()["top"]
+    assert force == pytest.approx(1.0, abs=2e-4), "the relaxation sums the impulses of the end of its load step"
+
+
+def test_loads_gravity_and_initial_stress_are_those_of_the_relaxation():
+    body = {"initial_stress": [200.0, 0.0, -100.0, 0.0, 30.0, 0.0]}
+    load = TIP | {"body": "block", "traction": [50.0, 20.0, 0.0]}
+    both = [
+        finished(block(method, led={}, body=body, load=[load], gravity=[0.0, -3.0, 9.81]))
+        for method in ("factored", "relaxation")
+    ]
+    error = abs(displacement(both[0]) - displacement(both[1])).max() / abs(displacement(both[1])).max()
+    assert error < 2e-6
+
+
+def test_a_pressure_follows_the_faces():
+    pressure = {"body": "block", "value": 400.0, "where": {"normal": [0, 0, 1]}}
+    found, relaxed = (
+        finished(block(method, led={}, pressure=[pressure], steady={"load_steps": 2})) for method in ("factored", "relaxation")
+    )
+    assert steady(found)["relaxed_load_steps"] == []
+    assert abs(displacement(found) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
+
+
+def test_works_are_of_fourth_order_in_the_load_step():
+    """The energy error compares the works along a path that is interpolated between equilibria with the stored energy."""
+    errors = []
+    for number in (1, 2, 4):
+        load = TIP | {"body": "block", "traction": [0.0, 300.0, 0.0], "rise": 1.0}
+        case = block(
+            led=motion(z=0.05), steady={"load_steps": number, "tolerance": 1e-9}, load=[load], gravity=[20.0, 0.0, 0.0]
+        )
+        errors.append(abs(finished(case).budget.conservation()["energy"]))
+    assert errors[0] < 2e-2
+    assert errors[2] < 1e-4
+    assert np.log2(errors[1] / errors[2]) > 3.0
+
+
+def test_results_do_not_depend_on_threads():
+    one, two = (displacement(finished(block(), threads)) for threads in (1, 2))
+    assert (one == two).all()
+
+
+# buckling
+
+
+def test_a_strut_leaves_its_straight_equilibrium_beyond_eulers_load():
+    """Without any lateral load, so that the straight strut stays an equilibrium: the run names it and goes on to the bent one,
+    which a strut with a small lateral load reaches as well."""
+    straight, pushed = finished(strut(0.0)), finished(strut(1.0))
+    bent = [np.linalg.norm(abs(displacement(sim)[:, 1:]).max(axis=0)) for sim in (straight, pushed)]
+    assert bent[0] == pytest.approx(bent[1], rel=0.02)
+    assert bent[0] > 1.0
+    assert steady(straight)["unstable_load_steps"] == [3]
+    assert steady(pushed)["unstable_load_steps"] == []
+
+
+# checkpoints
+
+
+def test_a_run_goes_on_bit_for_bit(tmp_path):
+    case = block(steady={"load_steps": 3})
+    run_case(case, tmp_path / "whole", report=False)
+    run_case(case, tmp_path / "part", report=False, until=0.5)
+    resume_case(tmp_path / "part", report=False)
+    one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
+    assert one == other
+
+
+def test_a_relaxation_within_a_load_step_goes_on_bit_for_bit(monkeypatch):
+    monkeypatch.setattr(minimum, "MOST", 1)
+    monkeypatch.setattr(factored, "SMALLEST", 0.6)
+    one, other = (Simulation(block(), threads=1) for _ in range(2))
+    with pytest.warns(UserWarning, match="the relaxation goes on"):
+        one.step()
+    for _ in range(30):
+        one.step()
+    other.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
+    for simulation in (one, other):
+        for _ in range(30):
+            simulation.step()
+    assert (displacement(one) == displacement(other)).all()
+
+
+# what is not found
+
+
+def test_a_load_step_without_success_is_relaxed(monkeypatch):
+    reference = displacement(finished(block()))
+    monkeypatch.setattr(minimum, "MOST", 1)
+    monkeypatch.setattr(factored, "SMALLEST", 0.6)
+    case = block(steady={"load_steps": 2})
+    with pytest.warns(UserWarning, match=r"load step 1: no equilibrium was found with a factored stiffness"):
+        relaxed = finished(case)
+    assert steady(relaxed)["relaxed_load_steps"] == [1, 2]
+    assert abs(displacement(relaxed) - reference).max() < 3e-6 * abs(reference).max()
+
+
+def test_a_load_step_that_inverts_points_is_divided():
+    """In one step by 85 % the linear estimate inverts points of the block."""
+    pressed = finished(block(led=motion(z=-0.085), steady={"load_steps": 1}))
+    assert steady(pressed)["relaxed_load_steps"] == []
+    assert pressed.n_steps > 1
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"grid": {"lower": [-1, -1, -1], "upper": [1, 1, 1], "cell": 0.1}}, "a case with a grid"),
+        ({"body": {"essential": "sebciem"}}, "the stiffness of body block"),
+    ],
+)
+def test_what_the_stiffness_lacks_is_refused_or_relaxed(change, words):
+    with pytest.raises(ValidationError, match=words):
+        block(**change)
+    assert "method" not in steady(Simulation(block(None, **change), threads=1))
+
+
+# many cases
+
+
+CASES = [(name, seed) for name in sorted(HYPERELASTIC.keys() - USERS.keys()) for seed in range(4)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "seed"), CASES)
+def test_random_loads_on_every_law(name, seed):
+    """Strains of up to a half under random motions or tractions: each run ends in an equilibrium of a stable body."""
+    rng = np.random.default_rng(seed)
+    size = rng.uniform(0.3, 0.5) * EDGE
+    direction = rng.standard_normal(3)
+    x, y, z = (size * direction / np.linalg.norm(direction)).tolist()
+    material = HYPERELASTIC[name].model_dump(mode="json")
+    case = block(None, led=motion(x=x, y=y, z=z), body={"material": material}, steady={"load_steps": int(rng.integers(1, 4))})
+    found = finished(case)
+    assert steady(found)["unbalanced_force"] < 1e-6
+    assert abs(found.budget.conservation()["energy"]) < 0.05
