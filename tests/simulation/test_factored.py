@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from materials.samples import HYPERELASTIC, USERS
 from pydantic import ValidationError
-from solids import EDGE, block_of, layer
+from solids import EDGE, TISSUE, block_of, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.case import Case
@@ -102,6 +102,43 @@ def test_a_pressure_follows_the_faces():
     )
     assert steady(found)["relaxed_load_steps"] == []
     assert abs(displacement(found) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
+
+
+def test_nearly_incompressible_solids():
+    """Stretched by 30 % in one load step: the linear estimate has many times the energy of the equilibrium."""
+    body, led = {"material": TISSUE | {"poisson_ratio": 0.4999}}, motion(z=0.03, x=0.0, y=0.0)
+    found, relaxed = (finished(block(method, body=body, led=led)) for method in ("factored", "relaxation"))
+    assert steady(found)["relaxed_load_steps"] == []
+    assert found.budget.stored == pytest.approx(relaxed.budget.stored, rel=1e-9)
+
+
+def test_a_load_that_is_taken_off_leaves_nothing():
+    """The last equilibrium has no displacement to compare with: errors are relative to the largest so far."""
+    amplitude = {"times": [0.0, 0.5, 1.0], "shares": [0.0, 1.0, 0.0]}
+    load = {"kind": "traction", "body": "block", "where": {"normal": [0, 0, 1]}, "traction": [300.0, 0.0, 500.0]}
+    back = finished(block(led={}, load=[load | {"amplitude": amplitude}], steady={"load_steps": 4}))
+    assert abs(displacement(back)).max() < 1e-6 * EDGE
+    assert steady(back)["unbalanced_force"] < 1e-6
+
+
+def test_a_body_without_support_is_in_equilibrium_under_balanced_loads():
+    loads = [
+        {"kind": "traction", "body": "block", "where": {"normal": [side, 0, 0]}, "traction": [100.0 * side, 0.0, 0.0]}
+        for side in (-1, 1)
+    ]
+    for method in ("factored", "relaxation"):
+        free = finished(block(method, led={}, support=[], load=loads))
+        assert steady(free)["unbalanced_force"] < 1e-5, "relative to internal and external forces: their sum is 0"
+        assert free.budget.stored == pytest.approx(0.0017415, rel=1e-4)
+
+
+def test_the_energy_that_a_released_body_loses_is_a_heat():
+    held = [LOW, {"name": "until", "where": HIGH, "until": 0.5}]
+    released = finished(block(led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
+    relaxed = finished(block("relaxation", led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
+    assert abs(displacement(released) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
+    assert released.budget.energies()["damping_heat"] > 1e-3 * released.budget.stored
+    assert abs(released.budget.energy_error()) < 1e-6
 
 
 def test_works_are_of_fourth_order_in_the_load_step():

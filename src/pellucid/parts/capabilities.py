@@ -365,4 +365,4 @@ class Relaxable(Protocol):
 
     def unbalanced(self) -> tuple[float, float]:
         """Return two norms of the forces on the nodes, without constraint forces [N]: of their components along free
-        directions, which vanish in equilibrium, and of all components."""
+        directions, which vanish in equilibrium, and of internal and external forces, which balance each other."""

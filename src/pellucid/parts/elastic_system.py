@@ -69,9 +69,13 @@ class ElasticSystem(Protocol):
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
         displacements [m], shape (n, 3)."""
 
-    def accept(self, position: np.ndarray, dt: float) -> None:
+    def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
         """Move the nodes to positions [m], shape (n, 3), at which `attempt` was called last, and compute works and reactions
-        of the step dt [s] of the time of the loads."""
+        of the step dt [s] of the time of the loads.
+
+        jumped: True if the equilibria on the way were unstable. Then, and after a release of supports, the energy that the
+        body loses is a heat of damping: in time, the body would vibrate until damping stops it.
+        """
 
     def reject(self) -> None:
         """Restore the last equilibrium."""

@@ -50,6 +50,7 @@ class FactoredClock(SteadyClock):
         self._share = 1.0  # of a load step that is tried next
         self._relaxing, self._prepared = False, False
         self._iterations = 0  # of this load step
+        self._residual: float | None = None  # residual forces over all forces if the last step was not one of the relaxation
         self.relaxed: list[int] = []
         """Numbers of the load steps that ended with a relaxation, counted from 1."""
         self.unstable: list[int] = []
@@ -143,10 +144,11 @@ class FactoredClock(SteadyClock):
 
     def _accept(self, found: Sequence[Equilibrium], dt: float) -> None:
         for system, equilibrium in zip(self._systems, found, strict=True):
-            system.accept(equilibrium.position, dt)
+            system.accept(equilibrium.position, dt, equilibrium.left_unstable)
         iterations = sum(equilibrium.iterations for equilibrium in found)
         self._iterations += iterations
         self.error = max(equilibrium.error for equilibrium in found)
+        self._residual = max(equilibrium.unbalanced for equilibrium in found)
         number = self._equilibria + 1
         if any(equilibrium.left_unstable for equilibrium in found) and number not in self.unstable:
             self.unstable.append(number)
@@ -155,6 +157,7 @@ class FactoredClock(SteadyClock):
 
     def advance(self, dt: float) -> None:
         if self._relaxing:
+            self._residual = None
             super().advance(dt)
             return
         self.n_steps += 1
@@ -181,6 +184,9 @@ class FactoredClock(SteadyClock):
     @property
     def is_last_try(self) -> bool:
         return self._relaxing and super().is_last_try
+
+    def _unbalanced(self) -> float:
+        return super()._unbalanced() if self._residual is None else self._residual
 
     def facts(self) -> dict[str, Any]:
         own = {"method": "factored", "relaxed_load_steps": self.relaxed, "unstable_load_steps": self.unstable}
@@ -210,4 +216,4 @@ def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], par
     return FactoredClock(*given, systems, any(condition.load_kind == "follower" for condition in of_case.of(Condition)))
 
 
-FACTORED = "_share", "_relaxing", "_prepared", "_iterations"
+FACTORED = "_share", "_relaxing", "_prepared", "_iterations", "_residual"

@@ -26,6 +26,7 @@ SLOPE = 0.9  # largest slope at the end of a step, as a fraction of that at its 
 SHORTEST = 1e-6  # smallest fraction of a direction
 ROUNDING = 1e-12  # change of the energy, relative to the energy, below which only the slope judges a step
 FIRST_KICK, LAST_KICK = 1e-4, 0.1  # displacements that leave an unstable equilibrium, relative to the size of the body
+MOST_LEFT = 3  # unstable equilibria that are left in a load step
 SWEEPS = 20  # inverse iterations for the direction of such a displacement
 
 
@@ -54,7 +55,8 @@ class Minimiser:
         self._system, self._tolerance, self._balanced = system, tolerance, min(BALANCED[0] * tolerance, BALANCED[1])
         self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
-        self._scale, self._error = 0.0, 0.0  # largest displacement [m]; estimated error relative to it
+        self._scale, self._size = 0.0, 0.0  # largest displacement [m] and size of the forces [N] so far
+        self._error = 0.0  # estimated error relative to the largest displacement
 
     def forget(self) -> None:
         """Discard the factors, so that the next search begins with new ones."""
@@ -79,16 +81,17 @@ class Minimiser:
         here = system.attempt(x)
         if not here.is_valid:
             raise NoEquilibrium("the linear estimate inverts a point")
-        unstable, done = False, 0
+        left, done = 0, 0
         while True:
             x, here, used = self._minimise(x, here, done, told)
             done += used
-            kick = self._direction_of_instability(x) if not unstable else None
-            if kick is None:
-                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (here.size or 1.0)
-                return Equilibrium(x, done, self._error, unbalanced, unstable)
-            unstable = True
-            x, here = self._left(x, here, kick)
+            lower = self._lower(x, here) if left < MOST_LEFT else None
+            if lower is None:
+                self._scale, self._size = self._scale_at(x), max(self._size, here.size)
+                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self._size or 1.0)
+                return Equilibrium(x, done, self._error, unbalanced, left > 0)
+            left += 1
+            x, here = lower
 
     def _minimise(
         self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
@@ -98,20 +101,23 @@ class Minimiser:
         since, errors = 0, list[float]()  # iterations since the factors are in use; errors of all iterations
         for number in range(MOST):
             if since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]:
-                self._factor()
                 self._renewed, since = True, 0
+                self._factor()
             direction, slope = self._direction(here)
-            self._scale = float(np.abs(x - self._system.rest).max())
-            change = float(np.abs(direction).max())
-            self._error = change / self._scale if self._scale > 0.0 else 0.0
+            change, scale = float(np.abs(direction).max()), self._scale_at(x)
+            self._error = change / scale if scale > 0.0 else 0.0
             since += 1
             errors.append(self._error)
-            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * here.size
+            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self._size, here.size)
             told(done + number, self._error)
             if change == 0.0 or (self._error <= self._tolerance and balanced):
                 return x, here, number
             x, here = self._searched(x, here, direction, slope)
         raise NoEquilibrium(f"the estimated error is {self._error:.2g} after {MOST} iterations")
+
+    def _scale_at(self, x: np.ndarray) -> float:
+        """Return the largest displacement of the equilibria so far and of positions x [m]."""
+        return max(self._scale, float(np.abs(x - self._system.rest).max()))
 
     def _direction(self, here: Trial) -> tuple[np.ndarray, float]:
         """Return the next direction and the derivative of the energy along it [J]."""
@@ -156,31 +162,32 @@ class Minimiser:
             self._changes = [*self._changes[1 - MEMORY :], (s, y)]
         return x + s, there
 
-    def _direction_of_instability(self, x: np.ndarray) -> np.ndarray | None:
-        """Return the direction in which the energy decreases most at an equilibrium, of length 1, or None if the equilibrium is
-        stable. The stiffness is factored there, and its factors serve for the next load step."""
-        self._factor()
-        if not (self._system.has_potential and self._system.shift > 0.0):
-            return None
-        found = np.random.default_rng(0).standard_normal(x.shape)
-        for _ in range(SWEEPS):
-            found = self._system.solve(found)
-            found /= np.abs(found).max()
-        return found
+    def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
+        """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
+        forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
+        load step.
 
-    def _left(self, x: np.ndarray, here: Trial, direction: np.ndarray) -> tuple[np.ndarray, Trial]:
-        """Return positions beside an unstable equilibrium with a lower energy, and energy and forces there; the
-        equilibrium itself if there are none."""
-        extent, energy, best = float(np.ptp(self._system.rest, axis=0).max()), here.energy - self._system.rounding, 0.0
+        The energy decreases along the direction of the smallest eigenvalue of the stiffness, found by inverse iteration.
+        """
+        self._factor()
+        system = self._system
+        if not (system.has_potential and system.shift > 0.0):
+            return None
+        direction = np.random.default_rng(0).standard_normal(x.shape)
+        for _ in range(SWEEPS):
+            direction = system.solve(direction)
+            direction /= np.abs(direction).max()
+        extent, energy, best = float(np.ptp(system.rest, axis=0).max()), here.energy - system.rounding, 0.0
         for sign in (1.0, -1.0):
             size = FIRST_KICK * extent
             while size <= LAST_KICK * extent:
-                there = self._system.attempt(x + sign * size * direction)
+                there = system.attempt(x + sign * size * direction)
                 if not there.is_valid or there.energy >= energy:
                     break
                 energy, best, size = there.energy, sign * size, 2.0 * size
         x = x + best * direction
-        return x, self._system.attempt(x)
+        there = system.attempt(x)
+        return (x, there) if best else None
 
     def _factor(self) -> None:
         try:

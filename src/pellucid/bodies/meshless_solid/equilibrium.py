@@ -37,10 +37,12 @@ class SolidSystem:
         self._renew: Callable[[], None] | None = None
         self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
         self._leaving = Tangent(self.increment, self.increment)
+        self._free, self._stored = motion.free, forces.stored()  # at the last equilibrium
         self._stiffness: SolidStiffness | None = None
 
     def begin(self, dt: float) -> None:
         self.position[:] = self._present
+        self._stored = self._forces.stored()
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
 
@@ -80,7 +82,7 @@ class SolidSystem:
         self._leaving = Tangent(*self._matrix().follow(force, self.increment))
         return self._leaving.moved
 
-    def accept(self, position: np.ndarray, dt: float) -> None:
+    def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
         arriving = self._leaving
         if self.has_potential:  # otherwise the stiffness of the loads would be missing in both
             grown = self._external - self._motion.external_forces(self._before)
@@ -88,6 +90,9 @@ class SolidSystem:
         self._present[:] = position
         moved = Moved(position - self.position, self._leaving, arriving, self._rates)
         self._motion.record_equilibrium(moved, self._before, dt)
+        if jumped or (self._motion.free != self._free).any():
+            self._motion.lose_rest(self._forces.stored() - self._stored)
+        self._free = self._motion.free
         self._accepted(dt)
 
     def reject(self) -> None:

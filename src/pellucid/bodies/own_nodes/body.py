@@ -255,9 +255,10 @@ class ExplicitNodes(
         return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free, contact)
 
     def unbalanced(self) -> tuple[float, float]:
-        force = self.motion.forces()
+        force, internal = self.motion.forces(), self.motion.internal
         left = (force + self.motion.leading_forces(self._dt))[self.motion.free]
-        return float(np.linalg.norm(left)), float(np.linalg.norm(force))
+        every = np.hypot(np.linalg.norm(internal), np.linalg.norm(force - internal))
+        return float(np.linalg.norm(left)), float(every)
 
     # contact
 

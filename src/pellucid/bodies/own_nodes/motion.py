@@ -9,7 +9,7 @@ import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
 from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces, power
-from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
+from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
@@ -338,6 +338,8 @@ class NodalMotion:
         velocity, present, after = self._arrays["velocity"], (self.internal, self.loads, self.gravity), self.force_parts()
         for now, end, start in zip(present, after, before, strict=True):
             now[...] = 0.5 * (start + end)
+        # also where supports released nodes, which they held at the first equilibrium
+        self.internal[...] = np.where(self.free, self.internal - self.forces(), self.internal)
         velocity[:] = moved.displacement / dt
         kernels.advance_velocities(self.chunks, self._forces, UNDAMPED, dt)
         works = self._work[:, : self._columns].copy()
@@ -348,6 +350,14 @@ class NodalMotion:
         self._work[:, : self._columns] = works
         velocity.fill(0.0)
         self._add_curvature(moved, before, after, dt)
+
+    def lose_rest(self, stored: float) -> None:
+        """Add to the heat of damping the part of the works of the last step that did not increase the stored energy by
+        `stored` [J]."""
+        works = self._work[0]
+        internal = float(self._work[:, INTERNAL].sum())
+        works[DAMPING] -= internal + stored
+        works[INTERNAL] -= internal + stored
 
     def _add_curvature(self, moved: Moved, before: ForceParts, after: ForceParts, dt: float) -> None:
         """Add to the works of a step the parts with derivatives at its ends, see `record_equilibrium`."""
