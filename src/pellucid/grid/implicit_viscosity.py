@@ -19,16 +19,24 @@ step: TOLERANCE is the relative error of its forces. A node with less mass than 
 iteration also ends at the rounding error of the operator on v (column ROUNDING).
 
 Implicit pressure. The pressure of a liquid at the end of the step is p - ρc²Δt tr(D), with the pressure p of its density: ρc²Δt
-is added to λ. Sound then does not limit the step (Harlow & Amsden 1971, J. Comput. Phys. 8, 197). Three more things are needed
-in long steps:
+is added to λ. Sound then does not limit the step (Harlow & Amsden 1971, J. Comput. Phys. 8, 197). More is needed in long steps:
 
 - The solution, without r_I/m_I, strains and moves the points. Otherwise the residual, times ρc²Δt²/ρh², is a pressure of the
   next step that grows.
-- Points move by u + Δt/2 L u, see `pellucid.grid.straining`. In a rotation ω straight paths spread points by (ωΔt)² in each
-  step, which volumes that grow by 1 + Δt tr(L) do not follow.
-- Viscous forces are θ times those of v plus 1 - θ times those of the velocities before the step. θ is 1 if a viscosity depends
-  on the shear rate, since its lag is of first order. Otherwise θ is near 1/2, which is of second order; as long as the
-  explicit forces of other bodies need damping, it is 1/2 + Δt/Δt_max with the limit Δt_max of these bodies, at most 1.
+- In a velocity field of liquids alone the equations are solved for the velocities at the time θΔt of the step,
+  u = v⁻ + θ (v - v⁻), between those before and after it, v⁻ and v: m_I (u_I - v⁻_I) is θΔt times all forces, with the stresses
+  of u. The velocities u strain the points. The points receive v and move with v. In this way second order is reached with
+  θ = 1/2. If the equations are solved for v (θ = 1), the points carry velocities without divergence from step to step, and
+  their motion turns these, so that they point outwards in a vortex. The solve then removes the divergence, and with it energy:
+  a rotation ω decays by (ωΔt)²/2 in each step, in addition to its viscous decay. With θ = 1/2 the divergence changes its
+  sign instead (advection-reflection: Zehnder, Narain & Thomaszewski 2018, ACM Trans. Graph. 37, 85): as in the leapfrog method,
+  the velocities of the points belong to the middle of a step and the pressures to its ends. Points that move with their
+  own velocity keep their angular momentum. θ is slightly larger than 1/2, so that errors that change their sign fade.
+- Where bodies with explicit forces share the field, these would gain energy if they were strained by u. There the equations
+  are solved for v, which strains all points, and liquids move by v + Δt/2 L v, see `pellucid.grid.straining`: in a rotation
+  straight paths of v would spread points by (ωΔt)² in each step, which volumes that grow by 1 + Δt tr(L) do not follow.
+  Viscous forces are θ times those of v plus 1 - θ times those of v⁻. θ is 1/2 + Δt/Δt_max with the limit Δt_max of these
+  bodies, at most 1, so that their motion is damped, and 1 if a viscosity depends on the shear rate.
 
 Implicit Euler removes more energy from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution: the difference
 is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities v̄ of the step. Both become heat of the points;
@@ -136,6 +144,8 @@ class Viscous(Protocol):
     @property
     def nodal_forces(self) -> np.ndarray: ...
     def stored_array(self, name: str) -> np.ndarray: ...
+    def curve_paths(self) -> None:
+        """From now on, move the points with the velocity u + Δt/2 L u, see `pellucid.grid.straining`."""
 
 
 class PointViscosity:
@@ -191,6 +201,12 @@ class ImplicitViscosity(StepPart):
         """field: the velocity field; bodies: its fluids with an implicit stress; explicit: its other bodies; layout: order of
         the works; cells: mean pressures of its full cells (cells that a fluid fills)."""
         self.field, self._bodies, self._explicit = field, bodies, explicit
+        stiffness, density = max((body.implicit_stress.stiffness, body.material.density) for body in bodies)
+        self._presses = stiffness > 0.0
+        self._centred = self._presses and not explicit
+        if self._presses and explicit:
+            for body in bodies:
+                body.curve_paths()
         self._columns = [layout.column(heat) for heat in (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)]
         self._rows = allocate(ViscousRows, field.grid.n_nodes)
         if not field.walls:
@@ -212,8 +228,6 @@ class ImplicitViscosity(StepPart):
             (velocity, [self._pass(body, velocity) for body in bodies])
             for velocity in (self._rows.direction, self._rows.solution)
         )
-        stiffness, density = max((body.implicit_stress.stiffness, body.material.density) for body in bodies)
-        self._presses = stiffness > 0.0
         self._cells = cells if self._presses else ()
         self._cell_power = 0.0
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
@@ -221,6 +235,16 @@ class ImplicitViscosity(StepPart):
         self._fast: FastDiagonalisation | None = None
         self._mean = self._mean_stress() if self._full > 0.0 else ImplicitStress(0.0, 0.0, 0.0, 0.0)
         self._theta = 1.0
+
+    @property
+    def _time(self) -> float:
+        """Time of the solution, as a share of the step: θ, or 1 at its end."""
+        return self._theta if self._centred else 1.0
+
+    @property
+    def _share(self) -> float:
+        """Share of the forces of the solution in those of the step: 1, or θ if forces before the step have the rest."""
+        return 1.0 if self._centred else self._theta
 
     def _density(self) -> float:
         """Return the mean density of the liquids in a grid that they mostly fill [kg/m³]; 0 in other grids."""
@@ -251,38 +275,37 @@ class ImplicitViscosity(StepPart):
         return straining_by_viscosity(body.mapped.content, rule, *how)
 
     def exert_forces(self, dt: float) -> None:
-        """Set the share of the step in which viscous forces are implicit, for a step dt [s]: all of it if a viscosity depends
-        on the shear rate."""
-        if self._presses and not any(self._point_viscosities):
+        """Set θ for a step dt [s], see `pellucid.grid.implicit_viscosity`."""
+        if self._centred or (self._presses and not any(self._point_viscosities)):
             explicit = max((body.totals.rate for body in self._explicit), default=0.0)
             self._theta = min(0.5 + max(LEAST_DAMPING, dt * explicit), 1.0) if self.rounds[1] >= DAMPED_STEPS else 1.0
 
     def before_momentum(self, dt: float) -> None:
         """Solve for the stress of the points over a step dt [s] by conjugate gradients, and add its forces to the nodal
         forces."""
-        theta = self._theta
+        theta, share = self._theta, self._share
         self._n, self._dt = self.field.momentum.near(), dt
         self._begin(dt)
-        self._earlier_power = self._add_earlier_forces(dt) if theta < 1.0 else 0.0
+        self._earlier_power = self._add_earlier_forces(dt) if share < 1.0 else 0.0
         if self._full > 0.0:
             if self._fast is None:  # not before: walls free nodes that supports constrain at the start
                 self._fast = FastDiagonalisation(self.field.grid, self._bodies[0].functions, self._full)
             if any(self._point_viscosities):
                 self._mean = self._mean_stress()
-        rounds = self._solve(theta * dt, dt / theta)
+        rounds = self._solve(theta * dt, dt / share)
         self._power, self._compression = (
-            theta * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
+            share * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
         )
-        self._compression += theta * self._cell_power
-        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, theta)
+        self._compression += share * self._cell_power
+        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces, share)
         for body, own_viscosity in zip(self._bodies, self._point_viscosities, strict=True):
             viscous = body.arrays[VISCOUS_STRESS]
-            add_stress(body.n_slabs, body.mapped, viscous, theta)
+            add_stress(body.n_slabs, body.mapped, viscous, share)
             mu, lam, stiffness, *_ = body.implicit_stress
             if stiffness > 0.0 and dt > 0.0:
                 own = np.full(len(viscous), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
                 own = np.maximum(own, 0.0)
-                keep_viscous(body.n_slabs, body.mapped, viscous, own / (own + 3.0 * stiffness * dt / theta))
+                keep_viscous(body.n_slabs, body.mapped, viscous, own / (own + 3.0 * stiffness * dt / share))
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _begin(self, dt: float) -> None:
@@ -320,7 +343,7 @@ class ImplicitViscosity(StepPart):
             factors[:] = mu, 2.0 * mu + lam + stiffness * pressing
             scatter(diagonal)
         self._map(self._of_solution, pressing)
-        start(self._n, self._nodes, dt, self._lightest)
+        start(self._n, self._nodes, dt, self._lightest, self._time)
         if self._fast is not None:
             self._fast.begin(dt, pressing, self._mean, self._rows.inverse)
         sums = self._summed()
@@ -355,7 +378,7 @@ class ImplicitViscosity(StepPart):
         and the largest acceleration of a node, over a step of this length, moves it by at most half a cell."""
         if not self._presses or self._dt == 0.0:
             return
-        strain_by_solution(self._n, self._nodes)
+        strain_by_solution(self._n, self._nodes, self._time)
         edges, nodes = self.field.momentum.advanced.edges, self.field.grid.nodes
         here = slice(int(edges[0]), int(edges[self._n]))
         gained = np.max(nodes.increment_energy[here], where=nodes.mass[here] >= self._lightest, initial=0.0)
@@ -398,7 +421,7 @@ class ImplicitViscosity(StepPart):
     def work(self) -> StepWork:
         """Return the works of the viscous stress in the last step along the mean nodal velocities [J]: the dissipation, and the
         energy lost by implicit Euler."""
-        sum_lag(self._n, self._nodes, self._theta)
+        sum_lag(self._n, self._nodes, self._share)
         dissipated = self._dt * (self._power + self._earlier_power)
         lag = self._dt * (float(self._summed()[DESCENT]) + self._compression - self._earlier_power)
         done = no_work(max(self._columns) + 1, 0)

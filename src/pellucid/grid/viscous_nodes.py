@@ -18,6 +18,7 @@ from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_for, parallel_loop
+from pellucid.jit.memory import numbers
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 from pellucid.materials.rheology import SecondViscosity, UniformViscosity
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
@@ -85,20 +86,23 @@ def along_wall(own, k, vector):
 
 
 @parallel_loop()
-def start(chunk, viscous, dt, lightest):
+def start(chunk, viscous, dt, lightest, share):
     """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the
     chunk, for the conjugate gradient method; viscous: `ViscousNodes`.
 
     On entry, `inverse` contains the diagonal of the viscous operator without the masses. lightest: smallest mass of a point
-    [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: step [s].
+    [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: time over which the forces act [s]; share:
+    share of the step that this time is of the step; the velocities without viscosity become those at this time.
     """
     own = viscous.own
     residual = change = rounding = whole = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         for k in range(4 * I, 4 * I + 3):
             m, v = own.inertia[k], own.solution[k]
-            off = v - own.target[k]
             if m > 0.0:
+                if share < 1.0:
+                    own.target[k] = v + share * (own.target[k] - v)
+                off = v - own.target[k]
                 diagonal, weight = m + dt * own.inverse[k], 1.0 / max(m, lightest)
                 own.inverse[k], own.weight[k] = 1.0 / diagonal, weight
                 change += m * off * off
@@ -195,15 +199,18 @@ def add_forces(chunk, viscous, forces, share):
 
 
 @parallel_loop()
-def strain_by_solution(chunk, viscous):
+def strain_by_solution(chunk, viscous, share):
     """Let the solution strain the points, with the impulses of the step, but without the error of the momentum that results
-    from the residual; for a chunk of nodes. viscous: `ViscousNodes`."""
+    from the residual; for a chunk of nodes. viscous: `ViscousNodes`; share: time of the solution, as a share of the step."""
     nodes, own = viscous.field.nodes, viscous.own
+    found = numbers(LANES)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        lag = (1.0 - share) * along_wall(own, 4 * I, load(nodes.increments, 4 * I))
+        store(found, 0, load(nodes.velocities, 4 * I) - lag)
         for d in range(3):
             k = 4 * I + d
             if own.inertia[k] > 0.0:
-                nodes.strain_velocity[I, d] = nodes.velocity[I, d] - own.residual[k] / own.inertia[k]
+                nodes.strain_velocity[I, d] = found[d] - own.residual[k] / own.inertia[k]
 
 
 @parallel_loop()

@@ -46,7 +46,6 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
         self._model, self._grid_case, self._gravity = case, grid_case, gravity
-        self._curving = self.implicit_stress.stiffness > 0.0
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = velocity_field.grid.functions(per_cell)
         here = partial(points_here, velocity_field.grid.lattice, functions)
@@ -108,6 +107,10 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
         """Parameters of the implicit stress; all zero without such a stress."""
         return self.material.implicit_stress() or ImplicitStress(0.0, 0.0, 0.0)
 
+    def curve_paths(self) -> None:
+        self._curving = True
+        self._make_bundles()
+
     def liquid_volume(self) -> float:
         return self.mass / self.material.density if self.material.is_liquid and self._strains else 0.0
 
@@ -126,7 +129,7 @@ class MaterialPoints(OpenPoints, PointsInContact, KeepsHeat):
                     law_fails = f"the energy of its law {type(law).__name__} is not defined at {where}"
                     meaning = f"its state is not a finite number; {law_fails}"
                     return Fault(meaning, "use a law or parameters that allow larger strains, or smaller loads and velocities")
-        if code == INVERTED and self._curving:  # artificial viscosity is refused
+        if code == INVERTED and self.implicit_stress.stiffness > 0.0:  # artificial viscosity is refused
             settings, smaller = self.even_settings(), "use a smaller time.step or time.courant, or a finer grid.cell"
             return super().fault(code, p)._replace(remedy=f"set {settings}, or {smaller}" if settings else smaller)
         return super().fault(code, p)
