@@ -228,6 +228,8 @@ class SolidStiffness:
         size = np.abs(self._values[self._diagonal[:, :3]])
         numbers[held] = size.mean()
         self.shift = 0.0
+        if moves:  # FREE_SHIFT is below the rounding of single precision
+            self.precisions = (np.float64,)
         while True:
             numbers[diagonal] = self._values[diagonal] + (FREE_SHIFT * moves + self.shift) * size[free]
             for precision in self.precisions:
