@@ -1,6 +1,9 @@
 """Steady states with a factored stiffness: the equilibria of the relaxation, works, buckling, checkpoints, and load steps in
 which no equilibrium is found."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 from materials.samples import HYPERELASTIC, USERS
@@ -9,6 +12,7 @@ from solids import EDGE, TISSUE, block_of, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.case import Case
+from pellucid.errors import Interrupted
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation import factored, minimum
 from pellucid.simulation.simulation import Simulation
@@ -181,6 +185,25 @@ def test_a_run_goes_on_bit_for_bit(tmp_path):
     case = block(steady={"load_steps": 3})
     run_case(case, tmp_path / "whole", report=False)
     run_case(case, tmp_path / "part", report=False, until=0.5)
+    resume_case(tmp_path / "part", report=False)
+    one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
+    assert one == other
+
+
+def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_path, monkeypatch):
+    case = block(steady={"load_steps": 2})
+    run_case(case, tmp_path / "whole", report=False)
+    show = Simulation.show
+
+    def signalled(simulation, progress):
+        show(simulation, progress)
+        if simulation.clock.time > 0.0 and simulation.clock.search().count("iteration 3"):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(Simulation, "show", signalled)
+    with pytest.raises(Interrupted):
+        run_case(case, tmp_path / "part", report=False)
+    monkeypatch.undo()
     resume_case(tmp_path / "part", report=False)
     one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
     assert one == other

@@ -180,7 +180,7 @@ class Clock:
     """True while the clock changes contact forces at constant loads; the energy balance is not checked then."""
 
     on_the_way: Callable[[], None] = staticmethod(lambda: None)
-    """Function that is called several times in a long step, to show the progress."""
+    """Function that is called several times in a long step, to show the progress; it raises Interrupted after a signal."""
 
     def search(self) -> str:
         """Return the state of the search for an equilibrium as text; empty for motion in time."""

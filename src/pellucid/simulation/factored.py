@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.case.sections import parts_of
+from pellucid.errors import Interrupted
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
@@ -95,6 +96,9 @@ class FactoredClock(SteadyClock):
             except NoEquilibrium as reason:
                 dt = self._retry(dt, str(reason))
                 continue
+            except Interrupted:
+                self._reject()
+                raise
             self._accept(found, dt)
             return dt
         return super().carry_out(super().next_step(self._bodies), begin, act)
@@ -118,9 +122,7 @@ class FactoredClock(SteadyClock):
     def _retry(self, dt: float, reason: str) -> float:
         """Restore the last equilibrium after a failed search over a step dt [s]; return the next, shorter step [s]. If it would
         be too short, the load step goes on with the relaxation."""
-        for system, minimiser in zip(self._systems, self._minimisers, strict=True):
-            system.reject()
-            minimiser.give_up()
+        self._reject()
         self._share = 0.5 * dt / self._each
         if self._share >= SMALLEST:
             return 0.5 * dt
@@ -134,6 +136,12 @@ class FactoredClock(SteadyClock):
         self.relaxed.append(number)
         self._prepare()
         return dt
+
+    def _reject(self) -> None:
+        """Restore the last equilibrium."""
+        for system, minimiser in zip(self._systems, self._minimisers, strict=True):
+            system.reject()
+            minimiser.give_up()
 
     def _prepare(self) -> None:
         """Prepare the bodies for a relaxation; a second time nothing is left to do."""
@@ -194,7 +202,9 @@ class FactoredClock(SteadyClock):
 
     def state_numbers(self) -> dict[str, Any]:
         own = {name: getattr(self, name) for name in FACTORED}
-        return {**super().state_numbers(), **own, "relaxed": list(self.relaxed), "unstable": list(self.unstable)}
+        largest = [minimiser.largest for minimiser in self._minimisers]
+        lists = {"relaxed": list(self.relaxed), "unstable": list(self.unstable), "largest_so_far": largest}
+        return {**super().state_numbers(), **own, **lists}
 
     def ready(self, numbers: Mapping[str, Any]) -> None:
         if numbers["_prepared"]:
@@ -204,6 +214,8 @@ class FactoredClock(SteadyClock):
         super().restore(numbers, arrays)
         for name in (*FACTORED, "relaxed", "unstable"):
             setattr(self, name, numbers[name])
+        for minimiser, largest in zip(self._minimisers, numbers["largest_so_far"], strict=True):
+            minimiser.largest = tuple(largest)
 
 
 def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts) -> SteadyClock:

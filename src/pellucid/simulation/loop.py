@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pellucid.errors import RunStopped
+from pellucid.errors import Interrupted, RunStopped
 from pellucid.progress import Progress
 from pellucid.ranks.domain import domain
 from pellucid.simulation.ranks import interrupted
@@ -56,14 +56,18 @@ def recorded_steps(
                 _settle_and_begin(simulation, recorder, caught, progress)
             else:
                 recorder.begin(simulation)
-            simulation.clock.on_the_way = partial(simulation.show, progress)
+            simulation.clock.on_the_way = partial(_on_the_way, simulation, caught, progress)
             if progress:
                 progress.begin("running", simulation.case.time.end if until is None else until)
             while not simulation.clock.finished(until):
                 if simulation.clock.is_last_try:
                     recorder.checkpoint(simulation)
                 simulation.thread_choice.before_step()
-                simulation.step()
+                try:
+                    simulation.step()
+                except Interrupted:
+                    recorder.checkpoint(simulation)
+                    raise
                 simulation.thread_choice.after_step()
                 recorder.after_step(simulation)
                 if simulation.clock.missed is not None:
@@ -84,6 +88,16 @@ def recorded_steps(
             domain.group.agree_on(error)  # the next calls communicate with all processes
             recorder.failed(simulation, error)
             raise
+
+
+def _on_the_way(simulation: "Simulation", caught: Sequence[int], progress: Progress | None) -> None:
+    """Show the progress within a long step, and raise Interrupted, which ends the step, after a signal.
+
+    caught: signals received so far; progress: display of the progress.
+    """
+    simulation.show(progress)
+    if signals := domain.caught(caught):
+        raise interrupted(signals)
 
 
 def _settle_and_begin(simulation: "Simulation", recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:

@@ -55,7 +55,8 @@ class Minimiser:
         self._system, self._tolerance, self._balanced = system, tolerance, min(BALANCED[0] * tolerance, BALANCED[1])
         self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
-        self._scale, self._size = 0.0, 0.0  # largest displacement [m] and size of the forces [N] so far
+        self.largest = 0.0, 0.0
+        """Largest displacement [m] and sum of the norms of the forces [N] of the equilibria so far."""
         self._error = 0.0  # estimated error relative to the largest displacement
 
     def forget(self) -> None:
@@ -87,8 +88,8 @@ class Minimiser:
             done += used
             lower = self._lower(x, here) if left < MOST_LEFT else None
             if lower is None:
-                self._scale, self._size = self._scale_at(x), max(self._size, here.size)
-                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self._size or 1.0)
+                self.largest = self._scale_at(x), max(self.largest[1], here.size)
+                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
                 return Equilibrium(x, done, self._error, unbalanced, left > 0)
             left += 1
             x, here = lower
@@ -108,7 +109,7 @@ class Minimiser:
             self._error = change / scale if scale > 0.0 else 0.0
             since += 1
             errors.append(self._error)
-            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self._size, here.size)
+            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self.largest[1], here.size)
             told(done + number, self._error)
             if change == 0.0 or (self._error <= self._tolerance and balanced):
                 return x, here, number
@@ -117,7 +118,7 @@ class Minimiser:
 
     def _scale_at(self, x: np.ndarray) -> float:
         """Return the largest displacement of the equilibria so far and of positions x [m]."""
-        return max(self._scale, float(np.abs(x - self._system.rest).max()))
+        return max(self.largest[0], float(np.abs(x - self._system.rest).max()))
 
     def _direction(self, here: Trial) -> tuple[np.ndarray, float]:
         """Return the next direction and the derivative of the energy along it [J]."""
