@@ -11,9 +11,9 @@ from pellucid.errors import RunStopped
 from pellucid.simulation.watch import Watch
 
 
-def clock(n_steps):
-    known = {"against_energy_error": None, "is_adjusting": False}
-    return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, **known)
+def clock(n_steps, sums=False, last=False):
+    known = {"against_energy_error": None, "is_adjusting": False, "adds_works_of_load_steps": sums}
+    return SimpleNamespace(n_steps=n_steps, finished=lambda until: last, progress=lambda: 1.0, **known)
 
 
 def watch_of(own_steps=False, has_grid=True):
@@ -39,6 +39,13 @@ def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(ha
     watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1), [])
     with pytest.raises(RunStopped, match=advice):
         watch.energy(half_lost(5.0), clock(FIRST_JUDGED), [])
+
+
+def test_works_of_few_load_steps_warn_at_the_end_and_stop_nothing():
+    watch = watch_of()
+    watch.energy(half_lost(5.0), clock(FIRST_JUDGED, sums=True), [])
+    with pytest.warns(UserWarning, match=r"by 50 %.* Set a larger steady\.load_steps"):
+        watch.energy(half_lost(5.0), clock(3, sums=True, last=True), [])
 
 
 def test_what_contact_and_transfers_made_is_named():

@@ -95,7 +95,7 @@ class FactorSize(NamedTuple):
     """Size of the factors of a matrix, and effort of the factorisation."""
 
     numbers: float  # number of entries of the factors
-    operations: float  # number of multiplications
+    operations: float  # number of multiplications and additions
 
 
 def factor_size(links: csr_array, places: np.ndarray, d: int) -> FactorSize:

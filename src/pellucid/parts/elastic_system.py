@@ -21,7 +21,7 @@ class StiffnessSize(NamedTuple):
 
     unknowns: int  # number of displacement components of the nodes
     numbers: float  # number of entries of the factors
-    operations: float  # number of multiplications
+    operations: float  # number of multiplications and additions
 
 
 class ElasticSystem(Protocol):

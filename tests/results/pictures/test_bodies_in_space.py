@@ -116,7 +116,8 @@ def hanging(tmp_path_factory):
         "material": {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3},
     }
     table = {"schema": 1, "title": "A block", "time": {"end": 1.0}, "gravity": (0, 0, -9.81), "body": [body]}
-    steady = {"steady": {"load_steps": 2, "tolerance": 1e-4}, "support": [{"name": "top", "where": {"normal": (0, 0, 1)}}]}
+    steady = {"steady": {"method": "relaxation", "load_steps": 2, "tolerance": 1e-4}}
+    steady["support"] = [{"name": "top", "where": {"normal": (0, 0, 1)}}]
     probe = {"name": "pull", "quantity": "reaction", "condition": "top", "component": "z"}
     case = Case.model_validate(table | steady | {"probe": [probe]})
     return run(case, out=tmp_path_factory.mktemp("steady") / "run", report=False)
