@@ -34,7 +34,7 @@ def block(method="factored", led=None, steady=None, **more):
     return Case.model_validate(table | {"body": [body], "support": [LOW], "motion": [led] if led else []} | more)
 
 
-def strut(sideways, load_steps=4):
+def strut(sideways, load_steps=4, tolerance=1e-6):
     """A strut of 20 to 1 under 1.6 times Euler's load, π² E I / 4 L² = 0.617 kPa per area, and a small traction [Pa]."""
     body = {
         "name": "strut",
@@ -47,7 +47,7 @@ def strut(sideways, load_steps=4):
             "schema": 1,
             "title": "a strut",
             "time": {"end": 1.0},
-            "steady": {"load_steps": load_steps},
+            "steady": {"load_steps": load_steps, "tolerance": tolerance},
             "body": [body],
             "support": [{"name": "foot", "where": {"normal": [-1, 0, 0]}}],
             "load": [TIP | {"body": "strut", "traction": [-987.0, 0.0, sideways], "rise": 1.0}],
@@ -143,6 +143,13 @@ def test_the_energy_that_a_released_body_loses_is_a_heat():
     assert abs(displacement(released) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
     assert released.budget.energies()["damping_heat"] > 1e-3 * released.budget.stored
     assert abs(released.budget.energy_error()) < 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-12])
+def test_tolerances_near_rounding_are_reached(tolerance):
+    found = finished(strut(1.0, load_steps=2, tolerance=tolerance))
+    assert steady(found)["relaxed_load_steps"] == []
+    assert steady(found)["estimated_error"] < minimum.ROUNDED
 
 
 def test_works_are_of_fourth_order_in_the_load_step():

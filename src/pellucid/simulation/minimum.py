@@ -19,10 +19,11 @@ from pellucid.parts.elastic_system import ElasticSystem, Trial
 MEMORY = 20  # pairs of changes that are kept
 RENEWAL = 40  # iterations after which the stiffness is factored again, if the second half of them was slow
 SLOW = 0.1  # ratio of the errors at the end and start of this half from which it was slow
-BALANCED = 0.1, 1e-5  # residual forces, relative to all forces, of an equilibrium: fraction of the tolerance, and most
+BALANCED = 0.1, 1e-9, 1e-5  # residual forces of an equilibrium over all forces: fraction of the tolerance, least and most
 MOST = 400  # iterations of a load step
 DECREASE = 1e-4  # smallest decrease of the energy, as a fraction of that along the tangent
 SLOPE = 0.9  # largest slope at the end of a step, as a fraction of that at its start, for loads without a potential
+ROUNDED = 1e-8  # error up to which a search may end by rounding above the tolerance
 SHORTEST = 1e-6  # smallest fraction of a direction
 ROUNDING = 1e-12  # change of the energy, relative to the energy, below which only the slope judges a step
 FIRST_KICK, LAST_KICK = 1e-4, 0.1  # displacements that leave an unstable equilibrium, relative to the size of the body
@@ -52,7 +53,8 @@ class Minimiser:
     """
 
     def __init__(self, system: ElasticSystem, tolerance: float) -> None:
-        self._system, self._tolerance, self._balanced = system, tolerance, min(BALANCED[0] * tolerance, BALANCED[1])
+        fraction, least, most = BALANCED
+        self._system, self._tolerance, self._balanced = system, tolerance, min(max(fraction * tolerance, least), most)
         self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
         self.largest = 0.0, 0.0
@@ -88,6 +90,7 @@ class Minimiser:
             done += used
             lower = self._lower(x, here) if left < MOST_LEFT else None
             if lower is None:
+                self._has_factors = left < MOST_LEFT
                 self.largest = self._scale_at(x), max(self.largest[1], here.size)
                 unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
                 return Equilibrium(x, done, self._error, unbalanced, left > 0)
@@ -113,7 +116,13 @@ class Minimiser:
             told(done + number, self._error)
             if change == 0.0 or (self._error <= self._tolerance and balanced):
                 return x, here, number
-            x, here = self._searched(x, here, direction, slope)
+            found = self._searched(x, here, direction, slope)
+            if found is None:
+                if self._error > ROUNDED:
+                    text = f"the energy does not decrease further, at an estimated error of {self._error:.2g}"
+                    raise NoEquilibrium(text)
+                return x, self._system.attempt(x), number
+            x, here = found
         raise NoEquilibrium(f"the estimated error is {self._error:.2g} after {MOST} iterations")
 
     def _scale_at(self, x: np.ndarray) -> float:
@@ -137,8 +146,8 @@ class Minimiser:
             self._changes = []  # not a descent, by rounding: the factors alone are positive definite
         return q, slope
 
-    def _searched(self, x: np.ndarray, here: Trial, direction: np.ndarray, slope: float) -> tuple[np.ndarray, Trial]:
-        """Return positions with a lower energy along a direction, and energy and forces there."""
+    def _searched(self, x: np.ndarray, here: Trial, direction: np.ndarray, slope: float) -> tuple[np.ndarray, Trial] | None:
+        """Return positions with a lower energy along a direction, and energy and forces there; None if there are none."""
         length, system = 1.0, self._system
         while True:
             there = system.attempt(x + length * direction)
@@ -157,7 +166,7 @@ class Minimiser:
             else:
                 length *= 0.5
             if length < SHORTEST:
-                raise NoEquilibrium(f"the energy does not decrease further, at an estimated error of {self._error:.2g}")
+                return None
         s, y = length * direction, here.residual - there.residual
         if _dot(s, y) > 1e-12 * np.sqrt(_dot(s, s) * _dot(y, y)):
             self._changes = [*self._changes[1 - MEMORY :], (s, y)]
