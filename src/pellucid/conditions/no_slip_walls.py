@@ -14,14 +14,6 @@ velocity along it, which would drag the fluid beyond. Nodes in the region and wi
 the wall normal to the surface. Points do not fill the last layer of cells: a node with less mass than fluid would have in
 the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
-Edges: the velocity near an edge is singular, and no profile through two positions describes it. With the traction alone, the
-fluid slips around the edge. The slope therefore also contains e γ u_s/h along the surface, with the velocity u_s by which the
-fluid slips at the position on the surface next to the node, and the cell size h. e is 0 on plane faces and 1 at edges: the
-spread of the normals at the node, relative to that at a radius of curvature of one cell. γ is the bound from which the method
-of Nitsche (1971) is coercive: the squared slope of a parabola at the end of a cell is at most 4 times its mean over the cell
-(Warburton & Hesthaven 2003), and at an edge two faces share the cell. The areas of both faces are added, see
-`pellucid.conditions.areas`.
-
 The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
 grid, some of these nodes lie in the wall. Each is therefore compared with the part of its volume outside all walls.
 
@@ -75,7 +67,6 @@ from pellucid.step.part import StepPart
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-SLIP = 8.0  # γ above: 4 for each of the two faces that meet at an edge
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 
@@ -285,26 +276,10 @@ class NoSlipWall(StepPart):
         self._yields = self._yielding(sure)
         slope = no_slip.slope_of_profile(wall.surface._replace(certainty=sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
-        per_slope = viscosity * dt * wall.area * self._acts
-        slope = slope + self._slope_of_slip(old, sure, per_slope)
-        drag = np.where(self._acts[:, None], -per_slope[:, None] * slope * self._axes, 0.0)
+        drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope * self._axes, 0.0)
         self._drag = self._keep_from_light(drag, fluid[self._in_window], full)
-        lag = (1.0 + SLIP * wall.edge) * per_slope * sure / self._field.grid.lattice.cell * self._delays
+        lag = viscosity * dt * wall.area * sure * self._acts / self._field.grid.lattice.cell * self._delays
         self._lag = lag[:, None] * self._axes
-
-    def _slope_of_slip(self, old: np.ndarray, sure: np.ndarray, per_slope: np.ndarray) -> np.ndarray:
-        """Return SLIP/h times the velocity along the surface with which the fluid slips on it [1/s], shape (n, 3). old:
-        velocities in the window [m/s]; sure: reliability, shape (n,); per_slope: impulse for a slope of 1/s [N s²/m], (n,)."""
-        wall, normal = self._wall, self._wall.surface.normal
-        if not wall.edge.any():
-            return np.zeros((len(old[self._in_window]), 3))
-        feet = np.where(wall.known[:, None], wall.feet, wall.place)
-        slip = self._no_slip.velocity_on(wall.window, old, feet) - self._maker.velocity_at(feet)
-        slip -= np.sum(slip * normal, axis=1)[:, None] * normal
-        rate = SLIP * wall.edge * sure / self._field.grid.lattice.cell
-        if not self._delays:  # at most the impulse that stops the node
-            rate *= self._mass / np.maximum(self._mass + rate * per_slope, MASS_EPS)
-        return np.asarray(rate[:, None] * slip)
 
     def _yielding(self, sure: np.ndarray) -> np.ndarray:
         """Return the part of their velocities relative to the wall that nodes keep, shape (n, 3): less than 1 for nodes of the

@@ -7,7 +7,6 @@ import numpy as np
 from scipy import ndimage
 from scipy.sparse import csr_array
 
-from pellucid.conditions.areas import find_areas
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.geometry.region import within
 from pellucid.geometry.shapes.contract import ActiveAxes, Space
@@ -67,7 +66,6 @@ class WallSurface(NamedTuple):
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
     share: np.ndarray  # (n,) part of each node within faces that the surface meets
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
-    edge: np.ndarray  # (n,) 1 at edges, whose radius of curvature is less than a cell, and 0 on plane faces
     window: Window  # box of nodes around `node`, for interpolation at `samples`
     heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
     facing: np.ndarray  # (n,) mask of the nodes for which the second is the distance of another wall
@@ -148,12 +146,11 @@ def find_wall(
     of_plane = no_slip.functions(np.zeros(1))[0]
     certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
     window = no_slip.find_window(node)
-    areas, spread = find_areas(no_slip, contains, place[chosen], normal, lower, cell, active)
-    curvature = no_slip.curvatures_of(window, node, normal, certainty, distance, spread)
+    curvature, squares = no_slip.curvatures_of(window, node, normal, certainty, distance)
     surface = Surface(distance, normal, certainty, curvature)
     # a face that the surface meets cuts off a part of the area of a node; a face behind the surface does not
     of_grid = np.prod(1.0 + (no_slip.shares_along(node) - 1.0) * (1.0 - normal**2), axis=1)
-    area = np.where(wet, areas / cell * grid.cell_volume * of_grid, 0.0)
+    area = np.where(wet, no_slip.area_of_curved(steepness, squares) / cell * grid.cell_volume * of_grid, 0.0)
     walls = Walls(faces, bodies, active, periods, lower, upper, mirrors)
     opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
     facing = np.isfinite(opposite.gap)
@@ -170,8 +167,7 @@ def find_wall(
     size = np.linalg.norm(across, axis=1)
     across[~stopped | (size < LEAST_HELD)] = 0.0
     across /= np.maximum(size, LEAST_HELD)[:, None]
-    edge = np.minimum(1.0, spread / no_slip.spread_at_edges)
-    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, area, edge, window)
+    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, area, window)
     sides = (heights, facing, opposite.velocity, opposite.body, on_surface, found)
     return WallSurface(*state, *sides, list(samples), list(signs), neighbours, cut)
 
