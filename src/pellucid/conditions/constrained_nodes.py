@@ -24,6 +24,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_conditions import Supports, YieldingWalls, no_walls
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HeldInRegions, NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 from pellucid.parts.support_precedence import find_owners
@@ -155,8 +156,10 @@ def constrain_nodes(
     for row, support in enumerate(supports):
         inside = nodes_of(support, grid.case, of) if support.body is None else np.zeros(len(position), bool)
         if not inside.any() and support.body is None and row not in elsewhere:
-            text = "the support constrains no node of the grid: the box lies between nodes or outside the grid"
-            wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
+            text = "the support constrains no node of the grid: the region lies outside the grid or between its nodes"
+            lower, upper = (in_metres(corner) for corner in (position.min(axis=0), position.max(axis=0)))
+            wider = f"move the region into the grid, from {lower} to {upper}, or make it at least one cell"
+            wider += f" ({grid.lattice.cell:g} m) wide"
             raise CaseError(Problem(text, f"support.{numbers[row] if numbers else row}.where", remedy=wider))
         on_nodes.append(on_those(support, inside))
     constrained.fill(0)
