@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from materials.samples import HYPERELASTIC, USERS
 from pydantic import ValidationError
+from scipy.integrate import simpson, solve_bvp
 from solids import EDGE, TISSUE, block_of, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
@@ -169,6 +170,35 @@ def test_works_are_of_fourth_order_in_the_load_step():
 def test_results_do_not_depend_on_threads():
     one, two = (displacement(finished(block(), threads)) for threads in (1, 2))
     assert (one == two).all()
+
+
+def elastica(load):
+    """Return the way of the tip along and across a cantilever of length 1 under a load across it that keeps its direction, for
+    P L²/E I = load: E I θ'' = -P cos θ along the line, θ = 0 at the clamp and θ' = 0 at the tip."""
+    s = np.linspace(0.0, 1.0, 201)
+    found = solve_bvp(
+        lambda s, y: [y[1], -load * np.cos(y[0])],
+        lambda a, b: [a[0], b[1]],
+        s,
+        [0.5 * load * s, 0.5 * load * (1.0 - s)],
+        tol=1e-8,
+    )
+    angle = found.sol(s)[0]
+    return 1.0 - simpson(np.cos(angle), x=s), simpson(np.sin(angle), x=s)
+
+
+def test_a_cantilever_bends_as_the_elastica():
+    """With 20 and 40 cells along it, and two across, the error falls towards the effect of shear and of the cells across, of the
+    size of (thickness/length)² = 0.25 %."""
+    along, across = elastica(2000.0 * 0.01 * 4.0 / 10.0)
+    errors = []
+    for cells in (20, 40):
+        changes = {"load.0.traction": [0.0, 0.0, -2000.0], "body.0.mesh.box.cells": [cells, 2, 2]}
+        bent = finished(strut(0.0, load_steps=2).with_settings(changes))
+        tip = np.linalg.norm(bent.bodies[0].mesh.nodes - [2.0, 0.05, 0.05], axis=1).argmin()
+        errors.append(abs(displacement(bent)[tip] / 2.0 - [-along, 0.0, -across]).max() / across)
+    assert errors[0] < 0.01
+    assert errors[1] < min(0.005, errors[0])
 
 
 # buckling
