@@ -188,8 +188,8 @@ def elastica(load):
 
 
 def test_a_cantilever_bends_as_the_elastica():
-    """With 20 and 40 cells along it, and two across, the error falls towards the effect of shear and of the cells across, of the
-    size of (thickness/length)² = 0.25 %."""
+    """With 20 and 40 cells along it, and two across, the error falls towards the effect of shear and of the cells across, of
+    the size of (thickness/length)² = 0.25 %."""
     along, across = elastica(2000.0 * 0.01 * 4.0 / 10.0)
     errors = []
     for cells in (20, 40):
