@@ -227,6 +227,18 @@ def test_a_run_goes_on_bit_for_bit(tmp_path):
     assert one == other
 
 
+def test_slender_bodies_keep_double_precision_in_a_run_that_goes_on():
+    """Single precision is given up at the first equilibrium, and does not serve again after a checkpoint."""
+    one, other = (Simulation(strut(1.0, load_steps=2), threads=1) for _ in range(2))
+    one.step()
+    numbers = one.state_numbers()
+    other.restore({name: array.copy() for name, array in one.state_arrays().items()}, numbers)
+    assert other.state_numbers()["clock"]["in_single"] == numbers["clock"]["in_single"]
+    for simulation in (one, other):
+        simulation.step()
+    assert (displacement(one) == displacement(other)).all()
+
+
 def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_path, monkeypatch):
     case = block(steady={"load_steps": 2})
     run_case(case, tmp_path / "whole", report=False)

@@ -36,6 +36,8 @@ class ElasticSystem(Protocol):
     """True if the loads do not depend on the deformation, so that equilibria are minima of the energy."""
     rounding: float
     """Rounding error of the energy [J]."""
+    in_single: bool
+    """True as long as factors in single precision are accurate enough; part of the state of a run."""
     increment: np.ndarray
     """Increments of the prescribed displacements to the equilibrium that is sought [m], shape (n, 3); 0 for free
     components."""

@@ -178,14 +178,9 @@ class FactoredClock(SteadyClock):
     def _reach(self) -> None:
         super()._reach()
         self._relaxing, self._iterations, self._share = False, 0, max(self._share, 1.0)
-        for minimiser in self._minimisers:
-            if self.relaxed and self.relaxed[-1] == self._equilibria:
+        if self.relaxed and self.relaxed[-1] == self._equilibria:
+            for minimiser in self._minimisers:
                 minimiser.forget()
-
-    @property
-    def _each(self) -> float:
-        """Length of a load step in the time of the loads [s]."""
-        return self.case.end / self.steady.load_steps
 
     adds_works_of_load_steps = True
 
@@ -204,6 +199,7 @@ class FactoredClock(SteadyClock):
         own = {name: getattr(self, name) for name in FACTORED}
         largest = [minimiser.largest for minimiser in self._minimisers]
         lists = {"relaxed": list(self.relaxed), "unstable": list(self.unstable), "largest_so_far": largest}
+        lists["in_single"] = [system.in_single for system in self._systems]
         return {**super().state_numbers(), **own, **lists}
 
     def ready(self, numbers: Mapping[str, Any]) -> None:
@@ -216,6 +212,8 @@ class FactoredClock(SteadyClock):
             setattr(self, name, numbers[name])
         for minimiser, largest in zip(self._minimisers, numbers["largest_so_far"], strict=True):
             minimiser.largest = tuple(largest)
+        for system, in_single in zip(self._systems, numbers["in_single"], strict=True):
+            system.in_single = in_single
 
 
 def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts) -> SteadyClock:

@@ -154,11 +154,15 @@ class SteadyClock(Clock):
     def _loads_at(self, step: int) -> float:
         """Return the time of the loads [s] after `step` steps of the present load step (the increase of the loads to the next
         equilibrium)."""
-        each = self.case.end / self.steady.load_steps
         before, level = self._begun_at, self._levels[self._equilibria + 1]
         if step >= self.loading:
-            return level * each
-        return (before + smooth_step(step / self.loading) * (level - before)) * each
+            return level * self._each
+        return (before + smooth_step(step / self.loading) * (level - before)) * self._each
+
+    @property
+    def _each(self) -> float:
+        """Length of a load step in the time of the loads [s]."""
+        return self.case.end / self.steady.load_steps
 
     def _estimate_error(self, dt: float) -> None:
         """Estimate the error of the displacements relative to the largest displacement, after a step dt [s].
@@ -299,19 +303,7 @@ def _crossing(model: BodyModel) -> float:
 
 KEPT = "position", "force", "start", "contact"
 OWN = (
-    *(
-        "_step",
-        "loading",
-        "_equilibria",
-        "_begun_at",
-        "_kappa",
-        "_estimate",
-        "_believed",
-        "_quiet",
-        "_scale",
-        "_change",
-        "_decay",
-        "error",
-    ),
+    *("_step", "loading", "_equilibria", "_begun_at"),
+    *("_kappa", "_estimate", "_believed", "_quiet", "_scale", "_change", "_decay", "error"),
     *("_corrections", "_renewed", "_exact", "_left", "_near"),
 )

@@ -51,9 +51,8 @@ def error_of(body, displacement):
     step = SMALL * EDGE * moved
     change = (forces(body, displacement - step) - forces(body, displacement + step)) / (2.0 * SMALL * EDGE)
     stiffness = SolidStiffness(body._forces.solid, body.mesh.nodes)
-    stiffness.precisions = (np.float64,)
     forces(body, displacement)
-    stiffness.renew(body.motion.free, False)
+    stiffness.renew(body.motion.free, False, single=False)
     assert stiffness.shift == 0.0
     return abs(stiffness.solve(change) - moved).max() / abs(moved).max()
 
@@ -84,7 +83,7 @@ def test_prescribed_displacements_are_followed():
     places, free = body.mesh.nodes, body.motion.free
     stiffness = SolidStiffness(body._forces.solid, places)
     before = forces(body, np.zeros_like(places))
-    stiffness.renew(free, False)
+    stiffness.renew(free, False, single=True)
     prescribed = 1e-5 * places @ np.random.default_rng(5).standard_normal((3, 3))
     found, resisted = stiffness.follow(np.zeros_like(places), np.where(free, 0.0, prescribed))
     assert found == pytest.approx(prescribed, abs=1e-9 * EDGE)
@@ -97,7 +96,7 @@ def test_instability_is_found():
     places = body.mesh.nodes
     forces(body, places * [0.1, 0.1, -0.2])
     stiffness = SolidStiffness(body._forces.solid, places)
-    stiffness.renew(np.ones(places.shape, bool), True)
+    stiffness.renew(np.ones(places.shape, bool), True, single=True)
     assert stiffness.shift > 0.0
 
 

@@ -31,7 +31,7 @@ class SolidSystem:
         accepted: Callable[[float], None],
     ) -> None:
         self.rest, self._present, self._forces, self._motion, self._accepted = rest, position, forces, motion, accepted
-        self.rounding = ROUNDING * stiffness
+        self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
         self._renew: Callable[[], None] | None = None
@@ -73,7 +73,7 @@ class SolidSystem:
 
     def factor(self) -> None:
         free = self._motion.free
-        self._matrix().renew(free, not is_held(self.rest, free))
+        self.in_single = self._matrix().renew(free, not is_held(self.rest, free), self.in_single)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._matrix().solve(force)

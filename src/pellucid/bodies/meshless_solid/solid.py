@@ -90,6 +90,13 @@ class Solid(NamedTuple):
     node_sums: np.ndarray  # (chunks, 2) columns ENERGY and LEAST_J of chunks of nodes
 
 
+def nodes_of_entries(functions: Functions, blocks: Blocks) -> np.ndarray:
+    """Return the node of each entry of shape functions, shape (entries,)."""
+    counts = np.diff(functions.first)
+    start = np.repeat(blocks.first[np.arange(len(counts)) // PACKS], counts)
+    return np.asarray(blocks.nodes[start + functions.place // LANES])
+
+
 def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
     """Return the deformation gradients at the quadrature points of each cell, shape (n_cells, points, 3, 3)."""
     points = solid.deformation.reshape(-1, 9, LANES).swapaxes(1, 2)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from pellucid.bodies.meshless_solid.solid import PACKS, Solid, components
+from pellucid.bodies.meshless_solid.solid import PACKS, Solid, components, nodes_of_entries
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -267,9 +267,8 @@ class VolumeRates:
         self._first = np.concatenate([[0], np.cumsum(of_pack[0] * of_pack[1])])
         pack = np.repeat(np.arange(len(of_pack[0])), of_pack[0] * of_pack[1])
         entry, corner = np.divmod(np.arange(int(self._first[-1])) - self._first[pack], of_pack[1][pack])
-        start = solid.blocks.first[pack // PACKS]
-        row = solid.blocks.nodes[start + corners.place[corners.first[pack] + corner] // LANES]
-        column = solid.blocks.nodes[start + gradients.place[gradients.first[pack] + entry] // LANES]
+        row = nodes_of_entries(corners, solid.blocks)[corners.first[pack] + corner]
+        column = nodes_of_entries(gradients, solid.blocks)[gradients.first[pack] + entry]
         pairs, self._place = np.unique(row * n + column, return_inverse=True)
         self._columns = (3 * (pairs % n)[:, None] + np.arange(3)).ravel()
         self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)

@@ -19,7 +19,7 @@ from pellucid.bodies.meshless_solid.forces import (
     in_kernels,
     mean_stresses,
 )
-from pellucid.bodies.meshless_solid.solid import BATCH, COLUMN, COLUMNS, PACKS, STRESS, Solid, displacements
+from pellucid.bodies.meshless_solid.solid import BATCH, COLUMN, COLUMNS, PACKS, STRESS, Solid, displacements, nodes_of_entries
 from pellucid.bodies.meshless_solid.stable_step import VolumeRates, stiffness_of_volume
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -136,13 +136,6 @@ def _assemble(solid, nodes, moduli, d, indptr, indices, values):
                         values[at + k] += local[a, (3 * i + k) * m + b]
 
 
-def _nodes_of_packs(solid: Solid) -> np.ndarray:
-    """Return the node of each entry of the gradients of all packs."""
-    counts = np.diff(solid.gradients.first)
-    start = np.repeat(solid.blocks.first[np.arange(len(counts)) // PACKS], counts)
-    return np.asarray(solid.blocks.nodes[start + solid.gradients.place // LANES])
-
-
 class SolidStiffness:
     """Stiffness of a meshless solid in the state of its last forces, and solutions of linear systems with it.
 
@@ -153,27 +146,25 @@ class SolidStiffness:
         self._solid, self._in_kernels, self._n = solid, in_kernels(solid), len(places)
         self._averaged = len(solid.block_volume) > 0
         self._d = d = 4 if self._averaged else 3
-        self._nodes = _nodes_of_packs(solid)
+        self._nodes = nodes_of_entries(solid.gradients, solid.blocks)
         pack = np.repeat(np.arange(len(solid.gradients.first) - 1), np.diff(solid.gradients.first))
         touch = sparse.csr_array((np.ones(len(pack), np.int32), (self._nodes, pack)))
         links = sparse.csr_array(touch @ touch.T)
         links.sort_indices()
-        self._links, counts = links, np.diff(links.indptr)
+        self._links, counts = (links.indptr.astype(np.int64), links.indices.astype(np.int64)), np.diff(links.indptr)
         row = np.repeat(np.arange(self._n), counts)
-        self.indptr = np.concatenate([[0], np.cumsum(np.repeat(d * counts, d))]).astype(np.int64)
-        start = self.indptr[d * row]
+        self._indptr = np.concatenate([[0], np.cumsum(np.repeat(d * counts, d))]).astype(np.int64)
+        start = self._indptr[d * row]
         place = np.arange(len(row)) - links.indptr[row]
         entry = start[:, None, None] + (d * counts[row])[:, None, None] * np.arange(d)[:, None] + d * place[:, None, None]
         self._entry = entry + np.arange(d)  # (pairs, d, d) entry of the components of each pair of nodes
-        self.indices = np.empty(len(row) * d * d, np.int64)
-        self.indices[self._entry] = d * links.indices[:, None, None] + np.arange(d)
-        self._elimination = Elimination(links, places, self.indptr, self.indices, d, d - 3)
+        self._indices = np.empty(len(row) * d * d, np.int64)
+        self._indices[self._entry] = d * links.indices[:, None, None] + np.arange(d)
+        self._elimination = Elimination(links, places, self._indptr, self._indices, d, d - 3)
         self._diagonal = self._entry[row == links.indices][:, range(d), range(d)]  # (n, d)
         self._rates = VolumeRates(solid) if self._averaged else None
-        self._values = np.zeros(len(self.indices))
+        self._values = np.zeros(len(self._indices))
         self._places = places
-        self.precisions: tuple[Precision, ...] = (np.float32, np.float64)
-        """Precisions of the factors that are tried, in this order."""
         self._factor: Factor | None = None
         self._free = np.ones((self._n, d), bool)
         self.shift = 0.0
@@ -186,8 +177,7 @@ class SolidStiffness:
         _find_moduli(len(solid.sums), self._in_kernels, STEP, moduli)
         self._values.fill(0.0)
         with on_one_thread():
-            links = self._links.indptr.astype(np.int64), self._links.indices.astype(np.int64)
-            _assemble(Bundle(solid._replace(law=(), points=())), self._nodes, moduli, self._d, *links, self._values)
+            _assemble(Bundle(solid._replace(law=(), points=())), self._nodes, moduli, self._d, *self._links, self._values)
         if self._rates is not None:
             self._add_volumes(self._rates)
 
@@ -208,36 +198,37 @@ class SolidStiffness:
 
     def _pairs(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return the indices of the pairs of nodes (one, other) among all linked pairs."""
-        links = self._links
-        keys = np.repeat(np.arange(self._n), np.diff(links.indptr)) * self._n + links.indices
+        first, linked = self._links
+        keys = np.repeat(np.arange(self._n), np.diff(first)) * self._n + linked
         return np.searchsorted(keys, one * self._n + other)
 
-    def renew(self, free: np.ndarray, moves: bool) -> None:
-        """Compute and factor the matrix in the state of the last forces.
+    def renew(self, free: np.ndarray, moves: bool, single: bool) -> bool:
+        """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
+        enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
 
         free: mask of the components that are not prescribed, shape (n, 3); moves: True if the solid can move or rotate as a
-        whole. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
+        whole; single: True to try single precision first.
         """
         self._find()
         self._free[:, :3] = free
         flat, d = self._free.ravel(), self._d
         numbers = self._values.copy()
-        row = np.repeat(np.arange(d * self._n), np.diff(self.indptr))
-        numbers[~(flat[row] & flat[self.indices])] = 0.0
+        row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
+        numbers[~(flat[row] & flat[self._indices])] = 0.0
         held, diagonal = self._diagonal[~self._free], self._diagonal[:, :3][free]
         size = np.abs(self._values[self._diagonal[:, :3]])
         numbers[held] = size.mean()
         self.shift = 0.0
-        if moves:  # FREE_SHIFT is below the rounding of single precision
-            self.precisions = (np.float64,)
+        single = single and not moves  # FREE_SHIFT is below the rounding of single precision
         while True:
             numbers[diagonal] = self._values[diagonal] + (FREE_SHIFT * moves + self.shift) * size[free]
-            for precision in self.precisions:
+            precisions: tuple[Precision, ...] = (np.float32, np.float64) if single else (np.float64,)
+            for precision in precisions:
                 with suppress(np.linalg.LinAlgError):
                     self._factor = Factor(self._elimination, numbers, precision)
                     if precision is np.float64 or self._is_accurate(self._factor, numbers):
-                        return
-                    self.precisions = (np.float64,)
+                        return single
+                    single = False
             self.shift = max(GROWTH * self.shift, FIRST_SHIFT)
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
@@ -250,7 +241,7 @@ class SolidStiffness:
         smooth = np.zeros(self._free.shape)
         smooth[:, :3] = arms * arms + np.roll(arms * arms, 1, axis=1)  # as bent about every axis
         smooth[~self._free] = 0.0
-        matrix: Any = sparse.csr_array((numbers, self.indices, self.indptr))
+        matrix: Any = sparse.csr_array((numbers, self._indices, self._indptr))
         with on_one_thread():
             found = factor.solve(matrix @ smooth.ravel())
         return bool(np.linalg.norm(found - smooth.ravel()) < ROUGH * np.linalg.norm(smooth))
@@ -264,7 +255,7 @@ class SolidStiffness:
         """Return the displacements [m] under forces on the nodes [N] and displacements of prescribed components [m], and the
         forces with which the solid resists them [N], shape (n, 3) each."""
         extra = ((0, 0), (0, self._d - 3))
-        matrix: Any = sparse.csr_array((self._values, self.indices, self.indptr))
+        matrix: Any = sparse.csr_array((self._values, self._indices, self._indptr))
         given = np.pad(prescribed, extra)
         found = given + self._solved(np.pad(force, extra) - (matrix @ given.ravel()).reshape(given.shape))
         return found[:, :3], (matrix @ found.ravel()).reshape(given.shape)[:, :3]
