@@ -328,10 +328,10 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
         sizes = [size for body in case.body if (size := body.stiffness_size()) is not None]
         unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
         seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
+        known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
         text = (
             f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {unknowns} unknowns: {memory:.2g} MB and "
-            f"about {clock(seconds)} for each factorisation; the number of "
-            "iterations is not known in advance"
+            f"{known} for each factorisation; the number of iterations is not known in advance"
         )
         return Foretold(UNKNOWN, UNKNOWN, text)
     text = (
