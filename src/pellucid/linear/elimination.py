@@ -243,6 +243,14 @@ class Factor:
             diagonal, below, updates[number] = _eliminated(panel, front.positive, update)
             self._panels.append((diagonal, below))
 
+    def pivots(self) -> np.ndarray:
+        """Return the absolute pivots of the unknowns, shape (n,): the stiffness of each with the later ones held."""
+        found = np.empty(len(self._elimination.order))
+        for front, (diagonal, _) in zip(self._elimination.fronts, self._panels, strict=True):
+            own = slice(front.first, front.first + front.own)
+            found[self._elimination.order[own]] = self._scale * np.diagonal(diagonal).astype(float) ** 2
+        return found
+
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution of the linear system for the right-hand side `right`, shape (n,)."""
         fronts, order = self._elimination.fronts, self._elimination.order

@@ -9,7 +9,7 @@ Chem. Eng. Sci. 12, 98). The dissipation per unit area is (2μ D + λ tr D I) : 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from math import sqrt
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -121,6 +121,9 @@ def _damped_rate(law, rate, spread):
 
 class SolidMembraneMaterial(MembraneMaterial):
     """Base of the materials of elastic membranes, with the keys for damage, wrinkling and surface viscosity."""
+
+    has_energy: ClassVar[bool] = True
+    """True if the stress is the derivative of an energy for all strains, False if only for small strains."""
 
     damage: DamageCase | None = parameter("", "law of damage; default: no damage", None)
     wrinkling: bool = parameter("", "true: the membrane wrinkles instead of carrying compression (tension field)", False)

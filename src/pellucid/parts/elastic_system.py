@@ -51,10 +51,11 @@ class ElasticSystem(Protocol):
         """Store the present state as the last equilibrium, and the increments of the prescribed displacements in a step dt [s]
         of the time of the loads. Called when the prescribed velocities of this step are set."""
 
-    def take_loads(self, renew: Callable[[], None] | None) -> None:
+    def take_loads(self, renew: Callable[[float], None], follow: bool) -> None:
         """Take the present external forces as the loads of the equilibrium that is sought.
 
-        renew: function that computes the loads for the present positions of the nodes, if they depend on the positions.
+        renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes; follow:
+        True if loads depend on these positions.
         """
 
     def attempt(self, position: np.ndarray) -> Trial:

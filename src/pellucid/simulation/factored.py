@@ -85,12 +85,10 @@ class FactoredClock(SteadyClock):
             begin(dt)
             for system in self._systems:
                 system.begin(dt)
-            goal = self._begun_at * self._each + dt
-            self._share_gravity(goal)
-            renew = partial(self._renew_loads, goal, dt)
-            renew()
+            renew = partial(self._renew_loads, self._begun_at * self._each, dt)
+            renew(1.0)
             for system in self._systems:
-                system.take_loads(renew if self._follows else None)
+                system.take_loads(renew, self._follows)
             try:
                 found = [minimiser.find(self._tell) for minimiser in self._minimisers]
             except NoEquilibrium as reason:
@@ -103,8 +101,11 @@ class FactoredClock(SteadyClock):
             return dt
         return super().carry_out(super().next_step(self._bodies), begin, act)
 
-    def _renew_loads(self, time: float, dt: float) -> None:
-        """Compute the loads at a time of the loads [s] for the present positions of the bodies, in a step dt [s]."""
+    def _renew_loads(self, start: float, dt: float, share: float) -> None:
+        """Compute the loads for the present positions of the bodies at a share of a step dt [s] that begins at the time `start`
+        of the loads [s]."""
+        time = start + share * dt
+        self._share_gravity(time)
         for body in self._bodies:
             body.begin(dt)
         self._parts.run("begin", time, 0.0)

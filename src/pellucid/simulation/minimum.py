@@ -18,6 +18,7 @@ from pellucid.parts.elastic_system import ElasticSystem, Trial
 
 MEMORY = 20  # pairs of changes that are kept
 RENEWAL = 40  # iterations after which the stiffness is factored again, if the second half of them was slow
+SOFT = 40  # iterations after which it is factored again if stiffness had to be added to it
 SLOW = 0.1  # ratio of the errors at the end and start of this half from which it was slow
 BALANCED = 0.1, 1e-9, 1e-5  # residual forces of an equilibrium over all forces: fraction of the tolerance, least and most
 MOST = 400  # iterations of a load step
@@ -80,7 +81,8 @@ class Minimiser:
         if not self._has_factors:
             self._factor()
         self._changes, self._renewed = [], False
-        x = system.position + system.follow(here.residual)
+        soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
+        x = system.position + system.follow(np.zeros_like(here.residual) if soft else here.residual)
         here = system.attempt(x)
         if not here.is_valid:
             raise NoEquilibrium("the linear estimate inverts a point")
@@ -104,7 +106,8 @@ class Minimiser:
         positions, energy and forces at the minimum, and the number of iterations."""
         since, errors = 0, list[float]()  # iterations since the factors are in use; errors of all iterations
         for number in range(MOST):
-            if since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]:
+            slow = since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]
+            if slow or (since >= SOFT and self._system.shift > 0.0):
                 self._renewed, since = True, 0
                 self._factor()
             direction, slope = self._direction(here)

@@ -6,7 +6,8 @@ from materials.samples import every_hyperelastic
 from solids import EDGE, block_of, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
-from pellucid.bodies.meshless_solid.stiffness import SolidStiffness, is_held
+from pellucid.bodies.meshless_solid.stiffness import SolidStiffness
+from pellucid.bodies.own_nodes.stiffness import motions_as_a_whole
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 
@@ -52,7 +53,7 @@ def error_of(body, displacement):
     change = (forces(body, displacement - step) - forces(body, displacement + step)) / (2.0 * SMALL * EDGE)
     stiffness = SolidStiffness(body._forces.solid, body.mesh.nodes)
     forces(body, displacement)
-    stiffness.renew(body.motion.free, False, single=False)
+    stiffness.renew(body.motion.free, body.mesh.nodes + displacement, single=False)
     assert stiffness.shift == 0.0
     return abs(stiffness.solve(change) - moved).max() / abs(moved).max()
 
@@ -83,7 +84,7 @@ def test_prescribed_displacements_are_followed():
     places, free = body.mesh.nodes, body.motion.free
     stiffness = SolidStiffness(body._forces.solid, places)
     before = forces(body, np.zeros_like(places))
-    stiffness.renew(free, False, single=True)
+    stiffness.renew(free, body.mesh.nodes, single=True)
     prescribed = 1e-5 * places @ np.random.default_rng(5).standard_normal((3, 3))
     found, resisted = stiffness.follow(np.zeros_like(places), np.where(free, 0.0, prescribed))
     assert found == pytest.approx(prescribed, abs=1e-9 * EDGE)
@@ -96,18 +97,21 @@ def test_instability_is_found():
     places = body.mesh.nodes
     forces(body, places * [0.1, 0.1, -0.2])
     stiffness = SolidStiffness(body._forces.solid, places)
-    stiffness.renew(np.ones(places.shape, bool), True, single=True)
+    stiffness.renew(np.ones(places.shape, bool), body.arrays["position"], single=True)
     assert stiffness.shift > 0.0
 
 
-def test_bodies_that_can_move_as_a_whole_are_known():
+def test_motions_as_a_whole_are_those_that_nothing_prevents():
     body, _ = body_of()
     places, free = body.mesh.nodes, np.ones(body.mesh.nodes.shape, bool)
-    assert not is_held(places, free)
+    assert len(motions_as_a_whole(places, free)) == 6
     free[0] = False
-    assert not is_held(places, free), "it turns about the node"
+    assert len(motions_as_a_whole(places, free)) == 3, "it turns about the node"
     free[-1] = False
-    assert not is_held(places, free), "it turns about the line between both nodes"
+    (turn,) = motions_as_a_whole(places, free)
+    assert abs(turn[~free]).max() < 1e-12, "it turns about the line between both nodes"
+    stretches = np.linalg.norm(places[1:] + 1e-6 * turn[1:] - places[:-1] - 1e-6 * turn[:-1], axis=1)
+    assert stretches == pytest.approx(np.linalg.norm(places[1:] - places[:-1], axis=1), rel=1e-9)
     free[1] = False
-    assert is_held(places, free)
-    assert is_held(places, body.motion.free)
+    assert len(motions_as_a_whole(places, free)) == 0
+    assert len(motions_as_a_whole(places, body.motion.free)) == 0

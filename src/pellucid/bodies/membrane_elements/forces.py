@@ -24,7 +24,13 @@ from pellucid.bodies.membrane_elements.quadrilateral import (
     quadrilateral_stress,
     strain_quadrilaterals,
 )
-from pellucid.bodies.membrane_elements.triangle import press_triangle, strain_triangle, triangle_forces, triangle_stress
+from pellucid.bodies.membrane_elements.triangle import (
+    press_triangle,
+    strain_triangle,
+    triangle_energy,
+    triangle_forces,
+    triangle_stress,
+)
 from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import OK
 from pellucid.jit import pointwise
@@ -110,6 +116,19 @@ def strain(chunk, surface, x, v, sums, fault, dt):
             at_fault = e
     sums[chunk, STRAIN], sums[chunk, HOURGLASS], sums[chunk, FREQUENCY] = strain_energy, hourglass_energy, rate
     fault[chunk, 0], fault[chunk, 1] = first_fault, at_fault
+
+
+@parallel_loop()
+def find_energies(chunk, surface, x):
+    """Set the strain energies of the triangles of a chunk to those of their present shapes; in a run with motion, they are the
+    works of the stress in the steps. The stress is set to 0 until it is computed. surface: data of `StrainedElements`; x: nodal
+    positions [m], shape (n, 3).
+    """
+    _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
+    for e in range(middle, end):
+        surface.state.strain_energy[e] = triangle_energy(surface, x, e)
+        for i in range(3):
+            surface.state.plane_stress[e, i] = 0.0
 
 
 @parallel_loop()

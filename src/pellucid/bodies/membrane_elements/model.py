@@ -25,6 +25,7 @@ from pellucid.materials import AnySolidMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel, Standing, is_alone
+from pellucid.parts.elastic_system import StiffnessSize
 from pellucid.parts.part import Parts
 from pellucid.step.limit import (
     StepLimit,
@@ -90,6 +91,24 @@ class MembraneElementsCase(MembraneCase):
 
     def owns_nodes(self, alone: bool) -> bool:
         return alone
+
+    @property
+    def has_stiffness(self) -> bool:  # type: ignore[override]
+        """True for triangles that carry compression, without penalties on area and volume."""
+        return not (self.material.wrinkling or self.is_kept or len(self.mesh().quads))
+
+    def stiffness_size(self) -> StiffnessSize:
+        from scipy.sparse import csr_array
+
+        from pellucid.linear.elimination import factor_size
+
+        mesh = self.mesh()
+        corners = mesh.triangles
+        rows = np.repeat(np.arange(len(corners)), 3)
+        touch = csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), len(mesh.vertices)))
+        links = csr_array(touch.T @ touch)
+        size = factor_size(links if self.bending is None else csr_array(links @ links), mesh.vertices, 3)
+        return StiffnessSize(3 * len(mesh.vertices), size.numbers, size.operations)
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
         aware = self.model_copy()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
+from pellucid.bodies.membrane_elements.equilibrium import MembraneSystem
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementMembrane, ElementSurface
 from pellucid.bodies.membranes.bending import support_bending
 from pellucid.bodies.own_nodes.body import ExplicitNodes
@@ -16,6 +17,7 @@ from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
+from pellucid.parts.elastic_system import ElasticSystem
 from pellucid.step.limit import StepLimit, bending_in_mesh, springs_of_contact, told
 
 if TYPE_CHECKING:
@@ -27,11 +29,11 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     only."""
 
     def __init__(self, case: "MembraneElementsCase", placement: Placement) -> None:
-        self.name = case.name
+        self.name, self._has_energy = case.name, case.material.has_energy
         self.surface = surface = ElementSurface(case, placement.grid_case)
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
-        super().__init__(surface.vertices, case.initial_velocity(surface.vertices), surface.node_mass, placement)
+        super().__init__(surface.vertices.copy(), case.initial_velocity(surface.vertices), surface.node_mass, placement)
         surface.bind(self.arrays["id"], np.minimum(np.arange(self.motion.chunks + 1) * CHUNK, len(surface.vertices)))
         self.renew_totals()
 
@@ -66,6 +68,18 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         self._find_forces()
         self._count_power()
         self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing, self.contact_rate)
+
+    def elastic_system(self) -> ElasticSystem:
+        """Return energy, forces and stiffness for equilibria; only for triangles."""
+        surface, stiffness = self.surface, self.mass * self.surface.wave_at_start**2
+        given = surface, self.arrays["position"], self.motion, stiffness, self._take_equilibrium, self.totals
+        return MembraneSystem(*given, self._has_energy)
+
+    def _take_equilibrium(self, dt: float) -> None:
+        """Update everything that depends on the positions of the nodes after a new equilibrium; dt: step of the time of the
+        loads [s]."""
+        self.motion.sum_at_rest(self.totals, dt)
+        self.totals.half_power = 0.0
 
     def step_limit(self) -> StepLimit:
         limits = [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))]

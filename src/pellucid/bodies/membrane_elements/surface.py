@@ -9,6 +9,7 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.constraints import Constraints, Swings
@@ -66,7 +67,8 @@ class ElementSurface:
         self.contact_reach = case.contact_reach
         """Distance from the mid-surface at which contact with other bodies begins [m]."""
         self.areal_density = case.material.density * case.thickness
-        self._wave = wave_in_shape(self.law, tense.shape, case.material.density)  # at the start
+        self.wave_at_start = wave_in_shape(self.law, tense.shape, case.material.density)
+        """Speed of the fastest small wave at the start [m/s]."""
         self._in_liquid: Callable[[float], StepLimit] | None = None
         self._rate_at_start = 0.0
         self._control = case.hourglass.control()
@@ -197,6 +199,32 @@ class ElementSurface:
         totals.stored += totals.parts["constraint"]
         return hypot(rate, self._swings.rate)
 
+    def take_state(self, position: np.ndarray, totals: Totals) -> None:
+        """Set strains, stresses and energies to those of nodes at rest at `position` [m], shape (n, 3), whatever the nodes did
+        before; only for triangles. Sets the stored energies of `totals`."""
+        forces.find_energies(self._chunks, self._bundle, position)
+        self.strain(position, np.zeros_like(position), 0.0, totals)
+
+    def linked_nodes(self) -> sparse.csr_array:
+        """Return which nodes determine each term of the energy: a matrix with a row per term and a column per node. Terms of
+        the whole membrane, on its area or volume, are not included. Only for triangles."""
+        corners = self.mesh.corners[:, :3]
+        rows = np.repeat(np.arange(len(corners)), 3)
+        terms = sparse.csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), len(self.vertices)))
+        if self.bending is None:
+            return terms
+        return sparse.csr_array(sparse.vstack([terms, self.bending.linked_nodes()]))
+
+    @property
+    def supports_of_bending(self) -> object | None:
+        """Supports that affect the bending, as an object that is replaced when they change; None without bending."""
+        return getattr(self.bending, "supports", None)
+
+    def shortest_edge(self) -> float:
+        """Return the length of the shortest edge at the start [m]."""
+        places = self.vertices[self.mesh.corners[:, :3]]
+        return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).min())
+
     def go_on(self, position: np.ndarray) -> None:
         """Recompute the values that a checkpoint does not contain, such as bending energies and the step limits of elements
         and penalty springs, for nodes at `position` [m], shape (n, 3).
@@ -212,7 +240,7 @@ class ElementSurface:
         """
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
         waves = (
-            waves_in_mesh(self._wave_rate(), self._wave, "membrane")
+            waves_in_mesh(self._wave_rate(), self.wave_at_start, "membrane")
             if self._in_liquid is None
             else self._waves_in_liquid(self._in_liquid)
         )
@@ -221,7 +249,7 @@ class ElementSurface:
     def move_in_liquid(self, limit: Callable[[float], StepLimit], mesh: Mesh) -> None:
         """Let waves limit the step as in a liquid whose pressure is implicit. limit: step limit as a function of the wave speed
         [m/s]; mesh: the elements at the start."""
-        self._in_liquid, self._rate_at_start = limit, self._wave * float(rates_of_surface(mesh).max())
+        self._in_liquid, self._rate_at_start = limit, self.wave_at_start * float(rates_of_surface(mesh).max())
 
     @property
     def in_liquid(self) -> bool:
@@ -234,7 +262,7 @@ class ElementSurface:
 
     def _waves_in_liquid(self, limit: Callable[[float], StepLimit]) -> StepLimit:
         rate = self._wave_rate()
-        return limit(self._wave * rate / self._rate_at_start) if self._rate_at_start > 0.0 else NO_LIMIT
+        return limit(self.wave_at_start * rate / self._rate_at_start) if self._rate_at_start > 0.0 else NO_LIMIT
 
     def fault(self) -> tuple[int, int] | None:
         """Return the fault of an element after a step: a code of `pellucid.grid.points` and the storage row of its first

@@ -12,6 +12,7 @@ from math import inf, sqrt
 from pellucid.bodies.membrane_elements.geometry import cross, dot, edges, in_space
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
+from pellucid.materials.law import energy
 from pellucid.materials.membrane import (
     damped_rate,
     plane_diffusivity,
@@ -49,6 +50,29 @@ def between(w, E):
     return a11 * w[0] + a12 * w[2], a21 * w[2] + a22 * w[1], a11 * w[2] + a12 * w[1]
 
 
+@pointwise
+def _stretches(C, normal):
+    """Return the principal stretches of a triangle, at least NARROWEST. C: right Cauchy-Green tensor (11, 22, 12); normal: cross
+    product of the columns of the deformation gradient, whose length is the ratio of areas."""
+    difference = 0.5 * (C[0] - C[1])
+    square = 0.5 * (C[0] + C[1]) + sqrt(difference * difference + C[2] * C[2])
+    major = max(sqrt(square), NARROWEST)
+    return major, max(sqrt(dot(normal, normal)) / major, NARROWEST)
+
+
+@kernel(inline=True)
+def triangle_energy(surface, x, e):
+    """Return the strain energy of triangle e [J] for its present shape. surface: data of `StrainedElements`; x: nodal positions
+    [m], shape (n, 3).
+    """
+    rest = _rest_of(surface.rest, e - surface.n_quads)
+    chi, psi = edges(x, surface.corners, e)
+    f1, f2 = gradients(rest, chi, psi)
+    C = (dot(f1, f1), dot(f2, f2), dot(f1, f2))
+    major, minor = _stretches(C, cross(f1, f2))
+    return _volume_of(rest, surface.thickness) * energy(surface.law, shape_of(surface.law, C, major, minor))
+
+
 @kernel(inline=True)
 def strain_triangle(surface, x, v, e, dt):
     """Update stress and energy of triangle e after a step dt [s]. Returns its strain energy [J], half its largest
@@ -64,11 +88,7 @@ def strain_triangle(surface, x, v, e, dt):
     f1, f2 = gradients(rest, chi, psi)
     C = (dot(f1, f1), dot(f2, f2), dot(f1, f2))
     normal = cross(f1, f2)
-    areal = dot(normal, normal)  # the square of the ratio of areas
-    difference = 0.5 * (C[0] - C[1])
-    square = 0.5 * (C[0] + C[1]) + sqrt(difference * difference + C[2] * C[2])
-    major = max(sqrt(square), NARROWEST)
-    minor = max(sqrt(areal) / major, NARROWEST)
+    major, minor = _stretches(C, normal)
     shape = shape_of(law, C, major, minor)
     s11, s22, s12, ratio = plane_response(law, shape)
     at_rest = _volume_of(rest, initial)

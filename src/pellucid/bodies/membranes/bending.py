@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
@@ -34,6 +35,8 @@ class Resistance(Protocol):
     def curvatures(self, position: np.ndarray) -> np.ndarray: ...
     def energy(self, position: np.ndarray) -> float: ...
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None: ...
+    def linked_nodes(self) -> csr_array:
+        """Return which nodes determine each term of the energy: a matrix with a row per term and a column per node."""
 
 
 def make_bending(

@@ -10,10 +10,11 @@ from math import atan2, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from pellucid.bodies.membrane_elements.geometry import cross, dot
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
-from pellucid.bodies.membranes.closed_bending import CHUNK, OWN, RATE, SUMS, gather_hinges
+from pellucid.bodies.membranes.closed_bending import CHUNK, OWN, RATE, SUMS, gather_hinges, nodes_of_hinges
 from pellucid.bodies.membranes.plate_operators import BendingSupports, build_plate_operators, no_supports
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
@@ -127,6 +128,11 @@ class PlateBending:
         _push_corners(self._chunks[0], self._bundle, position)
         _gather(self._chunks[1], self._bundle, target)
         self.rate = 0.5 * sqrt(float(self._sums[:, RATE].max(initial=0.0)))
+
+    def linked_nodes(self) -> csr_array:
+        rows = self._operators.stiffness
+        pattern = csr_array((np.ones(len(rows.data)), rows.indices, rows.indptr), rows.shape)
+        return csr_array(pattern @ nodes_of_hinges(self._operators.corners, len(self._mass)))
 
     def _bend(self, position: np.ndarray) -> None:
         # a step asks for the energy and then for the forces of the same positions

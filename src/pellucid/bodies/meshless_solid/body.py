@@ -151,7 +151,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem)
         """Update everything that depends on the positions of the nodes after a new equilibrium; dt: step of the time of the
         loads [s]."""
         self.prescribed.displacement += dt * self.motion.rows
-        self.motion.sum_momentum(self.totals)
+        self.motion.sum_at_rest(self.totals, dt)
         self.totals.stored, self.totals.half_power = self._forces.stored(), 0.0
         self._shifted = 0.0
 

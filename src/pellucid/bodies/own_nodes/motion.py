@@ -40,6 +40,14 @@ class ForceParts(NamedTuple):
     gravity: np.ndarray  # (3,) applied gravity [m/s²]
 
 
+class ForcesOnTheWay(NamedTuple):
+    """Forces on the nodes of a body in a step of the loads, at its start, middle and end."""
+
+    before: ForceParts
+    middle: ForceParts
+    after: ForceParts
+
+
 class Tangent(NamedTuple):
     """The way on which an equilibrium changes in a step of the loads, linearised at the equilibrium."""
 
@@ -324,32 +332,33 @@ class NodalMotion:
         """Return the sum of loads and gravity on the nodes [N], shape (n, 3)."""
         return np.asarray(parts.loads.sum(axis=0) + self._arrays["mass"][:, None] * parts.gravity)
 
-    def record_equilibrium(self, moved: Moved, before: ForceParts, dt: float) -> None:
+    def record_equilibrium(self, moved: Moved, forces: ForcesOnTheWay, dt: float) -> None:
         """Compute works and impulses of a step dt [s] of the time of the loads from one equilibrium to the next, after which
-        the nodes are at rest. before: forces at the start of the step.
+        the nodes are at rest. forces: forces in the step; those at its end are the present ones.
 
-        Reactions are those of the second equilibrium. Along the step, loads and prescribed displacements grow in proportion.
-        Displacements u and reactions r are cubic in the share s of the step, with the values and derivatives at both ends:
-        a load that grows from f₀ to f₁ does the work (f₀ + f₁)·(u₁ - u₀)/2 + (f₁ - f₀)·(u₁' - u₀')/12, and reactions to
-        displacements that grow by w the work w·((r₀ + r₁)/2 + (r₀' - r₁')/12). The error is of fourth order in the step.
+        Reactions are those of the second equilibrium. Displacements u and reactions r are cubic in the share s of the step,
+        with the values and derivatives at both ends, loads f quadratic: f_½ is the mean of the loads of both ends at the middle
+        of the way. Prescribed displacements grow in proportion. A load does the work (f₀ + f₁)·(u₁ - u₀)/2 +
+        (f₁ - f₀)·(u₁' - u₀')/12 + (4 f_½ - 2 f₀ - 2 f₁)·((u₁ - u₀)/5 - (u₀' + u₁')/60), and reactions to displacements that
+        grow by w the work w·((r₀ + r₁)/2 + (r₀' - r₁')/12). The error is of fourth order in the step.
         """
         self._prescribed[:] = moved.rates
         np.multiply(self._prescribed, self.load_rate, out=self.rows)
-        velocity, present, after = self._arrays["velocity"], (self.internal, self.loads, self.gravity), self.force_parts()
-        for now, end, start in zip(present, after, before, strict=True):
+        velocity, present = self._arrays["velocity"], (self.internal, self.loads, self.gravity)
+        for now, end, start in zip(present, forces.after, forces.before, strict=True):
             now[...] = 0.5 * (start + end)
         # also where supports released nodes, which they held at the first equilibrium
         self.internal[...] = np.where(self.free, self.internal - self.forces(), self.internal)
         velocity[:] = moved.displacement / dt
         kernels.advance_velocities(self.chunks, self._forces, UNDAMPED, dt)
         works = self._work[:, : self._columns].copy()
-        for now, end in zip(present, after, strict=True):
+        for now, end in zip(present, forces.after, strict=True):
             now[...] = end
         velocity[:] = moved.displacement / dt
         kernels.advance_velocities(self.chunks, self._forces, UNDAMPED, dt)
         self._work[:, : self._columns] = works
         velocity.fill(0.0)
-        self._add_curvature(moved, before, after, dt)
+        self._add_curvature(moved, forces, dt)
 
     def lose_rest(self, stored: float) -> None:
         """Add to the heat of damping the part of the works of the last step that did not increase the stored energy by
@@ -359,16 +368,19 @@ class NodalMotion:
         works[DAMPING] -= internal + stored
         works[INTERNAL] -= internal + stored
 
-    def _add_curvature(self, moved: Moved, before: ForceParts, after: ForceParts, dt: float) -> None:
-        """Add to the works of a step the parts with derivatives at its ends, see `record_equilibrium`."""
-        works, bend = self._work[0], (moved.arriving.moved - moved.leaving.moved) / 12.0
+    def _add_curvature(self, moved: Moved, forces: ForcesOnTheWay, dt: float) -> None:
+        """Add to the works of a step the parts beyond those of the mean forces, see `record_equilibrium`."""
+        before, middle, after = forces
+        first, last = moved.leaving.moved, moved.arriving.moved
+        works, bend, reach = self._work[0], (last - first) / 12.0, moved.displacement / 5.0 - (first + last) / 60.0
         of_gravity = float(np.sum(self._arrays["mass"] * (bend @ (after.gravity - before.gravity))))
-        of_loads = np.sum((after.loads - before.loads) * bend, axis=(1, 2))
+        bow = 4.0 * middle.loads - 2.0 * (before.loads + after.loads)
+        of_loads = np.sum((after.loads - before.loads) * bend + bow * reach, axis=(1, 2))
         pulled = (moved.leaving.resisted - moved.arriving.resisted) / 12.0  # loads cancel
         by_row = np.where(self.free, 0.0, pulled * dt * self.at_nodes(moved.rates))
-        first, last = self.motion_rows
+        start, end = self.motion_rows
         prescribed = self._arrays["prescribed"]
-        led = (prescribed > first) & (prescribed <= last)
+        led = (prescribed > start) & (prescribed <= end)
         of_motions, of_supports = float(np.sum(by_row[led])), float(np.sum(by_row[~led]))
         works[GRAVITY] += of_gravity
         works[FIRST_LOAD : self._columns] += of_loads
@@ -385,6 +397,13 @@ class NodalMotion:
         if self._grid:
             fastest = max(float(self._sums[:, FASTEST].max()), self.top_speed)
             self.crossing = fastest * self._grid.lattice.inverse_cell
+
+    def sum_at_rest(self, totals: Totals, dt: float) -> None:
+        """Write the kinetic energy and the momentum of nodes at rest to `totals`: 0, but errors of momentum compare with the
+        impulses of the loads in a step dt [s] of the time of the loads, which may cancel."""
+        totals.kinetic, totals.momentum = 0.0, np.zeros(3)
+        forces = self.forces() - self.internal
+        totals.momentum_size = dt * float(np.sqrt(np.sum(forces * forces, axis=1)).sum())
 
     def power(self) -> float:
         """Return the power of the present internal forces at the present nodal velocities [W]."""

@@ -1,0 +1,212 @@
+"""Potential energy, forces and stiffness of a body with its own nodes at trial positions of the nodes, for its equilibria."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, NodalMotion, Tangent
+from pellucid.bodies.own_nodes.stiffness import NodalStiffness
+from pellucid.parts.elastic_system import Trial
+
+TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
+DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
+DEMANDED = 1e-10  # part of the forces along a motion of the body as a whole that is more than rounding
+ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers of size 1
+
+
+class Strained(NamedTuple):
+    """A body at trial positions of its nodes."""
+
+    stored: float  # stored energy [J]
+    is_valid: bool  # False if the body is inverted at a point
+
+
+class NodalSystem(ABC):
+    """An `ElasticSystem` of a body with its own nodes; subclasses compute strains, internal forces and stiffness.
+
+    rest, position: nodal positions at rest and at present [m], shape (n, 3); motion: equation of motion of the nodes;
+    stiffness: modulus times volume of the body [J]; accepted: function of the body that is called after a new equilibrium,
+    with the step of the time of the loads [s].
+    """
+
+    has_energy = True  # False if internal forces are not derivatives of the stored energy
+    knows_loads = False  # True if the matrix includes the stiffness of loads that follow the deformation
+
+    def __init__(
+        self,
+        rest: np.ndarray,
+        position: np.ndarray,
+        motion: NodalMotion,
+        stiffness: float,
+        accepted: Callable[[float], None],
+    ) -> None:
+        self.rest, self._present, self._motion, self._accepted = rest, position, motion, accepted
+        self.rounding, self.in_single = ROUNDING * stiffness, True
+        self.position, self.increment = position.copy(), np.zeros_like(rest)
+        self._external, self.has_potential = np.zeros_like(rest), True
+        self._renew: Callable[[float], None] = lambda share: None
+        self._follow, self._left_stable = False, True
+        self._share = 0.0  # of the step at which the stiffness of loads is that of the tangent
+        self._size = 0.0  # sum of the norms of internal and external forces at the last trial [N]
+        self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
+        self._leaving = Tangent(self.increment, self.increment)
+        self._free, self._stored = motion.free, self._stored_energy()  # at the last equilibrium
+        self._stiffness: NodalStiffness | None = None
+        self.tried = self.position.copy()
+        """Positions of the last trial [m], shape (n, 3)."""
+
+    @abstractmethod
+    def _strain(self, position: np.ndarray) -> Strained:
+        """Compute strains and internal forces, `internal` of the motion, for nodes at these positions [m], shape (n, 3)."""
+
+    @abstractmethod
+    def _stored_energy(self) -> float:
+        """Return the stored energy in the state of the last strains [J]."""
+
+    @abstractmethod
+    def _new_stiffness(self) -> NodalStiffness:
+        """Return the stiffness of the body in the state of its last strains, without factors."""
+
+    def begin(self, dt: float) -> None:
+        self.position[:] = self._present
+        self._stored, self._share = self._stored_energy(), 0.0
+        self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
+        self.increment[:] = dt * self._motion.at_nodes(self._rates)
+
+    def take_loads(self, renew: Callable[[float], None], follow: bool) -> None:
+        self._renew, self._follow, self.has_potential = renew, follow, self.has_energy and not follow
+        self._external[:] = self._motion.forces() - self._motion.internal
+
+    def attempt(self, position: np.ndarray) -> Trial:
+        internal = self._motion.internal
+        self.tried[:] = position
+        if self._follow:
+            self._present[:] = position
+            self._renew(1.0)
+            self._external[:] = self._motion.forces() - internal
+        energy, is_valid = self._strain(position)
+        if self.has_potential:
+            energy -= float(np.sum(self._external * (position - self.rest)))
+        residual = np.where(self._motion.free, internal + self._external, 0.0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
+        self._size = size
+        return Trial(energy, residual, size, is_valid and np.isfinite(energy) and np.isfinite(size))
+
+    @property
+    def shift(self) -> float:
+        return self._matrix().shift
+
+    def factor(self) -> None:
+        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single)
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        return self._without_drift(self._matrix().solve(force), force)
+
+    def follow(self, force: np.ndarray) -> np.ndarray:
+        self._leaving, self._left_stable = self._tangent(force), self.shift == 0.0
+        self._share = 1.0
+        return self._leaving.moved
+
+    def _tangent(self, force: np.ndarray) -> Tangent:
+        """Return the displacements under growing loads on the nodes [N], shape (n, 3), and the increments of prescribed ones."""
+        found = self._linear(force)
+        if not self._follow or self.knows_loads:
+            return found
+        last = float("inf")
+        for _ in range(TANGENTS):  # the loads that follow the displacements are added to the others
+            moved = found.moved
+            found = self._linear(force + self._followed(moved))
+            change = float(np.abs(found.moved - moved).max())
+            if change <= SETTLED * float(np.abs(found.moved).max()):
+                break
+            if not change < last:
+                return self._linear(force)
+            last = change
+        return found
+
+    def _linear(self, force: np.ndarray) -> Tangent:
+        """Return the displacements under forces on the nodes [N], shape (n, 3), and the increments of prescribed ones."""
+        moved, resisted = self._matrix().follow(force, self.increment)
+        return Tangent(self._without_drift(moved, force), resisted)
+
+    def _followed(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the change of the loads with displacements from the last trial positions [m], shape (n, 3), by differences."""
+        size = float(np.abs(displacement).max())
+        step = DIFFERENCE * float(np.ptp(self.rest, axis=0).max()) / size if size > 0.0 else 0.0
+        if step == 0.0:
+            return np.zeros_like(displacement)
+        ends = []
+        for way in (step, -step):
+            self._present[:] = self.tried + way * displacement
+            self._renew(self._share)
+            ends.append(self._motion.external_forces(self._motion.force_parts()))
+        self._present[:] = self.tried
+        self._renew(1.0)
+        return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+
+    def _without_drift(self, displacement: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Remove from displacements [m] the motions of the body as a whole that no force demands: errors of the stiffness are
+        large compared with that which resists them. force: the forces of the displacements [N]; shape (n, 3) each."""
+        for motion in self._matrix().loose:
+            if abs(float(np.sum(motion * force))) <= DEMANDED * self._size:
+                displacement = displacement - float(np.sum(motion * displacement)) * motion
+        return displacement
+
+    def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
+        motion, displacement = self._motion, position - self.position
+        self._present[:] = position
+        leaving, arriving = self._ends_of_path(displacement)
+        after = motion.force_parts()
+        forces = ForcesOnTheWay(self._before, self._middle(leaving, arriving, after), after)
+        motion.record_equilibrium(Moved(displacement, leaving, arriving, self._rates), forces, dt)
+        if jumped or (self._motion.free != self._free).any():
+            self._motion.lose_rest(self._stored_energy() - self._stored)
+        self._free = self._motion.free
+        self._accepted(dt)
+
+    def _middle(self, leaving: Tangent, arriving: Tangent, after: ForceParts) -> ForceParts:
+        """Return the forces in the middle of the way to the present positions, under the mean of the loads of both ends. leaving,
+        arriving: ends of the way; after: forces at its end."""
+        ends, position = [self._before, after], self._present.copy()
+        if self._follow:
+            self._present[:] = 0.5 * (self.position + position) + 0.125 * (leaving.moved - arriving.moved)
+            for end, share in enumerate((0.0, 1.0)):
+                self._renew(share)
+                ends[end] = self._motion.force_parts()
+            self._present[:] = position
+            self._renew(1.0)
+        return ForceParts(*(0.5 * (one + other) for one, other in zip(*ends, strict=True)))
+
+    def _ends_of_path(self, displacement: np.ndarray) -> tuple[Tangent, Tangent]:
+        """Return the directions in which the nodes leave the last equilibrium and arrive at the present one, for the
+        displacement between both [m], shape (n, 3). Where the stiffness does not tell the direction, it follows from the
+        displacement."""
+        leaving, arriving = self._leaving, self._tangent(self._grown())
+        stable = self.shift == 0.0
+        if not self._left_stable:
+            other = arriving.moved if stable else displacement
+            leaving = Tangent(2.0 * displacement - other, arriving.resisted)
+        if not stable:
+            arriving = Tangent(2.0 * displacement - leaving.moved, leaving.resisted)
+        return leaving, arriving
+
+    def _grown(self) -> np.ndarray:
+        """Return by how much the loads on the nodes grow in the step at their present positions [N], shape (n, 3)."""
+        if not self._follow:
+            return self._external - self._motion.external_forces(self._before)
+        self._renew(0.0)
+        less = self._motion.external_forces(self._motion.force_parts())
+        self._renew(1.0)
+        return self._external - less
+
+    def reject(self) -> None:
+        self._present[:] = self.position
+        self._strain(self.position)
+
+    def _matrix(self) -> NodalStiffness:
+        if self._stiffness is None:
+            self._stiffness = self._new_stiffness()
+        return self._stiffness

@@ -1,0 +1,153 @@
+"""Factored stiffness of a body with its own nodes, for equilibria: the structure of the matrix, its factors, and solutions with
+them. What the entries are is up to the body."""
+
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_thread
+
+FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
+"""Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
+factor to the next, and the largest."""
+ROUGH = 1e-2  # error of a smooth displacement up to which factors in single precision are used
+HELD = 1e-9  # resistance to a motion as a whole, over that of all nodes, above which the motion is prevented
+FREE_SHIFT = 1e-8
+"""The same for bodies that can move or rotate as a whole: more than rounding, and much less than any stiffness of the body."""
+
+
+class NodalStiffness(ABC):
+    """Stiffness of a body in the state of its last forces, and solutions of linear systems with it.
+
+    links: adjacency matrix of the nodes, shape (n, n); places: positions of the nodes at rest [m], shape (n, 3); pressures:
+    number of unknown pressures of each node, which follow its displacements: 0 or 1.
+    """
+
+    least_pivot = 0.0
+    """Smallest pivot, as a fraction of the diagonal, that is not an error of the matrix."""
+
+    def __init__(self, links: sparse.csr_array, places: np.ndarray, pressures: int = 0) -> None:
+        self._n, self._d, self._places = len(places), 3 + pressures, places
+        d = self._d
+        links.sort_indices()
+        self._links, counts = (links.indptr.astype(np.int64), links.indices.astype(np.int64)), np.diff(links.indptr)
+        row = np.repeat(np.arange(self._n), counts)
+        self._indptr = np.concatenate([[0], np.cumsum(np.repeat(d * counts, d))]).astype(np.int64)
+        start = self._indptr[d * row]
+        place = np.arange(len(row)) - links.indptr[row]
+        entry = start[:, None, None] + (d * counts[row])[:, None, None] * np.arange(d)[:, None] + d * place[:, None, None]
+        self._entry = entry + np.arange(d)  # (pairs, d, d) entry of the components of each pair of nodes
+        self._indices = np.empty(len(row) * d * d, np.int64)
+        self._indices[self._entry] = d * links.indices[:, None, None] + np.arange(d)
+        self._elimination = Elimination(links, places, self._indptr, self._indices, d, pressures)
+        self._diagonal = self._entry[row == links.indices][:, range(d), range(d)]  # (n, d)
+        self._values = np.zeros(len(self._indices))
+        self._factor: Factor | None = None
+        self._free = np.ones((self._n, d), bool)
+        self.loose = np.zeros((0, self._n, 3))
+        """Motions of the body as a whole that prescribed components did not prevent when the matrix was factored, as orthonormal
+        displacements of the nodes, shape (m, n, 3)."""
+        self.shift = 0.0
+        """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
+        stable."""
+
+    @abstractmethod
+    def _find(self) -> None:
+        """Compute the entries of the matrix in the state of the last forces, in `_values`."""
+
+    def _pairs(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the indices of the pairs of nodes (one, other) among all linked pairs."""
+        first, linked = self._links
+        keys = np.repeat(np.arange(self._n), np.diff(first)) * self._n + linked
+        return np.searchsorted(keys, one * self._n + other)
+
+    def renew(self, free: np.ndarray, position: np.ndarray, single: bool) -> bool:
+        """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
+        enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
+
+        free: mask of the components that are not prescribed, shape (n, 3); position: present positions of the nodes [m], shape
+        (n, 3); single: True to try single precision first.
+        """
+        self._find()
+        self.loose = motions_as_a_whole(position, free)
+        moves = len(self.loose) > 0
+        self._free[:, :3] = free
+        flat, d = self._free.ravel(), self._d
+        numbers = self._values.copy()
+        row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
+        numbers[~(flat[row] & flat[self._indices])] = 0.0
+        held, diagonal = self._diagonal[~self._free], self._diagonal[:, :3][free]
+        size = np.abs(self._values[self._diagonal[:, :3]])
+        size[:] = size.max(axis=1, keepdims=True)  # a flat membrane has no stiffness across its plane
+        numbers[held] = size.mean()
+        self.shift = 0.0
+        single = single and not moves  # FREE_SHIFT is below the rounding of single precision
+        while True:
+            numbers[diagonal] = self._values[diagonal] + (FREE_SHIFT * moves + self.shift) * size[free]
+            precisions: tuple[Precision, ...] = (np.float32, np.float64) if single else (np.float64,)
+            for precision in precisions:
+                with suppress(np.linalg.LinAlgError):
+                    self._factor = Factor(self._elimination, numbers, precision)
+                    if (self._factor.pivots().reshape(self._n, d)[:, :3][free] < self.least_pivot * size[free]).any():
+                        raise np.linalg.LinAlgError  # no more than errors of the matrix resist some displacement
+                    if precision is np.float64 or self._is_accurate(self._factor, numbers):
+                        return single
+                    single = False
+            self.shift = max(GROWTH * self.shift, FIRST_SHIFT)
+            if not self.shift <= MOST_SHIFT:
+                raise np.linalg.LinAlgError
+
+    def _is_accurate(self, factor: Factor, numbers: np.ndarray) -> bool:
+        """Return True if factors in single precision reproduce a smooth displacement of the nodes; they do not if the body is
+        slender. numbers: entries of the factored matrix."""
+        arms = self._places - self._places.mean(axis=0)
+        arms /= np.abs(arms).max()
+        smooth = np.zeros(self._free.shape)
+        smooth[:, :3] = arms * arms + np.roll(arms * arms, 1, axis=1)  # as bent about every axis
+        smooth[~self._free] = 0.0
+        matrix: Any = sparse.csr_array((numbers, self._indices, self._indptr))
+        with on_one_thread():
+            found = factor.solve(matrix @ smooth.ravel())
+        return bool(np.linalg.norm(found - smooth.ravel()) < ROUGH * np.linalg.norm(smooth))
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return the displacements [m], shape (n, 3), under forces on the nodes [N], shape (n, 3); prescribed components have
+        none."""
+        return self._solved(np.pad(force, ((0, 0), (0, self._d - 3))))[:, :3]
+
+    def follow(self, force: np.ndarray, prescribed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacements [m] under forces on the nodes [N] and displacements of prescribed components [m], and the
+        forces with which the body resists them [N], shape (n, 3) each."""
+        extra = ((0, 0), (0, self._d - 3))
+        matrix: Any = sparse.csr_array((self._values, self._indices, self._indptr))
+        given = np.pad(prescribed, extra)
+        found = given + self._solved(np.pad(force, extra) - (matrix @ given.ravel()).reshape(given.shape))
+        return found[:, :3], (matrix @ found.ravel()).reshape(given.shape)[:, :3]
+
+    def _solved(self, right: np.ndarray) -> np.ndarray:
+        if self._factor is None:
+            raise ValueError("the stiffness was not factored")
+        with on_one_thread():
+            found = self._factor.solve(np.where(self._free, right, 0.0).ravel())
+        return np.asarray(found.reshape(self._n, self._d))
+
+
+def motions_as_a_whole(places: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the motions of a body as a whole that prescribed components do not prevent, as orthonormal displacements of the
+    nodes, shape (m, n, 3).
+
+    places: positions of the nodes [m], shape (n, 3); free: mask of the components that are not prescribed, shape (n, 3).
+    """
+    arms = places - places.mean(axis=0)
+    arms = arms / (np.abs(arms).max() or 1.0)
+    motions = np.zeros((6, *free.shape))
+    for axis in range(3):
+        motions[axis, :, axis] = 1.0
+        motions[3 + axis] = np.cross(np.eye(3)[axis], arms)
+    resisted = (motions * ~free).reshape(6, -1)
+    sizes, directions = np.linalg.eigh(resisted @ resisted.T)
+    loose = directions[:, sizes <= HELD * len(places)].T @ motions.reshape(6, -1)
+    return np.asarray(np.linalg.qr(loose.T)[0].T.reshape(-1, *free.shape))
