@@ -98,6 +98,23 @@ class Constraints(NamedTuple):
         if self.volume.stiffness > 0.0:
             target -= self.volume.force(volume) * outwards
 
+    def tensions(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float]:
+        """Return the tension of the penalty on the area [N/m], and minus the pressure of that on the volume [Pa].
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
+        area, volume, _, _ = self._measured(surface, position)
+        return self.area.force(area), self.volume.force(volume)
+
+    def springs(self, surface: "ElementSurface", position: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Return for each penalty its stiffness k/|Q₀| and the derivatives ∂Q/∂x of its quantity Q, shape (n, 3): the stiffness
+        of the nodes is k/|Q₀| ∂Q/∂x ∂Q/∂x, besides that of its tension or pressure.
+
+        surface: elements of the membrane; position: nodal positions in storage order [m], shape (n, 3).
+        """
+        kept = zip((self.area, self.volume), surface.slopes(position), strict=True)
+        return [(each.stiffness / abs(each.initial), slope) for each, slope in kept if each.stiffness > 0.0]
+
     def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
         """Return the stored energy of both penalties [J] and half the eigenfrequencies of the nodes on their springs [1/s].
 

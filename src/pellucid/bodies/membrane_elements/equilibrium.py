@@ -45,12 +45,9 @@ class MembraneSystem(NodalSystem):
 
     def _strain(self, position: np.ndarray) -> Strained:
         self._surface.take_state(position, self._totals)
-        self._find_internal(position)
-        return Strained(self._totals.stored, self._surface.fault() is None)
-
-    def _find_internal(self, position: np.ndarray) -> None:
         self._motion.internal.fill(0.0)
         self._surface.add_internal_forces(position, self._motion.internal)
+        return Strained(self._totals.stored, self._surface.fault() is None)
 
     def _stored_energy(self) -> float:
         return self._totals.stored
@@ -58,13 +55,15 @@ class MembraneSystem(NodalSystem):
     def _new_stiffness(self) -> "MembraneStiffness":
         return MembraneStiffness(self._surface, self)
 
-    def forces_at(self, position: np.ndarray) -> np.ndarray:
-        """Return all forces on the nodes at these positions [N], shape (n, 3)."""
+    def local_forces(self, position: np.ndarray) -> np.ndarray:
+        """Return the forces on the nodes at these positions without those of penalties on the whole membrane [N], shape
+        (n, 3)."""
         if self._follow:
             self._present[:] = position
             self._renew(self._share)
         self._surface.strain(position, np.zeros_like(position), 0.0, Totals())
-        self._find_internal(position)
+        self._motion.internal.fill(0.0)
+        self._surface.add_local_forces(position, self._motion.internal)
         return self._motion.forces()
 
     def restore_trial(self) -> None:
@@ -81,12 +80,26 @@ class MembraneStiffness(NodalStiffness):
     least_pivot = 10.0 * STEP**2  # across a flat membrane the differences of forces are those of their curvature
 
     def __init__(self, surface: ElementSurface, system: MembraneSystem) -> None:
-        self._system = system
+        self._surface, self._system = surface, system
         terms = surface.linked_nodes()
         links = sparse.csr_array(terms.T @ terms)
         super().__init__(links, surface.vertices)
         self._differences = GroupedDifferences(links, STEP * surface.shortest_edge())
 
     def _find(self) -> None:
-        self._values[self._entry] = self._differences.find(self._system.forces_at, self._system.tried)
+        position, kept = self._system.tried.copy(), self._surface.constraints
+        tension, suction = (0.0, 0.0) if kept is None else kept.tensions(self._surface, position)
+
+        def forces(x: np.ndarray) -> np.ndarray:
+            found = self._system.local_forces(x)
+            if kept is None:
+                return found
+            growth, outwards = self._surface.slopes(x)
+            return np.asarray(found - tension * growth - suction * outwards)
+
+        self._values[self._entry] = self._differences.find(forces, position)
         self._system.restore_trial()
+
+    def _springs(self) -> list[tuple[float, np.ndarray]]:
+        kept = self._surface.constraints
+        return [] if kept is None else kept.springs(self._surface, self._system.tried)

@@ -94,8 +94,8 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def has_stiffness(self) -> bool:  # type: ignore[override]
-        """True for triangles that carry compression, without penalties on area and volume."""
-        return not (self.material.wrinkling or self.is_kept or len(self.mesh().quads))
+        """True for triangles that carry compression: the forces against hourglass modes of quadrilaterals have a history."""
+        return not (self.material.wrinkling or len(self.mesh().quads))
 
     def stiffness_size(self) -> StiffnessSize:
         from scipy.sparse import csr_array

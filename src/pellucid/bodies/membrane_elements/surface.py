@@ -132,12 +132,18 @@ class ElementSurface:
         """Add the nodal forces of stress, hourglass control, bending and penalties [N] to `target`, shape (n, 3). position:
         nodal positions [m], shape (n, 3).
         """
+        self.add_local_forces(position, target)
+        if self.constraints is not None:
+            self.constraints.add_forces(self, position, target)
+
+    def add_local_forces(self, position: np.ndarray, target: np.ndarray) -> None:
+        """Add the nodal forces of stress, hourglass control and bending [N] to `target`, shape (n, 3). position: nodal
+        positions [m], shape (n, 3).
+        """
         forces.internal_forces(self._chunks, self._bundle, position, self._corner_forces)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
         if self.bending is not None:
             self.bending.add_forces(position, target)
-        if self.constraints is not None:
-            self.constraints.add_forces(self, position, target)
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
         """Add the nodal forces of a pressure [Pa] along the normals [N] to `target`, shape (n, 3). position: nodal positions

@@ -8,11 +8,11 @@ import numpy as np
 
 from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, NodalMotion, Tangent
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
+from pellucid.bodies.own_nodes.twists import displacements_of, loose_twists, neutral_twists, without
 from pellucid.parts.elastic_system import Trial
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
 DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
-DEMANDED = 1e-10  # part of the forces along a motion of the body as a whole that is more than rounding
 ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers of size 1
 
 
@@ -49,7 +49,7 @@ class NodalSystem(ABC):
         self._renew: Callable[[float], None] = lambda share: None
         self._follow, self._left_stable = False, True
         self._share = 0.0  # of the step at which the stiffness of loads is that of the tangent
-        self._size = 0.0  # sum of the norms of internal and external forces at the last trial [N]
+        self._neutral = np.zeros((0, 6))  # motions as a whole on which forces do no work
         self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, self._stored_energy()  # at the last equilibrium
@@ -92,7 +92,6 @@ class NodalSystem(ABC):
         residual = np.where(self._motion.free, internal + self._external, 0.0)
         with np.errstate(over="ignore", invalid="ignore"):
             size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
-        self._size = size
         return Trial(energy, residual, size, is_valid and np.isfinite(energy) and np.isfinite(size))
 
     @property
@@ -100,10 +99,12 @@ class NodalSystem(ABC):
         return self._matrix().shift
 
     def factor(self) -> None:
-        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single)
+        free = self._motion.free
+        self.in_single = self._matrix().renew(free, self.tried, self.in_single)
+        self._neutral = neutral_twists(loose_twists(self.tried, free), self.tried, self._external_at)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
-        return self._without_drift(self._matrix().solve(force), force)
+        return self._without_drift(self._matrix().solve(force))
 
     def follow(self, force: np.ndarray) -> np.ndarray:
         self._leaving, self._left_stable = self._tangent(force), self.shift == 0.0
@@ -130,7 +131,7 @@ class NodalSystem(ABC):
     def _linear(self, force: np.ndarray) -> Tangent:
         """Return the displacements under forces on the nodes [N], shape (n, 3), and the increments of prescribed ones."""
         moved, resisted = self._matrix().follow(force, self.increment)
-        return Tangent(self._without_drift(moved, force), resisted)
+        return Tangent(self._without_drift(moved), resisted)
 
     def _followed(self, displacement: np.ndarray) -> np.ndarray:
         """Return the change of the loads with displacements from the last trial positions [m], shape (n, 3), by differences."""
@@ -138,22 +139,24 @@ class NodalSystem(ABC):
         step = DIFFERENCE * float(np.ptp(self.rest, axis=0).max()) / size if size > 0.0 else 0.0
         if step == 0.0:
             return np.zeros_like(displacement)
-        ends = []
-        for way in (step, -step):
-            self._present[:] = self.tried + way * displacement
-            self._renew(self._share)
-            ends.append(self._motion.external_forces(self._motion.force_parts()))
+        ahead, behind = (self._external_at(self.tried + way * displacement) for way in (step, -step))
+        return np.asarray((ahead - behind) / (2.0 * step))
+
+    def _external_at(self, position: np.ndarray) -> np.ndarray:
+        """Return the external forces for nodes at these positions [N], shape (n, 3)."""
+        if not self._follow:
+            return self._external
+        self._present[:] = position
+        self._renew(self._share)
+        found = self._motion.external_forces(self._motion.force_parts())
         self._present[:] = self.tried
         self._renew(1.0)
-        return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+        return found
 
-    def _without_drift(self, displacement: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Remove from displacements [m] the motions of the body as a whole that no force demands: errors of the stiffness are
-        large compared with that which resists them. force: the forces of the displacements [N]; shape (n, 3) each."""
-        for motion in self._matrix().loose:
-            if abs(float(np.sum(motion * force))) <= DEMANDED * self._size:
-                displacement = displacement - float(np.sum(motion * displacement)) * motion
-        return displacement
+    def _without_drift(self, displacement: np.ndarray) -> np.ndarray:
+        """Remove from displacements [m], shape (n, 3), the motions of the body as a whole on which forces do no work: errors of
+        the stiffness are larger than what resists them."""
+        return without(displacements_of(self._neutral, self.tried), displacement) if len(self._neutral) else displacement
 
     def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
         motion, displacement = self._motion, position - self.position

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from pellucid.bodies.own_nodes.twists import loose_twists
 from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_thread
 
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
 factor to the next, and the largest."""
 ROUGH = 1e-2  # error of a smooth displacement up to which factors in single precision are used
-HELD = 1e-9  # resistance to a motion as a whole, over that of all nodes, above which the motion is prevented
 FREE_SHIFT = 1e-8
 """The same for bodies that can move or rotate as a whole: more than rounding, and much less than any stiffness of the body."""
 
@@ -47,9 +47,10 @@ class NodalStiffness(ABC):
         self._values = np.zeros(len(self._indices))
         self._factor: Factor | None = None
         self._free = np.ones((self._n, d), bool)
-        self.loose = np.zeros((0, self._n, 3))
-        """Motions of the body as a whole that prescribed components did not prevent when the matrix was factored, as orthonormal
-        displacements of the nodes, shape (m, n, 3)."""
+        # springs between all nodes by their slopes times the root of their stiffness (Woodbury's formula), and the displacements
+        # without springs under these as forces
+        self._slopes = self._answers = np.zeros((0, self._n, d))
+        self._coupling = np.eye(0)
         self.shift = 0.0
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
         stable."""
@@ -57,6 +58,11 @@ class NodalStiffness(ABC):
     @abstractmethod
     def _find(self) -> None:
         """Compute the entries of the matrix in the state of the last forces, in `_values`."""
+
+    def _springs(self) -> list[tuple[float, np.ndarray]]:
+        """Return springs between all nodes, which the matrix does not include: the stiffness c of each and the slopes s [m] of
+        its length, shape (n, 3). They add c s sᵀ to the matrix."""
+        return []
 
     def _pairs(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return the indices of the pairs of nodes (one, other) among all linked pairs."""
@@ -72,9 +78,18 @@ class NodalStiffness(ABC):
         (n, 3); single: True to try single precision first.
         """
         self._find()
-        self.loose = motions_as_a_whole(position, free)
-        moves = len(self.loose) > 0
+        moves = len(loose_twists(position, free)) > 0
         self._free[:, :3] = free
+        single = self._factored(free, moves, single)
+        springs = [np.pad(np.sqrt(stiffness) * slope, ((0, 0), (0, self._d - 3))) for stiffness, slope in self._springs()]
+        self._slopes = np.array(springs).reshape(-1, self._n, self._d)
+        self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
+        self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
+        return single
+
+    def _factored(self, free: np.ndarray, moves: bool, single: bool) -> bool:
+        """Factor the matrix, with stiffness on its diagonal if it is not positive definite. moves: True if the body can move as
+        a whole; the others and the result are as for `renew`."""
         flat, d = self._free.ravel(), self._d
         numbers = self._values.copy()
         row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
@@ -124,10 +139,22 @@ class NodalStiffness(ABC):
         extra = ((0, 0), (0, self._d - 3))
         matrix: Any = sparse.csr_array((self._values, self._indices, self._indptr))
         given = np.pad(prescribed, extra)
-        found = given + self._solved(np.pad(force, extra) - (matrix @ given.ravel()).reshape(given.shape))
-        return found[:, :3], (matrix @ found.ravel()).reshape(given.shape)[:, :3]
+
+        def resisted(moved: np.ndarray) -> np.ndarray:
+            of_springs = np.einsum("k,kij->ij", _products(self._slopes, moved[None])[:, 0], self._slopes)
+            return np.asarray((matrix @ moved.ravel()).reshape(given.shape) + of_springs)
+
+        found = given + self._solved(np.pad(force, extra) - resisted(given))
+        return found[:, :3], resisted(found)[:, :3]
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
+        found = self._solved_without_springs(right)
+        if not len(self._slopes):
+            return found
+        pulled = np.linalg.solve(self._coupling, _products(self._slopes, found[None])[:, 0])
+        return np.asarray(found - np.einsum("k,kij->ij", pulled, self._answers))
+
+    def _solved_without_springs(self, right: np.ndarray) -> np.ndarray:
         if self._factor is None:
             raise ValueError("the stiffness was not factored")
         with on_one_thread():
@@ -135,19 +162,6 @@ class NodalStiffness(ABC):
         return np.asarray(found.reshape(self._n, self._d))
 
 
-def motions_as_a_whole(places: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Return the motions of a body as a whole that prescribed components do not prevent, as orthonormal displacements of the
-    nodes, shape (m, n, 3).
-
-    places: positions of the nodes [m], shape (n, 3); free: mask of the components that are not prescribed, shape (n, 3).
-    """
-    arms = places - places.mean(axis=0)
-    arms = arms / (np.abs(arms).max() or 1.0)
-    motions = np.zeros((6, *free.shape))
-    for axis in range(3):
-        motions[axis, :, axis] = 1.0
-        motions[3 + axis] = np.cross(np.eye(3)[axis], arms)
-    resisted = (motions * ~free).reshape(6, -1)
-    sizes, directions = np.linalg.eigh(resisted @ resisted.T)
-    loose = directions[:, sizes <= HELD * len(places)].T @ motions.reshape(6, -1)
-    return np.asarray(np.linalg.qr(loose.T)[0].T.reshape(-1, *free.shape))
+def _products(some: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the sums of the products of the entries of arrays, shapes (k, n, d) and (l, n, d), shape (k, l)."""
+    return np.array([[float(np.sum(one * other)) for other in others] for one in some]).reshape(len(some), len(others))
