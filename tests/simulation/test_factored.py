@@ -19,6 +19,7 @@ from pellucid.simulation import factored, minimum
 from pellucid.simulation.simulation import Simulation
 
 LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)
+BELOW = {"name": "floor", "point": [0, 0, -0.1], "normal": [0, 0, 1]}
 TIP = {"kind": "traction", "where": {"normal": [1, 0, 0]}}
 
 
@@ -297,7 +298,10 @@ def test_a_load_step_that_inverts_points_is_divided():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"grid": {"lower": [-1, -1, -1], "upper": [1, 1, 1], "cell": 0.1}}, "a case with a grid"),
+        (
+            {"grid": {"lower": [-1, -1, -1], "upper": [1, 1, 1], "cell": 0.1}, "body": {}, "wall": [BELOW]},
+            r"the forces of \[\[wall\]\]",
+        ),
         ({"body": {"essential": "sebciem"}}, "the stiffness of body block"),
     ],
 )

@@ -29,9 +29,9 @@ class SteadyCase(Part):
     method: Literal["factored", "relaxation"] | None = parameter(
         "",
         "how equilibria are found: factored (minimum of the potential energy, with a factored stiffness; a load step in which "
-        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case without a grid, if all bodies are "
-        'meshless solids with essential = "direct", and all conditions are supports, prescribed motions, pressures, body '
-        "forces, point loads or tractions; otherwise relaxation",
+        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case of one body, or without a grid, if "
+        'all bodies are meshless solids with essential = "direct" or membranes of triangles without wrinkling, and all '
+        "conditions are supports, prescribed motions, pressures, body forces, point loads or tractions; otherwise relaxation",
         None,
     )
 
@@ -123,8 +123,8 @@ class SteadyCase(Part):
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    if not parts.lacks_grid:
-        return "the factored stiffness does not include contact and walls, which a case with a grid can have"
+    if len(parts.names(BodyModel)) > 1 and not parts.lacks_grid:
+        return "the factored stiffness does not include contact, which several bodies can have"
     nodes = 0.0
     for body in parts.of(BodyModel):
         if not body.has_stiffness:

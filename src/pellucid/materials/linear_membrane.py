@@ -79,8 +79,8 @@ def _plane_response(law, shape):
 
 @point_function(energy, LinearMembrane)
 def _energy(law, F):
-    # F holds the strains, and this is the work of straining in proportion: ∫ J(s) s σ:ε ds with J = exp(s t) (1 - s t ν/(1-ν)), t = tr ε, by three points of
-    # Gauss. On other paths it differs in the third order of the strain: this law is for small strains
+    # F holds the strains, and this is the work of straining in proportion: ∫ J(s) s σ:ε ds with J = exp(s t) (1 - s t ν/(1-ν))
+    # and t = tr ε, by three points of Gauss. On other paths it differs in the third order: the law is for small strains
     s11, s22, s12, _ = plane_response(law, F)
     trace, thinner = F[0] + F[1], law.nu / (1.0 - law.nu)
     mean = 0.0

@@ -43,6 +43,10 @@ class ElasticSystem(Protocol):
     components."""
 
     @property
+    def has_factors(self) -> bool:
+        """True if the stiffness was factored for the components that are prescribed now."""
+
+    @property
     def shift(self) -> float:
         """Stiffness that was added to the diagonal of the last factored matrix, as a fraction of the diagonal: 0 if the body
         was stable there."""
@@ -71,6 +75,14 @@ class ElasticSystem(Protocol):
     def follow(self, force: np.ndarray) -> np.ndarray:
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
         displacements [m], shape (n, 3)."""
+
+    def aligned(self, position: np.ndarray) -> np.ndarray:
+        """Return positions [m], shape (n, 3), without the motion of the body as a whole since the last equilibrium, as far as
+        loads and supports leave it open."""
+
+    def obstacle(self) -> str | None:
+        """Return, as a clause, why the body cannot be at the last trial positions: a node would be behind a wall. None if it
+        can."""
 
     def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
         """Move the nodes to positions [m], shape (n, 3), at which `attempt` was called last, and compute works and reactions

@@ -78,7 +78,7 @@ class Minimiser:
         """
         system = self._system
         here = system.attempt(system.position)
-        if not self._has_factors:
+        if not (self._has_factors and system.has_factors):
             self._factor()
         self._changes, self._renewed = [], False
         soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
@@ -90,8 +90,12 @@ class Minimiser:
         while True:
             x, here, used = self._minimise(x, here, done, told)
             done += used
+            if (near := system.aligned(x)) is not x:
+                x, here = near, system.attempt(near)
             lower = self._lower(x, here) if left < MOST_LEFT else None
             if lower is None:
+                if (obstacle := system.obstacle()) is not None:
+                    raise NoEquilibrium(obstacle)
                 self._has_factors = left < MOST_LEFT
                 self.largest = self._scale_at(x), max(self.largest[1], here.size)
                 unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)

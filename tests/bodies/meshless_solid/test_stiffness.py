@@ -7,7 +7,6 @@ from solids import EDGE, block_of, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.bodies.meshless_solid.stiffness import SolidStiffness
-from pellucid.bodies.own_nodes.stiffness import motions_as_a_whole
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 
@@ -99,19 +98,3 @@ def test_instability_is_found():
     stiffness = SolidStiffness(body._forces.solid, places)
     stiffness.renew(np.ones(places.shape, bool), body.arrays["position"], single=True)
     assert stiffness.shift > 0.0
-
-
-def test_motions_as_a_whole_are_those_that_nothing_prevents():
-    body, _ = body_of()
-    places, free = body.mesh.nodes, np.ones(body.mesh.nodes.shape, bool)
-    assert len(motions_as_a_whole(places, free)) == 6
-    free[0] = False
-    assert len(motions_as_a_whole(places, free)) == 3, "it turns about the node"
-    free[-1] = False
-    (turn,) = motions_as_a_whole(places, free)
-    assert abs(turn[~free]).max() < 1e-12, "it turns about the line between both nodes"
-    stretches = np.linalg.norm(places[1:] + 1e-6 * turn[1:] - places[:-1] - 1e-6 * turn[:-1], axis=1)
-    assert stretches == pytest.approx(np.linalg.norm(places[1:] - places[:-1], axis=1), rel=1e-9)
-    free[1] = False
-    assert len(motions_as_a_whole(places, free)) == 0
-    assert len(motions_as_a_whole(places, body.motion.free)) == 0

@@ -52,8 +52,8 @@ def between(w, E):
 
 @pointwise
 def _stretches(C, normal):
-    """Return the principal stretches of a triangle, at least NARROWEST. C: right Cauchy-Green tensor (11, 22, 12); normal: cross
-    product of the columns of the deformation gradient, whose length is the ratio of areas."""
+    """Return the principal stretches of a triangle, at least NARROWEST. C: right Cauchy-Green tensor (11, 22, 12); normal:
+    cross product of the columns of the deformation gradient, whose length is the ratio of areas."""
     difference = 0.5 * (C[0] - C[1])
     square = 0.5 * (C[0] + C[1]) + sqrt(difference * difference + C[2] * C[2])
     major = max(sqrt(square), NARROWEST)

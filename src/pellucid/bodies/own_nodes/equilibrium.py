@@ -8,7 +8,7 @@ import numpy as np
 
 from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, NodalMotion, Tangent
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
-from pellucid.bodies.own_nodes.twists import displacements_of, loose_twists, neutral_twists, without
+from pellucid.bodies.own_nodes.twists import loose_twists, neutral_twists, no_twists
 from pellucid.parts.elastic_system import Trial
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
@@ -49,7 +49,7 @@ class NodalSystem(ABC):
         self._renew: Callable[[float], None] = lambda share: None
         self._follow, self._left_stable = False, True
         self._share = 0.0  # of the step at which the stiffness of loads is that of the tangent
-        self._neutral = np.zeros((0, 6))  # motions as a whole on which forces do no work
+        self._neutral = no_twists()  # motions as a whole on which forces do no work
         self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, self._stored_energy()  # at the last equilibrium
@@ -95,6 +95,10 @@ class NodalSystem(ABC):
         return Trial(energy, residual, size, is_valid and np.isfinite(energy) and np.isfinite(size))
 
     @property
+    def has_factors(self) -> bool:
+        return self._matrix().is_factored_for(self._motion.free)
+
+    @property
     def shift(self) -> float:
         return self._matrix().shift
 
@@ -112,7 +116,8 @@ class NodalSystem(ABC):
         return self._leaving.moved
 
     def _tangent(self, force: np.ndarray) -> Tangent:
-        """Return the displacements under growing loads on the nodes [N], shape (n, 3), and the increments of prescribed ones."""
+        """Return the displacements under loads on the nodes that grow by `force` [N], shape (n, 3), and the increments of
+        prescribed displacements."""
         found = self._linear(force)
         if not self._follow or self.knows_loads:
             return found
@@ -156,7 +161,17 @@ class NodalSystem(ABC):
     def _without_drift(self, displacement: np.ndarray) -> np.ndarray:
         """Remove from displacements [m], shape (n, 3), the motions of the body as a whole on which forces do no work: errors of
         the stiffness are larger than what resists them."""
-        return without(displacements_of(self._neutral, self.tried), displacement) if len(self._neutral) else displacement
+        return self._neutral.without(displacement, self.tried) if len(self._neutral) else displacement
+
+    def aligned(self, position: np.ndarray) -> np.ndarray:
+        return self._neutral.aligned(position, self.position) if len(self._neutral) else position
+
+    def obstacle(self) -> str | None:
+        found = self._motion.beyond_wall(self.tried)
+        if found is None:
+            return None
+        node, axis = found
+        return f"node {node} would pass a face of the grid normal to {'xyz'[axis]} that is a wall"
 
     def accept(self, position: np.ndarray, dt: float, jumped: bool) -> None:
         motion, displacement = self._motion, position - self.position
@@ -171,8 +186,8 @@ class NodalSystem(ABC):
         self._accepted(dt)
 
     def _middle(self, leaving: Tangent, arriving: Tangent, after: ForceParts) -> ForceParts:
-        """Return the forces in the middle of the way to the present positions, under the mean of the loads of both ends. leaving,
-        arriving: ends of the way; after: forces at its end."""
+        """Return the forces in the middle of the way to the present positions, under the mean of the loads of both ends.
+        leaving, arriving: ends of the way; after: forces at its end."""
         ends, position = [self._before, after], self._present.copy()
         if self._follow:
             self._present[:] = 0.5 * (self.position + position) + 0.125 * (leaving.moved - arriving.moved)

@@ -17,6 +17,8 @@ from pellucid.parts.capabilities import NodalSupport
 from pellucid.parts.support_precedence import find_owners, in_order
 from pellucid.reductions import ordered_sum
 
+BEYOND = 1e-9  # distance behind a wall, relative to the size of a body, that is rounding
+
 
 class FieldCondition(Protocol):
     """Conditions that prescribe the interpolated displacement of a body at its nodes, if this displacement differs from the
@@ -313,6 +315,18 @@ class NodalMotion:
         kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
 
     # equilibria without motion between them
+
+    def beyond_wall(self, position: np.ndarray) -> tuple[int, int] | None:
+        """Return a node that would be beyond a face of the grid that no node can pass, and the axis of the face, for nodes at
+        these positions [m], shape (n, 3); None if there is none."""
+        walls = self._forces.walls > 0
+        for axis, end in np.argwhere(walls):
+            face, size = self._forces.faces[axis, end], float(np.ptp(position[:, axis]))
+            past = (position[:, axis] - face) * (1.0 if end else -1.0)
+            past[self._arrays["prescribed"][:, axis] > 0] = 0.0
+            if past.max() > BEYOND * size:
+                return int(past.argmax()), int(axis)
+        return None
 
     def prescribed_rates(self) -> np.ndarray:
         """Return a copy of the prescribed velocities of supports and motions [m/s], shape (rows, 3)."""

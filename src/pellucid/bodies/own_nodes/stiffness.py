@@ -27,7 +27,7 @@ class NodalStiffness(ABC):
     """
 
     least_pivot = 0.0
-    """Smallest pivot, as a fraction of the diagonal, that is not an error of the matrix."""
+    """Smallest pivot, as a fraction of the diagonal, that is not an error of the matrix; 0 if errors are never so large."""
 
     def __init__(self, links: sparse.csr_array, places: np.ndarray, pressures: int = 0) -> None:
         self._n, self._d, self._places = len(places), 3 + pressures, places
@@ -47,8 +47,8 @@ class NodalStiffness(ABC):
         self._values = np.zeros(len(self._indices))
         self._factor: Factor | None = None
         self._free = np.ones((self._n, d), bool)
-        # springs between all nodes by their slopes times the root of their stiffness (Woodbury's formula), and the displacements
-        # without springs under these as forces
+        # springs between all nodes by their slopes times the root of their stiffness (Woodbury's formula), and the
+        # displacements without springs under these as forces
         self._slopes = self._answers = np.zeros((0, self._n, d))
         self._coupling = np.eye(0)
         self.shift = 0.0
@@ -87,9 +87,9 @@ class NodalStiffness(ABC):
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
         return single
 
-    def _factored(self, free: np.ndarray, moves: bool, single: bool) -> bool:
-        """Factor the matrix, with stiffness on its diagonal if it is not positive definite. moves: True if the body can move as
-        a whole; the others and the result are as for `renew`."""
+    def _factored(self, free: np.ndarray, motions: int, single: bool) -> bool:
+        """Factor the matrix, with stiffness on its diagonal if it is not positive definite. motions: number of motions as a
+        whole that are not prevented; the others and the result are as for `renew`."""
         flat, d = self._free.ravel(), self._d
         numbers = self._values.copy()
         row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
@@ -99,21 +99,31 @@ class NodalStiffness(ABC):
         size[:] = size.max(axis=1, keepdims=True)  # a flat membrane has no stiffness across its plane
         numbers[held] = size.mean()
         self.shift = 0.0
-        single = single and not moves  # FREE_SHIFT is below the rounding of single precision
+        single = single and motions == 0  # FREE_SHIFT is below the rounding of single precision
+        least = FREE_SHIFT if motions else 0.0
         while True:
-            numbers[diagonal] = self._values[diagonal] + (FREE_SHIFT * moves + self.shift) * size[free]
+            numbers[diagonal] = self._values[diagonal] + (least + self.shift) * size[free]
             precisions: tuple[Precision, ...] = (np.float32, np.float64) if single else (np.float64,)
             for precision in precisions:
                 with suppress(np.linalg.LinAlgError):
                     self._factor = Factor(self._elimination, numbers, precision)
-                    if (self._factor.pivots().reshape(self._n, d)[:, :3][free] < self.least_pivot * size[free]).any():
-                        raise np.linalg.LinAlgError  # no more than errors of the matrix resist some displacement
+                    if self._is_limp(self._factor, free, motions, size):
+                        raise np.linalg.LinAlgError
                     if precision is np.float64 or self._is_accurate(self._factor, numbers):
                         return single
                     single = False
             self.shift = max(GROWTH * self.shift, FIRST_SHIFT)
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
+
+    def _is_limp(self, factor: Factor, free: np.ndarray, motions: int, size: np.ndarray) -> bool:
+        """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not one of the
+        `motions` as a whole. size: diagonal of the matrix, shape (n, 3)."""
+        if self.least_pivot == 0.0:
+            return False
+        least = self.least_pivot + (4.0 * FREE_SHIFT if motions else 0.0)
+        pivots = factor.pivots().reshape(self._n, self._d)[:, :3]
+        return bool(np.count_nonzero(pivots[free] < least * size[free]) > motions)
 
     def _is_accurate(self, factor: Factor, numbers: np.ndarray) -> bool:
         """Return True if factors in single precision reproduce a smooth displacement of the nodes; they do not if the body is
@@ -127,6 +137,11 @@ class NodalStiffness(ABC):
         with on_one_thread():
             found = factor.solve(matrix @ smooth.ravel())
         return bool(np.linalg.norm(found - smooth.ravel()) < ROUGH * np.linalg.norm(smooth))
+
+    def is_factored_for(self, free: np.ndarray) -> bool:
+        """Return True if there are factors, and the components that are not prescribed are still those of the mask `free`,
+        shape (n, 3)."""
+        return self._factor is not None and np.array_equal(self._free[:, :3], free)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Return the displacements [m], shape (n, 3), under forces on the nodes [N], shape (n, 3); prescribed components have
