@@ -185,9 +185,7 @@ def test_works_of_a_pressure_are_of_fourth_order_in_the_load_step():
 # stability, walls, supports that end
 
 
-def test_a_strip_leaves_its_straight_equilibrium_beyond_eulers_load():
-    """Euler: π² D/4 L² per width, 0.493 N/m; the load is a fifth larger."""
-    push = """
+PUSH = """
 [[load]]
 kind = "point-load"
 body = "strip"
@@ -195,9 +193,39 @@ where = { box = { lower = [0.999, -1, -1], upper = [2, 1, 1] } }
 force = [-0.1184, 0, 0]
 rise = 1
 """
-    found = finished(STRIP + push, steady__load_steps=2)
+
+
+def test_a_strip_leaves_its_straight_equilibrium_beyond_eulers_load():
+    """Euler: π² D/4 L² per width, 0.493 N/m; the load is a fifth larger."""
+    found = finished(STRIP + PUSH, steady__load_steps=2)
     assert steady(found)["unstable_load_steps"] == [2]
     assert abs(displacement(found)[:, 2]).max() > 0.3
+
+
+def pushed_cantilever(push):
+    """ω L² √(ρh/D) of a cantilever under a push P [D/L²] at its tip, from D d⁴w/dx⁴ + P d²w/dx² = ρh ω² w with neither moment
+    nor force across the first direction at the tip."""
+
+    def unfulfilled(omega):
+        root = np.sqrt(0.25 * push**2 + omega**2)
+        a, b = np.sqrt(root + 0.5 * push), np.sqrt(root - 0.5 * push)
+        shapes = [  # moment and force at the tip, of cos - cosh and of sin/a - sinh/b
+            (-a * a * np.cos(a) - b * b * np.cosh(b), a * (a * a - push) * np.sin(a) - b * (b * b + push) * np.sinh(b)),
+            (-a * np.sin(a) - b * np.sinh(b), -(a * a - push) * np.cos(a) - (b * b + push) * np.cosh(b)),
+        ]
+        return np.linalg.det(shapes)
+
+    return brentq(unfulfilled, 0.5, 4.0)
+
+
+def test_the_lowest_frequency_is_that_of_a_cantilever_that_is_pushed():
+    assert pushed_cantilever(0.0) == pytest.approx(1.8751**2, rel=1e-4)
+    unit = np.sqrt(0.2 / (1000.0 * 1e-3)) / (2.0 * np.pi)
+    for push in (0.0, 0.25 * np.pi**2 / 2.0):  # half of Euler's load
+        loaded = STRIP + PUSH.replace("-0.1184", f"{-0.2 * 0.2 * push}")
+        found = steady(finished(loaded))["lowest_frequencies"]
+        assert found == pytest.approx([unit * pushed_cantilever(push)], rel=0.01), "ten elements, of second order"
+    assert steady(finished(BALLOON))["lowest_frequencies"] == [None], "it can move as a whole"
 
 
 def test_a_strip_that_would_fall_through_a_wall_is_relaxed_and_rests_on_it():

@@ -76,6 +76,10 @@ class ElasticSystem(Protocol):
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
         displacements [m], shape (n, 3)."""
 
+    def lowest_frequency(self) -> float | None:
+        """Return the lowest natural frequency of small vibrations about the last factored state [Hz]; None if it is unstable,
+        if the body can move as a whole, or if the stiffness of its loads is not known."""
+
     def aligned(self, position: np.ndarray) -> np.ndarray:
         """Return positions [m], shape (n, 3), without the motion of the body as a whole since the last equilibrium, as far as
         loads and supports leave it open."""

@@ -56,6 +56,9 @@ class FactoredClock(SteadyClock):
         """Numbers of the load steps that ended with a relaxation, counted from 1."""
         self.unstable: list[int] = []
         """Numbers of the load steps in which an unstable equilibrium was found and left."""
+        self.frequencies: list[float | None] = []
+        """Lowest natural frequency of each equilibrium [Hz]; None if it is not known."""
+        self._frequency: float | None = None  # of the last equilibrium
         self._told = 0, 1.0  # iteration of the present search, and estimated error
 
     def next_step(self, bodies: Sequence[Body]) -> float:
@@ -158,6 +161,8 @@ class FactoredClock(SteadyClock):
         self._iterations += iterations
         self.error = max(equilibrium.error for equilibrium in found)
         self._residual = max(equilibrium.unbalanced for equilibrium in found)
+        every = [equilibrium.frequency for equilibrium in found if equilibrium.frequency is not None]
+        self._frequency = min(every) if len(every) == len(found) else None
         number = self._equilibria + 1
         if any(equilibrium.left_unstable for equilibrium in found) and number not in self.unstable:
             self.unstable.append(number)
@@ -178,6 +183,7 @@ class FactoredClock(SteadyClock):
 
     def _reach(self) -> None:
         super()._reach()
+        self.frequencies.append(None if self._relaxing else self._frequency)
         self._relaxing, self._iterations, self._share = False, 0, max(self._share, 1.0)
         if self.relaxed and self.relaxed[-1] == self._equilibria:
             for minimiser in self._minimisers:
@@ -194,12 +200,13 @@ class FactoredClock(SteadyClock):
 
     def facts(self) -> dict[str, Any]:
         own = {"method": "factored", "relaxed_load_steps": self.relaxed, "unstable_load_steps": self.unstable}
-        return {"steady": {**own, **super().facts()["steady"]}}
+        return {"steady": {**own, "lowest_frequencies": self.frequencies, **super().facts()["steady"]}}
 
     def state_numbers(self) -> dict[str, Any]:
         own = {name: getattr(self, name) for name in FACTORED}
         largest = [minimiser.largest for minimiser in self._minimisers]
         lists = {"relaxed": list(self.relaxed), "unstable": list(self.unstable), "largest_so_far": largest}
+        lists["frequencies"] = list(self.frequencies)
         lists["in_single"] = [system.in_single for system in self._systems]
         return {**super().state_numbers(), **own, **lists}
 
@@ -209,7 +216,7 @@ class FactoredClock(SteadyClock):
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         super().restore(numbers, arrays)
-        for name in (*FACTORED, "relaxed", "unstable"):
+        for name in (*FACTORED, "relaxed", "unstable", "frequencies"):
             setattr(self, name, numbers[name])
         for minimiser, largest in zip(self._minimisers, numbers["largest_so_far"], strict=True):
             minimiser.largest = tuple(largest)

@@ -25,6 +25,8 @@ MOST = 400  # iterations of a load step
 DECREASE = 1e-4  # smallest decrease of the energy, as a fraction of that along the tangent
 SLOPE = 0.9  # largest slope at the end of a step, as a fraction of that at its start, for loads without a potential
 ROUNDED = 1e-8  # error up to which a search may end by rounding above the tolerance
+AT_REST, ROUNDED_REST = 1e-10, 1e-12
+"""Displacements of a body at rest without loads, and their last change, over the size of the body: what rounding leaves."""
 SHORTEST = 1e-6  # smallest fraction of a direction
 ROUNDING = 1e-12  # change of the energy, relative to the energy, below which only the slope judges a step
 FIRST_KICK, LAST_KICK = 1e-4, 0.1  # displacements that leave an unstable equilibrium, relative to the size of the body
@@ -44,6 +46,7 @@ class Equilibrium(NamedTuple):
     error: float  # estimated error of the displacements relative to the largest
     unbalanced: float  # norm of the residual forces relative to internal and external forces
     left_unstable: bool  # True if an unstable equilibrium was found on the way and left
+    frequency: float | None  # lowest natural frequency [Hz]; None if it is not known
 
 
 class Minimiser:
@@ -56,6 +59,7 @@ class Minimiser:
     def __init__(self, system: ElasticSystem, tolerance: float) -> None:
         fraction, least, most = BALANCED
         self._system, self._tolerance, self._balanced = system, tolerance, min(max(fraction * tolerance, least), most)
+        self._extent = float(np.ptp(system.rest, axis=0).max())
         self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
         self.largest = 0.0, 0.0
@@ -99,7 +103,7 @@ class Minimiser:
                 self._has_factors = left < MOST_LEFT
                 self.largest = self._scale_at(x), max(self.largest[1], here.size)
                 unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-                return Equilibrium(x, done, self._error, unbalanced, left > 0)
+                return Equilibrium(x, done, self._error, unbalanced, left > 0, system.lowest_frequency())
             left += 1
             x, here = lower
 
@@ -121,7 +125,8 @@ class Minimiser:
             errors.append(self._error)
             balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self.largest[1], here.size)
             told(done + number, self._error)
-            if change == 0.0 or (self._error <= self._tolerance and balanced):
+            at_rest = scale <= AT_REST * self._extent and change <= ROUNDED_REST * self._extent
+            if change == 0.0 or at_rest or (self._error <= self._tolerance and balanced):
                 return x, here, number
             found = self._searched(x, here, direction, slope)
             if found is None:
@@ -194,7 +199,7 @@ class Minimiser:
         for _ in range(SWEEPS):
             direction = system.solve(direction)
             direction /= np.abs(direction).max()
-        extent, energy, best = float(np.ptp(system.rest, axis=0).max()), here.energy - system.rounding, 0.0
+        extent, energy, best = self._extent, here.energy - system.rounding, 0.0
         for sign in (1.0, -1.0):
             size = FIRST_KICK * extent
             while size <= LAST_KICK * extent:

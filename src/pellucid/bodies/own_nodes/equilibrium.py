@@ -163,6 +163,11 @@ class NodalSystem(ABC):
         the stiffness are larger than what resists them."""
         return self._neutral.without(displacement, self.tried) if len(self._neutral) else displacement
 
+    def lowest_frequency(self) -> float | None:
+        if self._follow and not self.knows_loads:
+            return None
+        return self._matrix().lowest_frequency(self._motion.inertia)
+
     def aligned(self, position: np.ndarray) -> np.ndarray:
         return self._neutral.aligned(position, self.position) if len(self._neutral) else position
 

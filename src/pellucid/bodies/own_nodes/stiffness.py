@@ -14,6 +14,7 @@ from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_t
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
 factor to the next, and the largest."""
+LANCZOS = 8  # vectors
 ROUGH = 1e-2  # error of a smooth displacement up to which factors in single precision are used
 FREE_SHIFT = 1e-8
 """The same for bodies that can move or rotate as a whole: more than rounding, and much less than any stiffness of the body."""
@@ -51,6 +52,7 @@ class NodalStiffness(ABC):
         # displacements without springs under these as forces
         self._slopes = self._answers = np.zeros((0, self._n, d))
         self._coupling = np.eye(0)
+        self._motions = 0  # number of motions as a whole that are not prevented
         self.shift = 0.0
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
         stable."""
@@ -78,18 +80,18 @@ class NodalStiffness(ABC):
         (n, 3); single: True to try single precision first.
         """
         self._find()
-        moves = len(loose_twists(position, free)) > 0
+        self._motions = len(loose_twists(position, free))
         self._free[:, :3] = free
-        single = self._factored(free, moves, single)
+        single = self._factored(free, single)
         springs = [np.pad(np.sqrt(stiffness) * slope, ((0, 0), (0, self._d - 3))) for stiffness, slope in self._springs()]
         self._slopes = np.array(springs).reshape(-1, self._n, self._d)
         self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
         return single
 
-    def _factored(self, free: np.ndarray, motions: int, single: bool) -> bool:
-        """Factor the matrix, with stiffness on its diagonal if it is not positive definite. motions: number of motions as a
-        whole that are not prevented; the others and the result are as for `renew`."""
+    def _factored(self, free: np.ndarray, single: bool) -> bool:
+        """Factor the matrix, with stiffness on its diagonal if it is not positive definite. Arguments and result are as for
+        `renew`."""
         flat, d = self._free.ravel(), self._d
         numbers = self._values.copy()
         row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
@@ -99,15 +101,15 @@ class NodalStiffness(ABC):
         size[:] = size.max(axis=1, keepdims=True)  # a flat membrane has no stiffness across its plane
         numbers[held] = size.mean()
         self.shift = 0.0
-        single = single and motions == 0  # FREE_SHIFT is below the rounding of single precision
-        least = FREE_SHIFT if motions else 0.0
+        single = single and self._motions == 0  # FREE_SHIFT is below the rounding of single precision
+        least = FREE_SHIFT if self._motions else 0.0
         while True:
             numbers[diagonal] = self._values[diagonal] + (least + self.shift) * size[free]
             precisions: tuple[Precision, ...] = (np.float32, np.float64) if single else (np.float64,)
             for precision in precisions:
                 with suppress(np.linalg.LinAlgError):
                     self._factor = Factor(self._elimination, numbers, precision)
-                    if self._is_limp(self._factor, free, motions, size):
+                    if self._is_limp(self._factor, free, size):
                         raise np.linalg.LinAlgError
                     if precision is np.float64 or self._is_accurate(self._factor, numbers):
                         return single
@@ -116,14 +118,14 @@ class NodalStiffness(ABC):
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
 
-    def _is_limp(self, factor: Factor, free: np.ndarray, motions: int, size: np.ndarray) -> bool:
-        """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not one of the
-        `motions` as a whole. size: diagonal of the matrix, shape (n, 3)."""
+    def _is_limp(self, factor: Factor, free: np.ndarray, size: np.ndarray) -> bool:
+        """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not a motion of the
+        whole body. size: diagonal of the matrix, shape (n, 3)."""
         if self.least_pivot == 0.0:
             return False
-        least = self.least_pivot + (4.0 * FREE_SHIFT if motions else 0.0)
+        least = self.least_pivot + (4.0 * FREE_SHIFT if self._motions else 0.0)
         pivots = factor.pivots().reshape(self._n, self._d)[:, :3]
-        return bool(np.count_nonzero(pivots[free] < least * size[free]) > motions)
+        return bool(np.count_nonzero(pivots[free] < least * size[free]) > self._motions)
 
     def _is_accurate(self, factor: Factor, numbers: np.ndarray) -> bool:
         """Return True if factors in single precision reproduce a smooth displacement of the nodes; they do not if the body is
@@ -161,6 +163,23 @@ class NodalStiffness(ABC):
 
         found = given + self._solved(np.pad(force, extra) - resisted(given))
         return found[:, :3], resisted(found)[:, :3]
+
+    def lowest_frequency(self, mass: np.ndarray) -> float | None:
+        """Return the lowest natural frequency of small vibrations about the present state [Hz], by the Lanczos method with the
+        factors; None if the body is unstable or can move as a whole. mass: masses of the nodes [kg], shape (n,)."""
+        if self.shift > 0.0 or self._motions > 0 or not self._free[:, :3].any():
+            return None
+        from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+        shape = (3 * self._n, 3 * self._n)
+        inverse = LinearOperator(shape, lambda force: self.solve(force.reshape(-1, 3)).ravel(), dtype=float)
+        masses = sparse.diags_array(np.repeat(mass, 3), format="csr")
+        start = np.random.default_rng(0).standard_normal(shape[0])
+        given: dict[str, Any] = {"M": masses, "sigma": 0.0, "OPinv": inverse, "v0": start, "ncv": LANCZOS, "tol": 1e-3}
+        with on_one_thread(), suppress(ArpackNoConvergence):
+            (square,) = eigsh(masses, 1, return_eigenvectors=False, **given)  # the matrix itself is not used
+            return float(np.sqrt(square)) / (2.0 * np.pi)
+        return None
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
         found = self._solved_without_springs(right)
