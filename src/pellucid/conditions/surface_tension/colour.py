@@ -1,7 +1,7 @@
 """Surface energy of a fluid as a function of the nodal volumes of its points, and the derivative of this energy.
 
-The fraction of the volume around a node that the fluid fills is smoothed once by (1, 2, 1)/4 along each axis. The colour c
-is 0 for a very small filled fraction, increases with it, and is 1 for an almost completely filled node. Thus c is constant
+The fraction of the volume around a node that the fluid fills is smoothed by (1, 2, 1)/4 along each axis. The colour c is 0
+for a very small filled fraction, increases with it, and is 1 for an almost completely filled node. Thus c is constant
 within the fluid even if points are distributed unevenly, and there is no force. The area of the surface is ∫|∇c| dV,
 independently of the width over which c decreases (the mean of the areas of its level sets, by the coarea formula). It is
 summed over the cells with the gradients at their centres:
@@ -11,6 +11,10 @@ summed over the cells with the gradients at their centres:
 with the surface tension σ, the volume V_c and size h of a cell, ε = SOFTNESS, the contact angle θ, and the wall area A_I
 around node I. Across walls c is continued as a mirror image: without the second term, the contact angle is a right angle.
 With it, a wet wall has the energy -σ cos θ per area (Young).
+
+Averages over volumes shift a curved surface. This reduces E by a share of the order (h/R)² for a radius of curvature R, and
+the stiffness of a shape by more. E is therefore computed twice: from fractions smoothed once, and smoothed once more with twice
+the distance of nodes. The combination of both that is free of this error is used (`LEVELS`; Richardson's extrapolation).
 
 Near planes that cut cells (`planes`), the volume around a node is multiplied by its open fraction, in front of the planes,
 and the energy of a cell by its open fraction. A face of the grid counts with the fraction of its area in front of the
@@ -33,7 +37,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from pellucid.approximants import GridFunctions, image_along
-from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
+from pellucid.conditions.surface_tension.planes import OpenSpace, WettedPlane, find_open_space
 from pellucid.grid.folding import add_to_component
 from pellucid.grid.full_cells import axis_integrals
 from pellucid.grid.lattice import Grid
@@ -130,7 +134,29 @@ WETTING = 0.5
 """Smallest cosine of the contact angle for which the energy of thin films is used in full; it is zero on walls that the
 fluid does not wet."""
 LEAST_OPEN = 0.02  # smallest open fraction of the volume around a node in front of planes
-MARGIN = 3  # layers of nodes around those that points reach; smoothing and the adjacent cells need one each
+
+
+class Level(NamedTuple):
+    """A smoothing of the filled fractions, in addition to those of the levels before, and the weight of the surface energy of
+    the smoothed fractions."""
+
+    distance: int  # distance of the smoothed nodes [nodes]
+    weight: float
+
+
+def _levels() -> tuple[Level, Level]:
+    spline, gradient, first, second = 0.25, 0.125, 0.5, 2.0
+    share = (spline + gradient + first) / second
+    return Level(1, 1.0 + share), Level(2, -share)
+
+
+LEVELS = _levels()
+"""Smoothings and weights of the energy. Along a surface, volumes are averaged by B-splines of the variance 1/4 (in cells²), by
+the gradients at the centres of cells, on average over all directions 1/8, and by the smoothing (1, 2, 1)/4 of nodes at the
+distance d, d²/2. A total variance s² moves the surface towards its centre of curvature by s²κ/2 with its curvature κ, which
+reduces the energy by σ s²/2 ∫κ² dA. The weights cancel this between both levels."""
+MARGIN = 2 + sum(level.distance for level in LEVELS)
+"""Layers of nodes around those that points reach: those that smoothing reaches, the adjacent cells, and one more."""
 
 
 class SurfaceFields(NamedTuple):
@@ -220,12 +246,36 @@ class SurfaceEnergy:
         box, walls = self._box(volume)
         x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
         about = x[:, None, None] * y[None, :, None] * z[None, None, :]
-        filled = volume[box] / about
-        for axis in self._axes:
-            filled = _smooth(filled, axis, walls[axis])
-        beside = self._beside_planes(box, walls)
-        if beside is not None:
-            filled *= beside.per_share
+        filled, energy, slopes, space = volume[box] / about, 0.0, [], self._open
+        share = None if space is None else space.nodes[box]
+        for level in LEVELS:
+            for axis in self._axes:
+                filled = _smooth(filled, axis, walls[axis], level.distance)
+                if share is not None:
+                    share = _smooth(share, axis, walls[axis], level.distance)
+            beside = None if space is None or share is None else self._beside_planes(space, box, share)
+            found, slope = self._of_level(filled, beside, box, walls)
+            energy += level.weight * found
+            slopes.append(level.weight * slope)
+        total = np.zeros_like(filled)
+        for level, slope in zip(reversed(LEVELS), reversed(slopes), strict=True):
+            total += slope
+            for axis in self._axes:
+                total = _smooth_transposed(total, axis, walls[axis], level.distance)
+        potential[box] = total / about
+        return energy
+
+    def _of_level(
+        self,
+        smoothed: np.ndarray,
+        beside: _Beside | None,
+        box: tuple[slice, slice, slice],
+        walls: list[tuple[bool, bool]],
+    ) -> tuple[float, np.ndarray]:
+        """Return the surface energy [J] for the smoothed filled fractions of the nodes in a box, and its derivative with
+        respect to these fractions [J]; record which wall planes the fluid has reached. beside: space in front of wall planes,
+        None without planes; box, walls: as `_box` returns them."""
+        filled = smoothed if beside is None else smoothed * beside.per_share
         colour, grows = _colour(filled)
         energy, slope = self._of_slopes(colour, 1.0 if beside is None else beside.cells)
         wetted = [*self._wall_nodes(colour.shape, box, walls), *([] if beside is None else beside.planes)]
@@ -235,10 +285,7 @@ class SurfaceEnergy:
         if beside is not None:
             slope *= beside.per_share
             self._reach(colour, beside)
-        for axis in self._axes:
-            slope = _smooth_transposed(slope, axis, walls[axis])
-        potential[box] = slope / about
-        return energy
+        return energy, slope
 
     def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
         """Return the box of nodes around the fluid, as slices along the axes, and for each axis whether its lower and upper
@@ -255,18 +302,13 @@ class SurfaceEnergy:
             walls.append((box[-1].start == 0, box[-1].stop == n))
         return (box[0], box[1], box[2]), walls
 
-    def _beside_planes(self, box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]) -> _Beside | None:
-        """Return the space in front of wall planes for the nodes in a box, or None without planes; box, walls: as `_box`
-        returns them."""
-        if self._open is None:
-            return None
-        share = self._open.nodes[box]
-        for axis in self._axes:
-            share = _smooth(share, axis, walls[axis])
+    def _beside_planes(self, space: OpenSpace, box: tuple[slice, slice, slice], share: np.ndarray) -> _Beside:
+        """Return the space in front of wall planes for the nodes in a box; space: that of the whole grid; share: fraction of
+        the volume around each node, smoothed, that lies in front of the planes."""
         per_share = np.where(share > LEAST_OPEN, 1.0 / np.maximum(share, LEAST_OPEN), 0.0)
         cells = tuple(slice(part.start, part.stop - 1) if axis in self._axes else part for axis, part in enumerate(box))
-        planes = [(..., plane.cosine, area[box]) for plane, area in zip(self._planes, self._open.areas, strict=True)]
-        return _Beside(per_share, self._open.cells[cells], planes)
+        planes = [(..., plane.cosine, area[box]) for plane, area in zip(self._planes, space.areas, strict=True)]
+        return _Beside(per_share, space.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
         """Record along which axes the fluid has reached wall planes (`at_wall`). colour: 1 at nodes within the fluid, 0
@@ -388,27 +430,27 @@ def _spread(values: np.ndarray, axis: int) -> np.ndarray:
     return out
 
 
-def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Return nodal values smoothed by (1, 2, 1)/4 along an axis; at ends that are walls (lower, upper) the values are
-    continued as a mirror image."""
-    out = 0.5 * values
-    out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
-    out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
+def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool], distance: int = 1) -> np.ndarray:
+    """Return nodal values v smoothed along an axis, v_i/2 + (v_(i-d) + v_(i+d))/4 with the distance d in nodes; at ends that
+    are walls (lower, upper) the values are continued as a mirror image."""
+    d, out = distance, 0.5 * values
+    out[_along(axis, slice(d, None))] += 0.25 * values[_along(axis, slice(None, -d))]
+    out[_along(axis, slice(None, -d))] += 0.25 * values[_along(axis, slice(d, None))]
     if walls[0]:
-        out[_along(axis, FIRST)] += 0.25 * values[_along(axis, slice(1, 2))]
+        out[_along(axis, slice(None, d))] += 0.25 * values[_along(axis, slice(d, 0, -1))]
     if walls[1]:
-        out[_along(axis, LAST)] += 0.25 * values[_along(axis, slice(-2, -1))]
+        out[_along(axis, slice(-d, None))] += 0.25 * values[_along(axis, slice(-2, -2 - d, -1))]
     return out
 
 
-def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
+def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool], distance: int) -> np.ndarray:
     """Return nodal values after the adjoint (transposed) operation of `_smooth`. axis: axis of the smoothing; walls: True
-    for the lower and the upper end if it is a wall."""
-    out = 0.5 * values
-    out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
-    out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
+    for the lower and the upper end if it is a wall; distance: d [nodes]."""
+    d, out = distance, 0.5 * values
+    out[_along(axis, slice(d, None))] += 0.25 * values[_along(axis, slice(None, -d))]
+    out[_along(axis, slice(None, -d))] += 0.25 * values[_along(axis, slice(d, None))]
     if walls[0]:
-        out[_along(axis, slice(1, 2))] += 0.25 * values[_along(axis, FIRST)]
+        out[_along(axis, slice(d, 0, -1))] += 0.25 * values[_along(axis, slice(None, d))]
     if walls[1]:
-        out[_along(axis, slice(-2, -1))] += 0.25 * values[_along(axis, LAST)]
+        out[_along(axis, slice(-2, -2 - d, -1))] += 0.25 * values[_along(axis, slice(-d, None))]
     return out
