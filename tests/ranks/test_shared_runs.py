@@ -37,6 +37,7 @@ CASES = [
     f"{STEPS.with_name('wall.toml')}:6",  # a fluid at a wall, of which some processes have no points
     f"{STEPS.with_name('channel.toml')}:30",  # a periodic axis across the rows, contact across its seam, a driven fluid
     f"{STEPS.with_name('stream.toml')}:20",  # a liquid with implicit pressure and a membrane in it
+    f"{STEPS.with_name('capsule.toml')}:8",  # an enclosed volume, whose pressure is solved for with that of the liquid
     f"{STEPS.with_name('bag.toml')}:6",  # contents of membranes, pressure in a region
     f"{STEPS.with_name('drop.toml')}:30",  # surface tension, at a wall
     f"{STEPS.with_name('paddle.toml')}:130",  # rigid bodies in a fluid, across the rows, and angular momentum

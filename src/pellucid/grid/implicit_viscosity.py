@@ -38,13 +38,17 @@ is added to λ. Sound then does not limit the step (Harlow & Amsden 1971, J. Com
   Viscous forces are θ times those of v plus 1 - θ times those of v⁻. θ is 1/2 + Δt/Δt_max with the limit Δt_max of these
   bodies, at most 1, so that their motion is damped, and 1 if a viscosity depends on the shear rate.
 
+The pressure p(V) of a gas or liquid in a membrane (`PressedContents`) is linearised in the same way: with the derivatives g_I
+of its volume V with respect to the positions of the nodes, it changes by dp/dV Δt Σ g_I·v_I, and exerts forces p g_I. This adds
+a matrix of rank one to the equations, so that the stiffness of the contents does not limit the step either.
+
 Implicit Euler removes more energy from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution: the difference
 is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities v̄ of the step. Both become heat of the points;
 the energy balance lists them separately. The second includes the work of the change of an implicit pressure. (Conjugate
 gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, sqrt
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -56,12 +60,12 @@ from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL,
 from pellucid.errors import RunStopped
 from pellucid.grid.fast_diagonalisation import FastDiagonalisation
 from pellucid.grid.full_cells import CellPressure
-from pellucid.grid.nodal_fields import allocate
+from pellucid.grid.nodal_fields import ROW, VECTOR, allocate
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.gifts import FIRST, scatter
 from pellucid.grid.point_storage import PointStorage
 from pellucid.grid.points import HEATING, POWER, FullCells, NoCells
-from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_field import PressedContents, VelocityField
 from pellucid.grid.viscous_nodes import (
     CHANGE,
     COLUMNS,
@@ -230,6 +234,7 @@ class ImplicitViscosity(StepPart):
         )
         self._cells = cells if self._presses else ()
         self._cell_power = 0.0
+        self._contents: list[tuple[PressedContents, float, np.ndarray, np.ndarray]] = []
         self._longest = field.grid.lattice.cell / sqrt(stiffness / density) if self._presses else inf
         self._full = self._density() if self._presses else 0.0
         self._fast: FastDiagonalisation | None = None
@@ -292,7 +297,9 @@ class ImplicitViscosity(StepPart):
                 self._fast = FastDiagonalisation(self.field.grid, self._bodies[0].functions, self._full)
             if any(self._point_viscosities):
                 self._mean = self._mean_stress()
+        self._contents = [(one, *one.linearise()) for one in self.field.contents] if self._presses else []
         rounds = self._solve(theta * dt, dt / share)
+        self._hand_over_contents(dt / share, share)
         self._power, self._compression = (
             share * sum(float(body.storage.sums()[of]) for body in self._bodies) for of in (POWER, HEATING)
         )
@@ -326,6 +333,21 @@ class ImplicitViscosity(StepPart):
         keep_forces(self._n, self._nodes, share)
         self._begin(dt)
         return power
+
+    def _hand_over_contents(self, dt: float, share: float) -> None:
+        """Move `share` times the forces of the contents of membranes, which the solution contains, from the viscous forces to
+        those of the contents; dt: time by which their stiffness is multiplied [s]."""
+        for contents, node, force in self._pressed(self._rows.solution, dt):
+            self._rows.viscous_force.reshape(-1, ROW)[node, VECTOR] -= force
+            contents.add_force(node, share * force)
+
+    def _pressed(self, velocity: np.ndarray, dt: float) -> Iterator[tuple[PressedContents, np.ndarray, np.ndarray]]:
+        """Yield the contents of membranes, each with indices of nodes and the forces on them [N], shape (n, 3), of the change
+        of its pressure in dt [s] at nodal velocities in rows of four numbers, shape (4 nodes,) [m/s]."""
+        at_nodes = velocity.reshape(-1, ROW)
+        for contents, stiffness, node, slope in self._contents:
+            growth = float(np.sum(domain.of_nodes(slope * at_nodes[node, VECTOR], node)))
+            yield contents, node, -stiffness * dt * growth * slope
 
     def _solve(self, dt: float, pressing: float) -> int:
         """Solve for the nodal velocities, and compute the stresses and nodal forces of the solution; return the number of
@@ -400,6 +422,9 @@ class ImplicitViscosity(StepPart):
             self._cell_power = sum(cells.press(velocity, dt, self._rows.viscous_force) for cells in self._cells)
         for one in passes:
             each_point(one, dt, FIRST)
+        if dt > 0.0:
+            for _, node, force in self._pressed(velocity, dt):
+                self._rows.viscous_force.reshape(-1, ROW)[node, VECTOR] += force
 
     def _summed(self) -> np.ndarray:
         return self.field.momentum.sum_of_near(self._sums)

@@ -40,6 +40,20 @@ class ShapedWall(Protocol):
         """Change the masses and velocities of the nodes in the equations of implicit viscosity, for the step at hand."""
 
 
+class PressedContents(Protocol):
+    """Interface of a gas or liquid in membranes whose pressure is solved for together with an implicit pressure of the liquids
+    around it."""
+
+    def linearise(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return -dp/dV, the decrease of the pressure per increase of the volume [Pa/m³], at least 0; the sorted indices of the
+        nodes that change the volume, shape (n,); and the derivative of the volume with respect to their positions [m²],
+        shape (n, 3), for the present step."""
+
+    def add_force(self, node: np.ndarray, force: np.ndarray) -> None:
+        """Add the forces of a change of the pressure [N], shape (n, 3), on the nodes with the indices `node` to those of the
+        pressure."""
+
+
 class VelocityField:
     """Grid nodes shared by some bodies, which therefore move together: nodal arrays and the actions on them. The nodes move the
     points of the bodies.
@@ -57,6 +71,8 @@ class VelocityField:
         self.name, self.grid = name, grid
         self.walls: Sequence[ShapedWall] = ()
         """Walls that act on the nodes near the surface of a shape."""
+        self.contents: list[PressedContents] = []
+        """Contents of membranes whose pressure is solved for with implicit pressure."""
         self._own = allocate(FieldNodes, 0)
         self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False

@@ -25,7 +25,7 @@ from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 from pellucid.materials.contract import PointMaterial
-from pellucid.parts.condition import Condition, is_driven
+from pellucid.parts.condition import Condition, conditions_in_case, is_driven
 from pellucid.progress import Pace, Progress, clock
 from pellucid.set_up.even_densities import accepts, in_words, settings_for_even_densities
 from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
@@ -349,7 +349,7 @@ def _limits(case: "Case") -> Limits:
     found = Limits()
     for body in (model.with_others(case.body) for model in case.body):
         found[body.name, ""] = body.limit_in_motion(cell, body.name in driven)
-    for condition in parts.of(Condition):
+    for condition in conditions_in_case(parts):
         for body in case.body:
             if (own := found[body.name, ""]) is not None:
                 found[body.name, ""] = _beside(own, condition, condition.swing_of(body, 1.0 / own.step, cell))

@@ -5,6 +5,8 @@ from copy import copy
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pellucid.conditions.enclosed.contents import Contents
 from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
 from pellucid.energy import INTERNAL, StepWork
@@ -21,7 +23,8 @@ class ActiveEnclosed(StepPart):
     """A gas or liquid in a membrane, in a run.
 
     The pressure acts on the membrane with the geometry at the start of a step: its nodal forces are p ∂V/∂x, with the
-    pressure p, the enclosed volume V and the nodal positions x. The energy of the contents is updated with the volume at
+    pressure p, the enclosed volume V and the nodal positions x. Where liquids of the velocity field have an implicit
+    pressure, p is that at the end of the step (`PressedContents`). The energy of the contents is updated with the volume at
     the end of the step. The total energy is therefore conserved to the order of the time integration. Mass that flows in or
     out is exchanged half at the volume of the start of the step and half at the volume of its end.
     """
@@ -36,6 +39,8 @@ class ActiveEnclosed(StepPart):
         self._vent_flow = self._leak_flow = self._hole_flow = 0.0
         self._passing, self._time = 0.0, 0.0
         self._works: dict[str, float] = {}
+        if enclosed.is_implicit:
+            self._space.field.contents.append(self)
 
     def try_out(self) -> None:
         """Add half of the initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
@@ -71,6 +76,12 @@ class ActiveEnclosed(StepPart):
     def begin(self, time: float, dt: float) -> None:
         self._time, self._passing = time, dt
         self._space.press(self._now, self._gauge)
+
+    def linearise(self) -> tuple[float, np.ndarray, np.ndarray]:
+        return max(self.contents.stiffness(self._now.volume), 0.0), *self._space.slope_at_nodes(self._now)
+
+    def add_force(self, node: np.ndarray, force: np.ndarray) -> None:
+        self._space.add_nodal_force(node, force)
 
     def end(self, dt: float) -> None:
         """Exchange half of the mass that flows in and out in the step dt [s], update the volume, and exchange the other half.
@@ -174,8 +185,9 @@ class ActiveEnclosed(StepPart):
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def added_stiffness(self) -> AddedStiffness:
-        """Return the stiffness of the compressible contents, on which the membranes oscillate."""
-        stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
+        """Return the stiffness of the compressible contents, on which the membranes oscillate; none if their pressure is
+        implicit."""
+        stiffness = 0.0 if self._model.is_implicit else max(self.contents.stiffness(self._now.volume), 0.0)
         rate = 0.5 * sqrt(stiffness * self._space.mobility(self._now))
         return self._space.added_stiffness(rate, f"the enclosed `{self._model.name}`")
 

@@ -110,13 +110,25 @@ class Enclosed(Condition):
 
     _may_tear: bool = PrivateAttr(default=False)
     """True if damage can tear holes in the membrane; set by `in_case`."""
+    _is_implicit: bool = PrivateAttr(default=False)
+    """True if liquids in the velocity field of the membranes have an implicit pressure; set by `in_case`."""
+
+    @property
+    def is_implicit(self) -> bool:
+        """True if the pressure of the contents is solved for together with the implicit pressure of the liquids in the velocity
+        field of the membranes."""
+        return self._is_implicit
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
-        """Return a copy that records whether the membrane can tear (its material has a damage law); bodies: all bodies of the
-        case; the other arguments are not used."""
+        """Return a copy that records whether the membrane can tear (its material has a damage law), and whether liquids around
+        the membranes have an implicit pressure; bodies: all bodies of the case; the other arguments are not used."""
         membrane = next((body for body in bodies if body.name == self.body), None)
         copy = self.model_copy()
         copy._may_tear = getattr(getattr(membrane, "material", None), "damage", None) is not None
+        fields = {body.field for body in bodies if body.name in (self.body, *self.inside)}
+        stresses = ((body.field, body.implicit_stress) for body in bodies)
+        implicit = {field for field, stress in stresses if stress is not None and stress.stiffness > 0.0}
+        copy._is_implicit = len(fields) == 1 and fields <= implicit
         return copy
 
     @check
@@ -169,7 +181,7 @@ class Enclosed(Condition):
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
         start = membrane_at_start(body) if body.name == self.body else None
-        if start is None:
+        if start is None or self.is_implicit:
             return 0.0
         stiffness = self.amount().contents(start.volume).stiffness(start.volume)
         return 0.5 * sqrt(max(stiffness, 0.0) * start.mobility)
