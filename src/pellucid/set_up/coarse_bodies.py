@@ -3,7 +3,7 @@ soft one with too large a force or pass between its nodes, and drops in another 
 
 The velocity along the surface of a drop that oscillates in a liquid changes within a thin layer on both sides. Shape functions
 as wide as this layer smooth it, so more liquid moves with the surface. `validation/drop-in-liquid` has the error of the period
-of a plane drop in a liquid of the same density: 8 to 12 % with 7.5 cells per radius, 1 to 4 % with 15.
+of a plane drop in a liquid of the same density: 4 to 7 % with 7.5 cells per radius, 0 to 4 % with 15.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ from pellucid.grid.model import GridCase
 from pellucid.set_up.gaps import hard_bodies
 
 FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, below which its force is far too large
-FEWEST_OF_A_DROP = 12.0  # cells per radius: between a period that is 8 to 12 % too long and one that is 1 to 4 % too long
+FEWEST_OF_A_DROP = 12.0  # cells per radius: between a period that is 4 to 7 % too long and one that is 0 to 4 % too long
 HEAVY = 0.1  # density relative to that of a drop, below which a fluid around it hardly takes part in its motion
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner of a box [m]."""
@@ -98,8 +98,8 @@ def coarse_drops(case: Case) -> Iterator[str]:
         if beside and radius < FEWEST_OF_A_DROP:
             yield (
                 f"body {drop.name} has {radius:.2g} cells in its radius, fewer than {FEWEST_OF_A_DROP:g}. If it oscillates in "
-                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 8 to 12 % "
-                'too long, with 15 cells 1 to 4 %, the smaller values with time.transfer = "aflip". Set a smaller grid.cell.'
+                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 4 to 7 % "
+                'too long, with 15 cells 0 to 4 %, the smaller values with time.transfer = "aflip". Set a smaller grid.cell.'
             )
 
 
