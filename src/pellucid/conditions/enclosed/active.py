@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.enclosed.contents import Contents
 from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
-from pellucid.energy import INTERNAL, StepWork
+from pellucid.energy import FIRST_LOAD, INTERNAL, StepWork
 from pellucid.energy.budget import ROUNDING_SHARE
 from pellucid.errors import RunStopped
+from pellucid.grid.transfer import scatter_vectors
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.annotations import Assembly
 from pellucid.step.part import AddedStiffness, StepPart
 
@@ -40,7 +43,8 @@ class ActiveEnclosed(StepPart):
         self._passing, self._time = 0.0, 0.0
         self._works: dict[str, float] = {}
         if enclosed.is_implicit:
-            self._space.field.contents.append(self)
+            self._load = assembly.load_column(enclosed.body, enclosed.load_channel()) - FIRST_LOAD
+            self._field.contents.append(self)
 
     def try_out(self) -> None:
         """Add half of the initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
@@ -78,10 +82,23 @@ class ActiveEnclosed(StepPart):
         self._space.press(self._now, self._gauge)
 
     def linearise(self) -> tuple[float, np.ndarray, np.ndarray]:
-        return max(self.contents.stiffness(self._now.volume), 0.0), *self._space.slope_at_nodes(self._now)
+        slope = np.zeros((self._field.grid.n_nodes, 3))
+        for body, areas in zip(self._on_grid, self._now.areas, strict=True):
+            scatter_vectors(body.n_slabs, body.mapped, np.ascontiguousarray(areas[body.stored_array("id")]), slope)
+        node = np.flatnonzero(slope.any(axis=1))
+        return max(self.contents.stiffness(self._now.volume), 0.0), node, slope[node]
 
     def add_force(self, node: np.ndarray, force: np.ndarray) -> None:
-        self._space.add_nodal_force(node, force)
+        self._field.load_row(self._load)[node] += force
+
+    @property
+    def _on_grid(self) -> list[PointsOnGrid]:
+        """The membranes that grid nodes move: all of them if the pressure is implicit."""
+        return [body for body in self._space.bodies if isinstance(body, PointsOnGrid)]
+
+    @property
+    def _field(self) -> VelocityField:
+        return self._on_grid[0].velocity_field
 
     def end(self, dt: float) -> None:
         """Exchange half of the mass that flows in and out in the step dt [s], update the volume, and exchange the other half.

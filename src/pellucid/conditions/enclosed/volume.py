@@ -5,12 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.enclosed.foretold import FLAT
-from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.enclosure import Lids
-from pellucid.grid.transfer import scatter_vectors
-from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane
 from pellucid.step.part import AddedStiffness
@@ -49,7 +45,6 @@ class EnclosedVolume:
         normals."""
         self.members: list[AssembledBody] = [assembly.bodies[name] for name in (outer, *inside)]
         self._add = [assembly.forces_on(name, channel) for name in (outer, *inside)]
-        self._load = assembly.load_column(outer, channel) - FIRST_LOAD
         self._lids = [Lids(body.places(), body.cells().surface()) for body in self.bodies]
         self.is_open = len(self._lids[0].rims.edges) > 0
         self._signs = [1.0] * len(self.members)
@@ -88,28 +83,6 @@ class EnclosedVolume:
         """Apply a gauge pressure [Pa] to the membranes over this step; now: present state of the enclosed volume."""
         for body, add, areas in zip(self.bodies, self._add, now.areas, strict=True):
             add((pressure * areas)[body.stored_array("id")])
-
-    def slope_at_nodes(self, now: Enclosure) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sorted indices of the grid nodes that move the membranes, shape (n,), and the derivative of the enclosed
-        volume with respect to their positions [m²], shape (n, 3); now: present state of the enclosed volume."""
-        slope = np.zeros((self.field.grid.n_nodes, 3))
-        for body, areas in zip(self._on_grid, now.areas, strict=True):
-            scatter_vectors(body.n_slabs, body.mapped, np.ascontiguousarray(areas[body.stored_array("id")]), slope)
-        node = np.flatnonzero(slope.any(axis=1))
-        return node, slope[node]
-
-    @property
-    def field(self) -> VelocityField:
-        """Velocity field of the outer membrane, if grid nodes move it."""
-        return self._on_grid[0].velocity_field
-
-    @property
-    def _on_grid(self) -> list[PointsOnGrid]:
-        return [body for body in self.bodies if isinstance(body, PointsOnGrid)]
-
-    def add_nodal_force(self, node: np.ndarray, force: np.ndarray) -> None:
-        """Apply forces [N], shape (n, 3), on grid nodes that move the membranes, with the indices `node`, over this step."""
-        self.field.load_row(self._load)[node] += force
 
     def membrane_area(self) -> float:
         """Return the area of the outer membrane, including the holes left by failed points [m²]."""
