@@ -58,6 +58,7 @@ ROUNDING = 1e-12
 class TimeCase(Part):
     """Time stepping: order of the operations in a step, end time, choice of the step, transfer of velocities."""
 
+    method: Literal["explicit", "implicit"] = parameter("", "explicit steps, or implicit ones", "explicit")
     scheme: Literal["musl", "usf", "usl"] = parameter(
         "", "order of the operations in a step: update of stress after (musl, usl) or before (usf) the momentum", "musl"
     )
@@ -116,7 +117,7 @@ class TimeCase(Part):
             elif stress is not None and self.scheme == "usf":
                 text = f"the implicit viscosity of body {body.name} determines its stress in the momentum equation, not before"
                 yield Finding((*path, "scheme"), text, 'use "musl" or "usl", or remove `implicit_viscosity`')
-        if self.step is None:
+        if self.step is None or self.method == "implicit":
             return
         cell = None if parts.grid is None else parts.grid.cell
         names = {body.name for body in bodies}

@@ -1,5 +1,5 @@
-"""Interface of a body whose equilibria are found with a factored stiffness: potential energy, forces and stiffness at trial
-positions of its nodes."""
+"""Interfaces of a body whose equilibria, or motion in implicit time steps, are found with a factored stiffness: potential
+energy, forces and stiffness at trial positions of its nodes."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -81,6 +81,29 @@ class ElasticSystem(Protocol):
 
     def reject(self) -> None:
         """Restore the last equilibrium."""
+
+
+class MovingSystem(ElasticSystem, Protocol):
+    """An `ElasticSystem` that also moves by its inertia, in time steps by the midpoint rule (`pellucid.simulation.implicit`)."""
+
+    velocity: np.ndarray
+    """Velocities of the nodes [m/s], shape (n, 3)."""
+    added: np.ndarray
+    """Stiffness of inertia and drag that is added to the diagonal of the factored matrix [N/m], shape (n,); empty if none."""
+    drag: float
+    """Rate of the drag in the present step [1/s], set by `begin`: a force proportional to mass and velocity."""
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Masses of the nodes [kg], shape (n,)."""
+
+    @property
+    def free(self) -> np.ndarray:
+        """Mask of the components that are not prescribed, shape (n, 3)."""
+
+    def arrive(self, middle: np.ndarray, dt: float) -> None:
+        """Move the nodes over a step dt [s] to its end, and compute velocities, works and reactions; middle: positions in the
+        middle of the step [m], shape (n, 3), at which `attempt` was called last."""
 
 
 @runtime_checkable

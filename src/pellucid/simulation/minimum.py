@@ -97,6 +97,24 @@ class Minimiser:
             left += 1
             x, here = lower
 
+    def descend(self, start: np.ndarray, told: Callable[[int, float], None], few: int) -> Equilibrium:
+        """Return the minimum next to positions `start` [m], shape (n, 3), stable or not; the last call of `attempt` is at its
+        positions. The present factors serve again, and also for the next search after at most `few` iterations.
+
+        told: as for `find`. Raises NoEquilibrium.
+        """
+        here = self._system.attempt(start)
+        if not here.is_valid:
+            raise NoEquilibrium("the predicted positions invert a point")
+        if not self._has_factors:
+            self._factor()
+        self._changes, self._renewed = [], False
+        x, here, used = self._minimise(start, here, 0, told)
+        self._has_factors = used <= few
+        self.largest = self._scale_at(x), max(self.largest[1], here.size)
+        unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
+        return Equilibrium(x, used, self._error, unbalanced, False)
+
     def _minimise(
         self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
     ) -> tuple[np.ndarray, Trial, int]:

@@ -22,7 +22,7 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
-from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
+from pellucid.parts.elastic_system import HasElasticSystem, MovingSystem
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
@@ -141,11 +141,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem)
             self._volume_inertia = VolumeInertia(self.solid, motion.inertia, motion.free, shear, frequency)
             self.renew_totals()
 
-    def elastic_system(self) -> ElasticSystem:
-        """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
+    def elastic_system(self) -> MovingSystem:
+        """Return energy, forces and stiffness for equilibria and implicit time steps; only for nodal values that are prescribed
+        directly."""
         stiffness = self.mass * self._case.wave_speeds()[0] ** 2
         position, motion = self.arrays["position"], self.motion
-        return SolidSystem(self.mesh.nodes, position, self._forces, motion, stiffness, self._take_equilibrium)
+        after = self._take_equilibrium, self._end_step
+        return SolidSystem(self.mesh.nodes, position, self._forces, motion, stiffness, *after)
 
     def _take_equilibrium(self, dt: float) -> None:
         """Update everything that depends on the positions of the nodes after a new equilibrium; dt: step of the time of the
@@ -154,6 +156,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem)
         self.motion.sum_momentum(self.totals)
         self.totals.stored, self.totals.half_power = self._forces.stored(), 0.0
         self._shifted = 0.0
+
+    def _end_step(self, dt: float) -> None:
+        """Update everything that depends on positions and velocities of the nodes at the end of an implicit time step dt [s]."""
+        self.prescribed.displacement += dt * self.motion.rows
+        self.motion.sum_momentum(self.totals)
+        self._find_forces(dt)
+        self.totals.half_power, self._shifted = 0.0, 0.0
 
     def correct(self, remap: bool) -> None:
         """Update the nodal velocities with forces, constraints and contact; `remap`: also map the momentum to the grid again.

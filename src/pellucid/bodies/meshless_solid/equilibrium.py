@@ -1,4 +1,5 @@
-"""Potential energy, forces and stiffness of a meshless solid at trial positions of its nodes, for its equilibria."""
+"""Potential energy, forces and stiffness of a meshless solid at trial positions of its nodes, for its equilibria and for its
+motion in implicit time steps."""
 
 from collections.abc import Callable
 
@@ -14,11 +15,11 @@ ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers
 
 
 class SolidSystem:
-    """An `ElasticSystem` of a meshless solid whose nodal values are prescribed directly.
+    """A `MovingSystem` of a meshless solid whose nodal values are prescribed directly.
 
     rest, position: nodal positions at rest and at present [m], shape (n, 3); forces: internal forces of the solid; motion:
-    equation of motion of its nodes; stiffness: modulus times volume of the solid [J]; accepted: function of the body that is
-    called after a new equilibrium, with the step of the time of the loads [s].
+    equation of motion of its nodes; stiffness: modulus times volume of the solid [J]; accepted, arrived: functions of the body
+    that are called after a new equilibrium, with the step of the time of the loads [s], and at the end of a time step [s].
     """
 
     def __init__(
@@ -29,8 +30,11 @@ class SolidSystem:
         motion: NodalMotion,
         stiffness: float,
         accepted: Callable[[float], None],
+        arrived: Callable[[float], None],
     ) -> None:
-        self.rest, self._present, self._forces, self._motion, self._accepted = rest, position, forces, motion, accepted
+        self.rest, self._present, self._forces, self._motion = rest, position, forces, motion
+        self._accepted, self._arrived = accepted, arrived
+        self.velocity, self.added, self.drag = motion.velocity, np.zeros(0), 0.0
         self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
@@ -45,6 +49,7 @@ class SolidSystem:
         self._stored = self._forces.stored()
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
+        self.drag = self._motion.drag_rate(dt)
 
     def take_loads(self, renew: Callable[[], None] | None) -> None:
         self._renew, self.has_potential = renew, renew is None
@@ -72,8 +77,9 @@ class SolidSystem:
         return self._matrix().shift
 
     def factor(self) -> None:
-        free = self._motion.free
-        self.in_single = self._matrix().renew(free, not is_held(self.rest, free), self.in_single)
+        free, moves = self._motion.free, not self.added.any()
+        moves = moves and not is_held(self.rest, free)
+        self.in_single = self._matrix().renew(free, moves, self.in_single, self.added)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._matrix().solve(force)
@@ -94,6 +100,20 @@ class SolidSystem:
             self._motion.lose_rest(self._forces.stored() - self._stored)
         self._free = self._motion.free
         self._accepted(dt)
+
+    @property
+    def inertia(self) -> np.ndarray:
+        return self._motion.inertia
+
+    @property
+    def free(self) -> np.ndarray:
+        return self._motion.free
+
+    def arrive(self, middle: np.ndarray, dt: float) -> None:
+        moved = np.where(self.free, 2.0 * (middle - self.position), dt * self._motion.at_nodes(self._rates))
+        self._motion.record_step(moved, self._rates, self.drag, dt)
+        self._present[:] = self.position + moved
+        self._arrived(dt)
 
     def reject(self) -> None:
         self._present[:] = self.position
