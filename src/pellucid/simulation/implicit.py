@@ -62,7 +62,7 @@ class Midpoint:
     def take_loads(self, renew: Callable[[], None] | None) -> None:
         """Take the present external forces as those in the middle of the step; renew: as for `ElasticSystem`."""
         self._system.take_loads(renew)
-        self.has_potential = self._system.has_potential
+        self.has_potential = False
         self._free, self._mass = self._system.free, self._system.inertia[:, None]
         self._system.added = self.weight * self._system.inertia
 
@@ -76,16 +76,14 @@ class Midpoint:
         return self._system.rounding
 
     def attempt(self, position: np.ndarray) -> Trial:
-        here, moved = self._system.attempt(position), position - self.position
+        here, moved = self._system.attempt_step(position), position - self.position
         self._tried = position
-        ahead = moved - self._half * self._velocity
         of_inertia, of_drag = self._weights
-        push = np.where(self._free, self._mass * (of_inertia * ahead + of_drag * moved), 0.0)
-        energy = 0.5 * np.sum(np.where(self._free, self._mass * (of_inertia * ahead**2 + of_drag * moved**2), 0.0))
-        return here._replace(energy=here.energy + float(energy), residual=here.residual - push)
+        push = self._mass * (of_inertia * (moved - self._half * self._velocity) + of_drag * moved)
+        return here._replace(residual=here.residual - np.where(self._free, push, 0.0))
 
     def factor(self) -> None:
-        self._system.factor()
+        self._system.factor_at(self.position)
         self.factored_at = self._tried.copy()
 
     def solve(self, force: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces
 from pellucid.bodies.meshless_solid.solid import LEAST_J
+from pellucid.bodies.meshless_solid.step_forces import StepForces
 from pellucid.bodies.meshless_solid.stiffness import SolidStiffness, is_held
 from pellucid.bodies.own_nodes.motion import Moved, NodalMotion, Tangent
 from pellucid.parts.elastic_system import Trial
@@ -43,6 +44,7 @@ class SolidSystem:
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, forces.stored()  # at the last equilibrium
         self._stiffness: SolidStiffness | None = None
+        self._in_step = StepForces(forces.solid, forces.bundle)
 
     def begin(self, dt: float) -> None:
         self.position[:] = self._present
@@ -50,6 +52,7 @@ class SolidSystem:
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
         self.drag = self._motion.drag_rate(dt)
+        self._in_step.begin()
 
     def take_loads(self, renew: Callable[[], None] | None) -> None:
         self._renew, self.has_potential = renew, renew is None
@@ -72,9 +75,25 @@ class SolidSystem:
         size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
         return Trial(energy, residual, size, bool(least > 0.0) and np.isfinite(energy) and np.isfinite(size))
 
+    def attempt_step(self, middle: np.ndarray) -> Trial:
+        internal, external = self._motion.internal, self._external
+        if self._renew is not None:
+            self._present[:] = middle
+            self._renew()
+            external[:] = self._motion.forces() - internal
+        moved = np.where(self.free, 2.0 * (middle - self.position), self.increment)
+        is_sound = self._in_step.find(self.position + moved - self.rest, internal)
+        residual = np.where(self.free, internal + external, 0.0)
+        size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(external * external)))
+        return Trial(0.0, residual, size, is_sound and bool(np.isfinite(size)))
+
     @property
     def shift(self) -> float:
         return self._matrix().shift
+
+    def factor_at(self, position: np.ndarray) -> None:
+        self._forces.find(position - self.rest, np.empty_like(position), 0.0)
+        self.factor()
 
     def factor(self) -> None:
         free, moves = self._motion.free, not self.added.any()
