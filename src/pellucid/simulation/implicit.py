@@ -1,16 +1,4 @@
-"""Motion in time by implicit steps, for bodies with their own nodes and a factored stiffness.
-
-A step Δt follows the midpoint rule: velocities and positions change by the forces in the middle of the step,
-
-    M (v₁ - v₀)/Δt = f(x_m) - c M (v₀ + v₁)/2,  x_m = (x₀ + x₁)/2 = x₀ + Δt (v₀ + v₁)/4 .
-
-It is of second order, conserves momentum and angular momentum, and dissipates nothing (Hairer, Lubich & Wanner 2006, Geometric
-Numerical Integration, sections IV.2 and VI.4). With the potential energy W, f = -∂W/∂x, the middle is the minimum of
-
-    W(x) + (2/Δt²) (x - x̂)ᵀM (x - x̂) + (c/Δt) (x - x₀)ᵀM (x - x₀),  x̂ = x₀ + Δt v₀/2,
-
-which `Minimiser` finds with the factors of K + (4/Δt² + 2c/Δt) M. The factors serve for many steps.
-"""
+"""Motion in time by implicit steps, for bodies with their own nodes and a factored stiffness."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -22,88 +10,26 @@ from pellucid.case.sections import parts_of
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.parts.body import Body
 from pellucid.parts.condition import Condition
-from pellucid.parts.elastic_system import HasElasticSystem, MovingSystem, Trial
+from pellucid.parts.elastic_system import HasMovingSystem, MovingSystem
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.minimum import Minimiser, NoEquilibrium
+from pellucid.simulation.implicit_step import ImplicitStep
+from pellucid.simulation.minimum import Equilibrium, NoEquilibrium, Search
 from pellucid.step.part import StepParts
 
 if TYPE_CHECKING:
     from pellucid.case import Case, TimeCase
 
-TOLERANCE = 1e-8  # estimated error of the positions in the middle of a step, over the largest displacement to it
-SMALLEST = 1.0 / 64.0  # of `time.step`: smallest step that is tried
-FEW = 10  # iterations up to which the factors serve for the next step, too
-
-
-class Midpoint:
-    """An `ElasticSystem` whose minimum is the middle of a time step; system: energy, forces and stiffness of the body."""
-
-    has_potential: bool
-
-    def __init__(self, system: MovingSystem) -> None:
-        self._system = system
-        self.rest = self.position = system.position
-        self._velocity = system.velocity.copy()
-        self._half, self._weights = 0.0, (0.0, 0.0)
-        self._tried = system.position
-        self.factored_at: np.ndarray | None = None
-        """Positions at which the stiffness was factored [m], shape (n, 3); None if there are no factors."""
-        self.weight = 0.0
-        """Factor of the masses in the present matrix [1/s²]."""
-
-    def begin(self, dt: float) -> None:
-        """Store the present state as the start of a step dt [s]."""
-        self._system.begin(dt)
-        self._velocity[:] = self._system.velocity
-        self._half = 0.5 * dt
-        self._weights = 4.0 / dt**2, 2.0 * self._system.drag / dt
-        self.weight = sum(self._weights)
-
-    def take_loads(self, renew: Callable[[], None] | None) -> None:
-        """Take the present external forces as those in the middle of the step; renew: as for `ElasticSystem`."""
-        self._system.take_loads(renew)
-        self.has_potential = False
-        self._free, self._mass = self._system.free, self._system.inertia[:, None]
-        self._system.added = self.weight * self._system.inertia
-
-    def predicted(self) -> np.ndarray:
-        """Return the positions in the middle of the step without forces [m], shape (n, 3)."""
-        moved = np.where(self._free, self._half * self._velocity, 0.5 * self._system.increment)
-        return np.asarray(self.position + moved)
-
-    @property
-    def rounding(self) -> float:
-        return self._system.rounding
-
-    def attempt(self, position: np.ndarray) -> Trial:
-        here, moved = self._system.attempt_step(position), position - self.position
-        self._tried = position
-        of_inertia, of_drag = self._weights
-        push = self._mass * (of_inertia * (moved - self._half * self._velocity) + of_drag * moved)
-        return here._replace(residual=here.residual - np.where(self._free, push, 0.0))
-
-    def factor(self) -> None:
-        self._system.factor_at(self.position)
-        self.factored_at = self._tried.copy()
-
-    def solve(self, force: np.ndarray) -> np.ndarray:
-        return self._system.solve(force)
-
-    def arrive(self, middle: np.ndarray, dt: float) -> None:
-        """Move the body to the end of the step dt [s]; middle: positions in its middle [m], shape (n, 3)."""
-        self._system.arrive(middle, dt)
-
-    def reject(self) -> None:
-        """Restore the start of the step."""
-        self._system.reject()
+TOLERANCE = 1e-8  # estimated error of the positions in the middle of a step, over the largest displacement from its start
+SMALLEST = 1.0 / 64.0  # of `time.step`: smallest part that is tried
+FEW = 10  # iterations up to which the factors serve for the next step
 
 
 class ImplicitClock(Clock):
-    """Clock of a run in implicit steps of the length `time.step`. Each of them is one step of the run, or several shorter ones
-    if no minimum was found.
+    """Clock of a run in implicit steps of the length `time.step`. If a search fails, such a step is divided into several steps
+    of the run.
 
-    time: table of the case; bodies, parts: all bodies, and the parts of the step; systems: energy, forces and stiffness of the
-    bodies; follows: True if loads depend on the deformation.
+    time: table of the case; bodies, parts: all bodies, and the parts of the step; systems: energy, forces, stiffness and inertia
+    of the bodies; follows: True if loads depend on the deformation.
     """
 
     def __init__(
@@ -111,47 +37,45 @@ class ImplicitClock(Clock):
     ) -> None:
         super().__init__(time, parts=parts)
         self._bodies, self._step_parts, self._follows = bodies, parts, follows
-        self._midpoints = [Midpoint(system) for system in systems]
-        self._minimisers = [Minimiser(midpoint, TOLERANCE) for midpoint in self._midpoints]
-        self._from = 0.0  # time at which steps got their present length [s]
-        self._whole, self._part, self._share = 0, 0.0, 1.0  # steps since, part of the present one, part to try
-        self._weights = [0.0 for _ in systems]  # of the masses in the factors [1/s²]
-        self._free = [system.free for system in systems]
-        self._kept: list[tuple[np.ndarray, float] | None] = [None for _ in systems]  # factors at the start of the next step
-        self.iterations, self.halved, self.factorisations = 0, 0, 0
-        self._told = 0, 1.0  # iteration of the present search, and estimated error
-
-    def _length(self) -> float:
-        """Return the length of the present step, which may be done in parts [s]."""
-        step = self.case.step or self.case.end
-        left = self.case.end - (self._from + self._whole * step)
-        return step if left > step * (1.0 - 1e-9) else left
+        self._steps = [ImplicitStep(system) for system in systems]
+        self._searches = [Search(step, TOLERANCE) for step in self._steps]
+        self._from, self._whole = 0.0, 0  # time from which steps have their present length [s], and number of steps since
+        self._part, self._share = 0.0, 1.0  # of the present step: part that is done, and part to try next
+        self._recalled: Mapping[str, np.ndarray] = {}  # positions at which the factors of a checkpoint were computed
+        self._kept = [self._factors(number) for number in range(len(systems))]  # factors for the next step
+        self.iterations, self.halved = 0, 0
+        """Numbers of iterations, and of steps that were halved."""
 
     def next_step(self, bodies: Sequence[Body]) -> float:
         return min(self._share, 1.0 - self._part) * self._length()
 
+    def _length(self) -> float:
+        """Return the length of the present step, of which a part may be done [s]; the last one ends at the end of the case."""
+        step = self.case.step or self.case.end
+        left = self.case.end - (self._from + self._whole * step)
+        return step if left > step * (1.0 - 1e-9) else left
+
     def carry_out(self, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> float:
         while True:
             begin(dt)
-            for midpoint in self._midpoints:
-                midpoint.begin(dt)
+            for step in self._steps:
+                step.begin(dt)
             renew = partial(self._renew_loads, self.time + 0.5 * dt, dt)
             renew()
-            for midpoint in self._midpoints:
-                midpoint.take_loads(renew if self._follows else None)
+            for step in self._steps:
+                step.take_loads(renew if self._follows else None)
             try:
-                found = []
-                for midpoint, minimiser in zip(self._midpoints, self._minimisers, strict=True):
-                    found.append(minimiser.descend(midpoint.predicted(), self._tell, FEW))
+                found = [self._find(number) for number in range(len(self._steps))]
             except NoEquilibrium as reason:
                 dt = self._retry(dt, str(reason))
                 continue
             except Interrupted:
                 self._reject()
                 raise
-            for midpoint, middle in zip(self._midpoints, found, strict=True):
-                midpoint.arrive(middle.position, dt)
-            self.iterations += sum(one.iterations for one in found)
+            for number, (step, middle) in enumerate(zip(self._steps, found, strict=True)):
+                step.arrive(middle.position)
+                self._kept[number] = self._factors(number)
+                self.iterations += middle.iterations
             return dt
 
     def _renew_loads(self, time: float, dt: float) -> None:
@@ -160,42 +84,96 @@ class ImplicitClock(Clock):
             body.begin(dt)
         self._step_parts.run("begin", time, 0.0)
 
+    def _find(self, number: int) -> Equilibrium:
+        step, search = self._steps[number], self._searches[number]
+        if (recalled := self._recalled.get(_name(number))) is not None:
+            step.factor_at(recalled)
+            search.has_factors = True
+            self._recalled = {name: array for name, array in self._recalled.items() if name != _name(number)}
+        search.has_factors = search.has_factors and step.fits
+        return search.near(step.start(), self._tell, FEW)
+
+    def _factors(self, number: int) -> np.ndarray | None:
+        """Return the positions at which the factors for the next step were computed [m], shape (n, 3), or None."""
+        return self._steps[number].factored_at if self._searches[number].has_factors else None
+
     def _tell(self, iteration: int, error: float) -> None:
-        self._told = iteration, error
         self.on_the_way()
 
     def _retry(self, dt: float, reason: str) -> float:
+        """Restore the start of a step dt [s] after a failed search; return the next, shorter step [s]. Raises RunStopped if it
+        would be too short."""
         self._reject()
         self.halved += 1
         self._share = 0.5 * dt / self._length()
         if self._share < SMALLEST:
-            raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: no solution of {dt:.3g} s ({reason})")
+            raise RunStopped(
+                f"step {self.n_steps}, time {self.time:.6g} s: the equations of an implicit step of {dt:.3g} s have no solution "
+                f"that could be found ({reason})\n    Set a smaller `time.step`, or apply loads more slowly. If this does not "
+                'help, the load itself crushes the body, or use `time.method = "explicit"`.'
+            )
         return 0.5 * dt
 
     def _reject(self) -> None:
-        for midpoint, minimiser in zip(self._midpoints, self._minimisers, strict=True):
-            midpoint.reject()
-            minimiser.forget()
+        """Restore the start of the step."""
+        for step, search in zip(self._steps, self._searches, strict=True):
+            step.system.reject()
+            search.has_factors = False
 
     def advance(self, dt: float) -> None:
         self.n_steps += 1
-        self.dt = dt
-        length = self._length()
-        self._part += dt / length
-        self._share = min(2.0 * dt / length, 1.0)
+        self.dt, length = dt, self._length()
+        self._part, self._share = self._part + dt / length, min(2.0 * dt / length, 1.0)
         if self._part >= 1.0 - 1e-9:
-            self._whole, self._part = self._whole + 1, 0.0
+            self._whole, self._part, self._share = self._whole + 1, 0.0, 1.0 if self._share >= 1.0 else self._share
         step = self.case.step or self.case.end
         self.time = self._from + self._whole * step + self._part * length
         if self.case.end - self.time < 1e-9 * dt:
             self.time = self.case.end
 
     def facts(self) -> dict[str, Any]:
-        return {"implicit": {"iterations": self.iterations, "halved": self.halved}}
+        found = {"iterations": self.iterations, "halved_steps": self.halved}
+        return {"implicit": {**found, "factorisations": sum(step.factorisations for step in self._steps)}}
+
+    # checkpoint: the factors are computed again from the positions of the nodes where they were computed
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return {_name(number): array for number, array in enumerate(self._kept) if array is not None}
+
+    def state_numbers(self) -> dict[str, Any]:
+        own = {name: getattr(self, name) for name in OWN}
+        of_bodies = {
+            "largest_so_far": [search.largest for search in self._searches],
+            "in_single": [step.system.in_single for step in self._steps],
+            "factorisations": [step.factorisations for step in self._steps],
+            "weights": [step.weight for step in self._steps],
+        }
+        return {**super().state_numbers(), **own, **of_bodies}
+
+    def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        super().restore(numbers, arrays)
+        for name in OWN:
+            setattr(self, name, numbers[name])
+        if numbers["fixed"] != self.case.step:
+            self._from, self._whole, self._part, self._share = self.time, 0, 0.0, 1.0
+        for number, (step, search) in enumerate(zip(self._steps, self._searches, strict=True)):
+            search.largest = tuple(numbers["largest_so_far"][number])
+            step.system.in_single = numbers["in_single"][number]
+            step.factorisations = numbers["factorisations"][number]
+            self._kept[number] = arrays.get(_name(number))
+        self._recalled = {name: array for name, array in arrays.items() if numbers["fixed"] == self.case.step}
+
+
+OWN = "_from", "_whole", "_part", "_share", "iterations", "halved"
+
+
+def _name(number: int) -> str:
+    """Return the name of the array of a checkpoint with the positions at which the stiffness of a body was factored."""
+    return f"factored-{number}"
 
 
 def implicit_clock(case: "Case", bodies: Sequence[Body], parts: StepParts) -> ImplicitClock:
-    """Return the clock of a case with implicit steps."""
-    systems = [body.elastic_system() for body in bodies if isinstance(body, HasElasticSystem)]
+    """Return the clock of a case with implicit time steps."""
+    systems = [body.moving_system() for body in bodies if isinstance(body, HasMovingSystem)]
     follows = any(condition.load_kind == "follower" for condition in parts_of(case).of(Condition))
     return ImplicitClock(case.time, bodies, parts, systems, follows)

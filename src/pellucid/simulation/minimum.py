@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.parts.elastic_system import ElasticSystem, Trial
+from pellucid.parts.elastic_system import ElasticSystem, Searched, Trial
 
 MEMORY = 20  # pairs of changes that are kept
 RENEWAL = 40  # iterations after which the stiffness is factored again, if the second half of them was slow
@@ -45,17 +45,18 @@ class Equilibrium(NamedTuple):
     left_unstable: bool  # True if an unstable equilibrium was found on the way and left
 
 
-class Minimiser:
-    """Finds equilibria of one body, one load step after the other.
+class Search:
+    """Searches for positions at which the forces of one body balance.
 
     system: energy, forces and stiffness of the body; tolerance: estimated error of the displacements, relative to the largest,
-    at which an equilibrium is accepted if its forces also balance.
+    at which positions are accepted if their forces also balance.
     """
 
-    def __init__(self, system: ElasticSystem, tolerance: float) -> None:
+    def __init__(self, system: Searched, tolerance: float) -> None:
         fraction, least, most = BALANCED
         self._system, self._tolerance, self._balanced = system, tolerance, min(max(fraction * tolerance, least), most)
-        self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
+        self.has_factors, self._renewed = False, False
+        """Whether there are factors for the next search, and whether they were computed within the last one."""
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
         self.largest = 0.0, 0.0
         """Largest displacement [m] and sum of the norms of the forces [N] of the equilibria so far."""
@@ -63,54 +64,26 @@ class Minimiser:
 
     def forget(self) -> None:
         """Discard the factors, so that the next search begins with new ones."""
-        self._has_factors = False
+        self.has_factors = False
 
     def give_up(self) -> None:
         """Discard the factors after a search without success, unless they are those of the last equilibrium."""
-        self._has_factors = self._has_factors and not self._renewed
+        self.has_factors = self.has_factors and not self._renewed
 
-    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
-        """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
-        `attempt` is at its positions.
+    def near(self, start: np.ndarray, told: Callable[[int, float], None], few: int) -> Equilibrium:
+        """Return positions near `start` [m], shape (n, 3), at which the forces balance; the last call of `attempt` is there.
+        The present factors serve again, and also for the next search after at most `few` iterations.
 
         told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
         """
-        system = self._system
-        here = system.attempt(system.position)
-        if not self._has_factors:
-            self._factor()
-        self._changes, self._renewed = [], False
-        x = system.position + system.follow(here.residual)
-        here = system.attempt(x)
-        if not here.is_valid:
-            raise NoEquilibrium("the linear estimate inverts a point")
-        left, done = 0, 0
-        while True:
-            x, here, used = self._minimise(x, here, done, told)
-            done += used
-            lower = self._lower(x, here) if left < MOST_LEFT else None
-            if lower is None:
-                self._has_factors = left < MOST_LEFT
-                self.largest = self._scale_at(x), max(self.largest[1], here.size)
-                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-                return Equilibrium(x, done, self._error, unbalanced, left > 0)
-            left += 1
-            x, here = lower
-
-    def descend(self, start: np.ndarray, told: Callable[[int, float], None], few: int) -> Equilibrium:
-        """Return the minimum next to positions `start` [m], shape (n, 3), stable or not; the last call of `attempt` is at its
-        positions. The present factors serve again, and also for the next search after at most `few` iterations.
-
-        told: as for `find`. Raises NoEquilibrium.
-        """
         here = self._system.attempt(start)
         if not here.is_valid:
-            raise NoEquilibrium("the predicted positions invert a point")
-        if not self._has_factors:
+            raise NoEquilibrium("the predicted positions invert the body")
+        if not self.has_factors:
             self._factor()
         self._changes, self._renewed = [], False
         x, here, used = self._minimise(start, here, 0, told)
-        self._has_factors = used <= few
+        self.has_factors = used <= few
         self.largest = self._scale_at(x), max(self.largest[1], here.size)
         unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
         return Equilibrium(x, used, self._error, unbalanced, False)
@@ -190,6 +163,50 @@ class Minimiser:
             self._changes = [*self._changes[1 - MEMORY :], (s, y)]
         return x + s, there
 
+    def _factor(self) -> None:
+        try:
+            self._system.factor()
+        except np.linalg.LinAlgError:
+            raise NoEquilibrium("the stiffness is far from positive definite") from None
+        self._changes, self.has_factors = [], True
+
+
+class Minimiser(Search):
+    """Finds equilibria of one body, one load step after the other, as minima of its potential energy; arguments as for
+    `Search`."""
+
+    def __init__(self, system: ElasticSystem, tolerance: float) -> None:
+        super().__init__(system, tolerance)
+        self._elastic = system
+
+    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
+        """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
+        `attempt` is at its positions.
+
+        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        """
+        system = self._elastic
+        here = system.attempt(system.position)
+        if not self.has_factors:
+            self._factor()
+        self._changes, self._renewed = [], False
+        x = system.position + system.follow(here.residual)
+        here = system.attempt(x)
+        if not here.is_valid:
+            raise NoEquilibrium("the linear estimate inverts a point")
+        left, done = 0, 0
+        while True:
+            x, here, used = self._minimise(x, here, done, told)
+            done += used
+            lower = self._lower(x, here) if left < MOST_LEFT else None
+            if lower is None:
+                self.has_factors = left < MOST_LEFT
+                self.largest = self._scale_at(x), max(self.largest[1], here.size)
+                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
+                return Equilibrium(x, done, self._error, unbalanced, left > 0)
+            left += 1
+            x, here = lower
+
     def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
         """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
@@ -198,7 +215,7 @@ class Minimiser:
         The energy decreases along the direction of the smallest eigenvalue of the stiffness, found by inverse iteration.
         """
         self._factor()
-        system = self._system
+        system = self._elastic
         if not (system.has_potential and system.shift > 0.0):
             return None
         direction = np.random.default_rng(0).standard_normal(x.shape)
@@ -216,13 +233,6 @@ class Minimiser:
         x = x + best * direction
         there = system.attempt(x)
         return (x, there) if best else None
-
-    def _factor(self) -> None:
-        try:
-            self._system.factor()
-        except np.linalg.LinAlgError:
-            raise NoEquilibrium("the stiffness is far from positive definite") from None
-        self._changes, self._has_factors = [], True
 
 
 def _dot(one: np.ndarray, other: np.ndarray) -> float:

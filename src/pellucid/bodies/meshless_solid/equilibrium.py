@@ -16,11 +16,11 @@ ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers
 
 
 class SolidSystem:
-    """A `MovingSystem` of a meshless solid whose nodal values are prescribed directly.
+    """An `ElasticSystem` of a meshless solid whose nodal values are prescribed directly.
 
     rest, position: nodal positions at rest and at present [m], shape (n, 3); forces: internal forces of the solid; motion:
-    equation of motion of its nodes; stiffness: modulus times volume of the solid [J]; accepted, arrived: functions of the body
-    that are called after a new equilibrium, with the step of the time of the loads [s], and at the end of a time step [s].
+    equation of motion of its nodes; stiffness: modulus times volume of the solid [J]; accepted: function of the body that is
+    called after a new equilibrium, with the step of the time of the loads [s], or at the end of a time step [s].
     """
 
     def __init__(
@@ -31,11 +31,9 @@ class SolidSystem:
         motion: NodalMotion,
         stiffness: float,
         accepted: Callable[[float], None],
-        arrived: Callable[[float], None],
     ) -> None:
-        self.rest, self._present, self._forces, self._motion = rest, position, forces, motion
-        self._accepted, self._arrived = accepted, arrived
-        self.velocity, self.added, self.drag = motion.velocity, np.zeros(0), 0.0
+        self.rest, self._present, self._forces, self._motion, self._accepted = rest, position, forces, motion, accepted
+        self.added = np.zeros(0)
         self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
@@ -44,15 +42,12 @@ class SolidSystem:
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, forces.stored()  # at the last equilibrium
         self._stiffness: SolidStiffness | None = None
-        self._in_step = StepForces(forces.solid, forces.bundle)
 
     def begin(self, dt: float) -> None:
         self.position[:] = self._present
         self._stored = self._forces.stored()
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
-        self.drag = self._motion.drag_rate(dt)
-        self._in_step.begin()
 
     def take_loads(self, renew: Callable[[], None] | None) -> None:
         self._renew, self.has_potential = renew, renew is None
@@ -75,25 +70,9 @@ class SolidSystem:
         size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
         return Trial(energy, residual, size, bool(least > 0.0) and np.isfinite(energy) and np.isfinite(size))
 
-    def attempt_step(self, middle: np.ndarray) -> Trial:
-        internal, external = self._motion.internal, self._external
-        if self._renew is not None:
-            self._present[:] = middle
-            self._renew()
-            external[:] = self._motion.forces() - internal
-        moved = np.where(self.free, 2.0 * (middle - self.position), self.increment)
-        is_sound = self._in_step.find(self.position + moved - self.rest, internal)
-        residual = np.where(self.free, internal + external, 0.0)
-        size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(external * external)))
-        return Trial(0.0, residual, size, is_sound and bool(np.isfinite(size)))
-
     @property
     def shift(self) -> float:
         return self._matrix().shift
-
-    def factor_at(self, position: np.ndarray) -> None:
-        self._forces.find(position - self.rest, np.empty_like(position), 0.0)
-        self.factor()
 
     def factor(self) -> None:
         free, moves = self._motion.free, not self.added.any()
@@ -120,20 +99,6 @@ class SolidSystem:
         self._free = self._motion.free
         self._accepted(dt)
 
-    @property
-    def inertia(self) -> np.ndarray:
-        return self._motion.inertia
-
-    @property
-    def free(self) -> np.ndarray:
-        return self._motion.free
-
-    def arrive(self, middle: np.ndarray, dt: float) -> None:
-        moved = np.where(self.free, 2.0 * (middle - self.position), dt * self._motion.at_nodes(self._rates))
-        self._motion.record_step(moved, self._rates, self.drag, dt)
-        self._present[:] = self.position + moved
-        self._arrived(dt)
-
     def reject(self) -> None:
         self._present[:] = self.position
         self._forces.find(self.position - self.rest, self._motion.internal, 0.0)
@@ -142,3 +107,58 @@ class SolidSystem:
         if self._stiffness is None:
             self._stiffness = SolidStiffness(self._forces.solid, self.rest)
         return self._stiffness
+
+
+class MovingSolid(SolidSystem):
+    """A `MovingSystem` of a meshless solid, with the arguments of `SolidSystem`."""
+
+    def __init__(
+        self,
+        rest: np.ndarray,
+        position: np.ndarray,
+        forces: ElasticForces,
+        motion: NodalMotion,
+        stiffness: float,
+        accepted: Callable[[float], None],
+    ) -> None:
+        super().__init__(rest, position, forces, motion, stiffness, accepted)
+        self.velocity, self.drag = motion.velocity, 0.0
+        self._in_step = StepForces(forces.solid, forces.bundle)
+
+    @property
+    def inertia(self) -> np.ndarray:
+        return self._motion.inertia
+
+    @property
+    def free(self) -> np.ndarray:
+        return self._motion.free
+
+    def begin(self, dt: float) -> None:
+        super().begin(dt)
+        self.drag = self._motion.drag_rate(dt)
+        self._in_step.begin()
+
+    def attempt_step(self, middle: np.ndarray) -> Trial:
+        internal, external = self._motion.internal, self._external
+        if self._renew is not None:
+            self._present[:] = middle
+            self._renew()
+            external[:] = self._motion.forces() - internal
+        is_sound = self._in_step.find(self.position + self._moved(middle) - self.rest, internal)
+        residual = np.where(self.free, internal + external, 0.0)
+        size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(external * external)))
+        return Trial(0.0, residual, size, is_sound and bool(np.isfinite(size)))
+
+    def factor_at(self, position: np.ndarray) -> None:
+        self._forces.find(position - self.rest, np.empty_like(position), 0.0)
+        self.factor()
+
+    def arrive(self, middle: np.ndarray, dt: float) -> None:
+        moved = self._moved(middle)
+        self._motion.record_step(moved, self._rates, self.drag, dt)
+        self._present[:] = self.position + moved
+        self._accepted(dt)
+
+    def _moved(self, middle: np.ndarray) -> np.ndarray:
+        """Return the displacements in a step with these positions in its middle [m], shape (n, 3)."""
+        return np.where(self.free, 2.0 * (middle - self.position), self.increment)
