@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-8  # estimated error of the positions in the middle of a step, over the largest displacement from its start
 SMALLEST = 1.0 / 64.0  # of `time.step`: smallest part that is tried
-FEW = 10  # iterations up to which the factors serve for the next step
+FEW = 16  # iterations up to which the factors serve for the next step: a factorisation costs as much as about twenty
 
 
 class ImplicitClock(Clock):
