@@ -140,7 +140,6 @@ class TimeCase(Part):
                 )
                 yield Finding((*path, "step"), text, remedy)
 
-
     def _implicit_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding for a missing step, and for bodies, conditions and tables that implicit steps do not include. path:
         location of this table in the case. parts: all valid parts (tables) of the case."""
@@ -152,7 +151,9 @@ class TimeCase(Part):
             yield Finding((*path, "courant"), "implicit steps have the length time.step", "Remove this key.")
         for table, kind in (("steady", SteadyCase), ("settle", SettleCase)):
             if parts.one(kind) is not None:
-                yield Finding(method, f"[{table}] does not move bodies in time by implicit steps", f"Remove this key or [{table}].")
+                yield Finding(
+                    method, f"[{table}] does not move bodies in time by implicit steps", f"Remove this key or [{table}]."
+                )
         if (lacking := why_not_implicit(parts)) is not None:
             yield Finding(method, lacking, 'Set it to "explicit", or remove this key.')
 

@@ -95,8 +95,8 @@ class MovingSystem(ElasticSystem, Protocol):
 
     velocity: np.ndarray
     """Velocities of the nodes [m/s], shape (n, 3)."""
-    added: np.ndarray
-    """Stiffness of inertia and drag that is added to the diagonal of the factored matrix [N/m], shape (n,); empty if none."""
+    added: np.ndarray | None
+    """Stiffness of inertia and drag that is added to the diagonal of the factored matrix [N/m], shape (n,)."""
     drag: float
     """Rate of the drag in the present step [1/s], set by `begin`: a force proportional to mass and velocity."""
 

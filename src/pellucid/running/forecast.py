@@ -330,8 +330,8 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
     number, most = len(steady.levels(case.time.end)) - 1, steady.most_steps
     if steady.is_factored(parts_of(case)):
         text = (
-            f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {_factors(case)}; the number of iterations "
-            "is not known in advance"
+            f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {_factors(case)}; the number of "
+            "iterations is not known in advance"
         )
         return Foretold(UNKNOWN, UNKNOWN, text)
     text = (

@@ -28,8 +28,8 @@ class ImplicitClock(Clock):
     """Clock of a run in implicit steps of the length `time.step`. If a search fails, such a step is divided into several steps
     of the run.
 
-    time: table of the case; bodies, parts: all bodies, and the parts of the step; systems: energy, forces, stiffness and inertia
-    of the bodies; follows: True if loads depend on the deformation.
+    time: table of the case; bodies, parts: all bodies, and the parts of the step; systems: energy, forces, stiffness and
+    inertia of the bodies; follows: True if loads depend on the deformation.
     """
 
     def __init__(
@@ -108,8 +108,8 @@ class ImplicitClock(Clock):
         self._share = 0.5 * dt / self._length()
         if self._share < SMALLEST:
             raise RunStopped(
-                f"step {self.n_steps}, time {self.time:.6g} s: the equations of an implicit step of {dt:.3g} s have no solution "
-                f"that could be found ({reason})\n    Set a smaller `time.step`, or apply loads more slowly. If this does not "
+                f"step {self.n_steps}, time {self.time:.6g} s: the equations of an implicit step of {dt:.3g} s have no "
+                f"solution that could be found ({reason})\n    Set a smaller `time.step`, or apply loads more slowly. If this does not "
                 'help, the load itself crushes the body, or use `time.method = "explicit"`.'
             )
         return 0.5 * dt

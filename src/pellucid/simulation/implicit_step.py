@@ -11,10 +11,10 @@ rule gains energy without limit. The order is 2, and nothing is dissipated. The 
 
     f - (4/Δt²) M (x_m - x₀ - Δt v₀/2) - (2c/Δt) M (x_m - x₀) = 0 .
 
-The search uses the factors of K + (4/Δt² + 2c/Δt) M with the stiffness K at the start of this or an earlier step. They are turned
-with the body, and serve as long as few iterations are necessary. The derivatives of the forces are not symmetric: they strain
-the body with F₁ and pull with (F₀ + F₁)/2. If the body rotates, the search therefore runs in positions that are turned by half
-of its rotation in the step, in which the stiff part of the derivatives is nearly symmetric.
+The search uses the factors of K + (4/Δt² + 2c/Δt) M with the stiffness K at the start of this or an earlier step. They are
+turned with the body, and serve as long as few iterations are necessary. The derivatives of the forces are not symmetric: the
+strain changes with F₁, while the stress pulls with (F₀ + F₁)/2. If the body rotates, the search therefore runs in positions
+that are turned by half of its rotation in the step, in which the stiff part of the derivatives is nearly symmetric.
 """
 
 from collections.abc import Callable

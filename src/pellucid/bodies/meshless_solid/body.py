@@ -164,7 +164,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
         self._shifted = 0.0
 
     def _end_step(self, dt: float) -> None:
-        """Update everything that depends on positions and velocities of the nodes at the end of an implicit time step dt [s]."""
+        """Update everything that depends on positions and velocities at the end of an implicit time step dt [s]."""
         self.prescribed.displacement += dt * self.motion.rows
         self.motion.sum_momentum(self.totals)
         self._find_forces(dt)

@@ -33,7 +33,7 @@ class SolidSystem:
         accepted: Callable[[float], None],
     ) -> None:
         self.rest, self._present, self._forces, self._motion, self._accepted = rest, position, forces, motion, accepted
-        self.added = np.zeros(0)
+        self.added: np.ndarray | None = None
         self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
@@ -75,8 +75,8 @@ class SolidSystem:
         return self._matrix().shift
 
     def factor(self) -> None:
-        free, moves = self._motion.free, not self.added.any()
-        moves = moves and not is_held(self.rest, free)
+        free = self._motion.free
+        moves = self.added is None and not is_held(self.rest, free)
         self.in_single = self._matrix().renew(free, moves, self.in_single, self.added)
 
     def solve(self, force: np.ndarray) -> np.ndarray:

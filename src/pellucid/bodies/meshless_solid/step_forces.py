@@ -11,7 +11,7 @@ P(U) = ∂W/∂F at F = U, S = U⁻¹ P(U), and F_m S = (F_m U⁻¹) P(U). This 
 """
 
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -86,7 +86,17 @@ def _part_way(A, B, share):
     t = (yz - q * r) / s
     v = sqrt(zz - r * r - t * t)
     U = p, q, r, 0.0, s, t, 0.0, 0.0, v
-    inverse = 0.5 / p, -0.5 * q / (p * s), 0.5 * (q * t - r * s) / (p * s * v), 0.0, 0.5 / s, -0.5 * t / (s * v), 0.0, 0.0, 0.5 / v
+    inverse = (
+        0.5 / p,
+        -0.5 * q / (p * s),
+        0.5 * (q * t - r * s) / (p * s * v),
+        0.0,
+        0.5 / s,
+        -0.5 * t / (s * v),
+        0.0,
+        0.0,
+        0.5 / v,
+    )
     F = (A[0] + B[0], A[1] + B[1], A[2] + B[2], A[3] + B[3], A[4] + B[4], A[5] + B[5], A[6] + B[6], A[7] + B[7], A[8] + B[8])
     return U, multiply(F, inverse)
 

@@ -202,16 +202,16 @@ class SolidStiffness:
         keys = np.repeat(np.arange(self._n), np.diff(first)) * self._n + linked
         return np.searchsorted(keys, one * self._n + other)
 
-    def renew(self, free: np.ndarray, moves: bool, single: bool, added: np.ndarray) -> bool:
+    def renew(self, free: np.ndarray, moves: bool, single: bool, added: np.ndarray | None = None) -> bool:
         """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
         enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
 
         free: mask of the components that are not prescribed, shape (n, 3); moves: True if the solid can move or rotate as a
         whole; single: True to try single precision first; added: further stiffness of each node against displacements [N/m],
-        shape (n,), empty if none.
+        shape (n,).
         """
         self._find()
-        if len(added):
+        if added is not None:
             self._values[self._diagonal[:, :3]] += added[:, None]
         self._free[:, :3] = free
         flat, d = self._free.ravel(), self._d
