@@ -107,11 +107,9 @@ class ImplicitClock(Clock):
         self.halved += 1
         self._share = 0.5 * dt / self._length()
         if self._share < SMALLEST:
-            raise RunStopped(
-                f"step {self.n_steps}, time {self.time:.6g} s: the equations of an implicit step of {dt:.3g} s have no "
-                f"solution that could be found ({reason})\n    Set a smaller `time.step`, or apply loads more slowly. If this does not "
-                'help, the load itself crushes the body, or use `time.method = "explicit"`.'
-            )
+            text = f"the equations of an implicit step of {dt:.3g} s have no solution that could be found ({reason})"
+            remedy = "Set a smaller `time.step`, or apply loads more slowly. If this does not help, the load crushes the body"
+            raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: {text}\n    {remedy}.")
         return 0.5 * dt
 
     def _reject(self) -> None:
