@@ -62,7 +62,7 @@ class TimeCase(Part):
     method: Literal["explicit", "implicit"] = parameter(
         "",
         "explicit: steps that the fastest wave limits; implicit: steps of the length `step`, each with an iteration that uses "
-        "a factored stiffness, for one meshless solid of a hyperelastic material without a grid, under the conditions for "
+        "a factored stiffness, for one meshless solid without a grid, under the conditions for "
         'which steady.method = "factored" is possible',
         "explicit",
     )

@@ -97,6 +97,8 @@ class MovingSystem(ElasticSystem, Protocol):
     """Velocities of the nodes [m/s], shape (n, 3)."""
     added: np.ndarray | None
     """Stiffness of inertia and drag that is added to the diagonal of the factored matrix [N/m], shape (n,)."""
+    keeps_factors: bool
+    """True if factors serve for several steps, and can be computed again from the positions of the nodes alone."""
     drag: float
     """Rate of the drag in the present step [1/s], set by `begin`: a force proportional to mass and velocity."""
 

@@ -74,6 +74,7 @@ class ImplicitClock(Clock):
                 raise
             for number, (step, middle) in enumerate(zip(self._steps, found, strict=True)):
                 step.arrive(middle.position)
+                self._searches[number].has_factors &= step.system.keeps_factors
                 self._kept[number] = self._factors(number)
                 self.iterations += middle.iterations
             return dt

@@ -7,9 +7,16 @@ from materials.samples import HYPERELASTIC, USERS
 from solids import EDGE, block_of
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
-from pellucid.bodies.meshless_solid.step_forces import StepForces
+from pellucid.bodies.meshless_solid.step_forces import in_rows
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
+
+DT = 0.01
+ELASTIC = {"kind": "decoupled-neo-hookean", "young_modulus": 3e3, "poisson_ratio": 0.45}
+VISCOUS = {
+    "kelvin-voigt": {"kind": "kelvin-voigt", "density": 1e3, "elastic": ELASTIC, "viscosity": 5.0},
+    "prony": {"kind": "prony", "density": 1e3, "elastic": ELASTIC, "branches": [{"share": 0.5, "relaxation_time": 0.05}]},
+}
 
 
 def rotated(angle):
@@ -26,7 +33,7 @@ def step_of(size=0.1, angle=1.0, **settings):
     strains = (np.eye(3) + size * rng.uniform(-0.5, 0.5, (3, 3)) for _ in range(2))
     noise = 0.2 * size * EDGE
     start, end = (x @ strain + noise * rng.uniform(-1.0, 1.0, x.shape) for strain in strains)
-    return body, StepForces(body._forces.solid, body._forces.bundle), start - x, end @ rotated(angle).T - x
+    return body, body._forces.in_step(), start - x, end @ rotated(angle).T - x
 
 
 def stored(body, displacement):
@@ -39,7 +46,7 @@ def in_step(body, forces, start, end):
     """Return the energies at the start and at the end of a step, and the forces in it."""
     after, _ = stored(body, end)
     before, _ = stored(body, start)
-    forces.begin()
+    forces.begin(DT)
     force = np.empty_like(start)
     assert forces.find(end, force)
     return before, after, force
@@ -93,5 +100,42 @@ def test_an_inverted_end_is_found():
     body, forces, _, _ = step_of()
     x = body.mesh.nodes
     stored(body, np.zeros_like(x))
-    forces.begin()
+    forces.begin(DT)
     assert not forces.find(-2.0 * x * [1.0, 0.0, 0.0], np.empty_like(x))
+
+
+def end_of(body, forces, displacement):
+    """Advance the states of the points to the end of a step; return the Cauchy stresses of the points and the heat so far."""
+    force = np.empty_like(displacement)
+    body._forces.find(displacement, force, 0.0)
+    forces.advance_states(displacement, in_rows(body._forces.solid.deformation))
+    body._forces.find(displacement, force, 0.0)
+    n = 4 * len(body.mesh.cells)
+    return body._forces.arrays["stress"][:n].copy(), body._forces.lost
+
+
+@pytest.mark.parametrize("material", VISCOUS.values(), ids=VISCOUS)
+def test_viscous_stresses_turn_with_the_body(material):
+    """A step with a rotation has the forces and stresses of the same step without, but turned, and the same heat. A step of a
+    rotation alone has no heat."""
+    found = []
+    for angle in (0.0, 1.5):
+        body, forces, start, end = step_of(0.05, angle, material=material)
+        x = body.mesh.nodes
+        in_step(body, forces, np.zeros_like(x), start)
+        end_of(body, forces, start)
+        _, _, force = in_step(body, forces, start, end)
+        stress, lost = end_of(body, forces, end)
+        assert np.abs(np.cross(x + 0.5 * (start + end), force).sum(axis=0)).max() < 1e-13 * np.abs(force).sum() * EDGE
+        in_step(body, forces, end, (x + end) @ rotated(0.7).T - x)
+        _, after = end_of(body, forces, (x + end) @ rotated(0.7).T - x)
+        found.append((stress, lost, after))
+    for column in (2, slice(0, 2)):
+        plane = found[0][0][:, column], found[1][0][:, column]
+        invariant = [part if column == 2 else part.sum(axis=1) for part in plane]
+        assert np.abs(invariant[1] - invariant[0]).max() < 1e-9 * np.abs(invariant[0]).max(), "about z"
+    assert found[1][1] == pytest.approx(found[0][1], rel=1e-9)
+    for _, lost, after in found:
+        assert lost > 0.0
+        if material["kind"] == "kelvin-voigt":
+            assert after == pytest.approx(lost, rel=1e-9)

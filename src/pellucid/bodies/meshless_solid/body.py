@@ -167,7 +167,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
         """Update everything that depends on positions and velocities at the end of an implicit time step dt [s]."""
         self.prescribed.displacement += dt * self.motion.rows
         self.motion.sum_momentum(self.totals)
-        self._find_forces(dt)
+        self._find_forces()
         self.totals.half_power, self._shifted = 0.0, 0.0
 
     def correct(self, remap: bool) -> None:

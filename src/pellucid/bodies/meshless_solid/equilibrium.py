@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces
 from pellucid.bodies.meshless_solid.solid import LEAST_J
-from pellucid.bodies.meshless_solid.step_forces import StepForces
+from pellucid.bodies.meshless_solid.step_forces import in_rows
 from pellucid.bodies.meshless_solid.stiffness import SolidStiffness, is_held
 from pellucid.bodies.own_nodes.motion import Moved, NodalMotion, Tangent
 from pellucid.parts.elastic_system import Trial
@@ -34,6 +34,7 @@ class SolidSystem:
     ) -> None:
         self.rest, self._present, self._forces, self._motion, self._accepted = rest, position, forces, motion, accepted
         self.added: np.ndarray | None = None
+        self._sudden = 0.0  # time in which displacements resist as the stiffness says [s], for materials with history variables
         self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
@@ -77,7 +78,7 @@ class SolidSystem:
     def factor(self) -> None:
         free = self._motion.free
         moves = self.added is None and not is_held(self.rest, free)
-        self.in_single = self._matrix().renew(free, moves, self.in_single, self.added)
+        self.in_single = self._matrix().renew(free, moves, self.in_single, self.added, self._sudden)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._matrix().solve(force)
@@ -123,7 +124,8 @@ class MovingSolid(SolidSystem):
     ) -> None:
         super().__init__(rest, position, forces, motion, stiffness, accepted)
         self.velocity, self.drag = motion.velocity, 0.0
-        self._in_step = StepForces(forces.solid, forces.bundle)
+        self._in_step = forces.in_step()
+        self.keeps_factors = not forces.arrays
 
     @property
     def inertia(self) -> np.ndarray:
@@ -136,7 +138,8 @@ class MovingSolid(SolidSystem):
     def begin(self, dt: float) -> None:
         super().begin(dt)
         self.drag = self._motion.drag_rate(dt)
-        self._in_step.begin()
+        self._in_step.begin(dt)
+        self._sudden = 0.5 * dt
 
     def attempt_step(self, middle: np.ndarray) -> Trial:
         internal, external = self._motion.internal, self._external
@@ -157,6 +160,10 @@ class MovingSolid(SolidSystem):
         moved = self._moved(middle)
         self._motion.record_step(moved, self._rates, self.drag, dt)
         self._present[:] = self.position + moved
+        displacement = self._present - self.rest
+        if self._forces.arrays:
+            self._forces.find(displacement, self._motion.internal, 0.0)
+            self._in_step.advance_states(displacement, in_rows(self._forces.solid.deformation))
         self._accepted(dt)
 
     def _moved(self, middle: np.ndarray) -> np.ndarray:

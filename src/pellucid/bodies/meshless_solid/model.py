@@ -122,9 +122,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def has_implicit_steps(self) -> bool:  # type: ignore[override]
-        """True for a hyperelastic material whose stiffness is available: the energy of the steps does not include viscous
-        stresses."""
-        return self.has_stiffness and isinstance(self.material, HyperelasticMaterial)
+        return self.has_stiffness
 
     def stiffness_size(self) -> StiffnessSize:
         """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of

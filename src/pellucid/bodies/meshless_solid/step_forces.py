@@ -8,8 +8,13 @@ mean is computed with the two points of Gauss' rule; the remaining error is of f
 
 Energies depend on C = FᵀF only. The stress at C is that of the deformation gradient U with C = UᵀU, an upper triangle: with
 P(U) = ∂W/∂F at F = U, S = U⁻¹ P(U), and F_m S = (F_m U⁻¹) P(U). This also holds if the volume ratio is averaged, with det U.
+
+A material with history variables adds its viscous stress in the middle of the path, C = (F₀ᵀF₀ + F₁ᵀF₁)/2. Its states are
+advanced over Δt/2 from F₀ to V F₀, with the symmetric V for which (V F₀)ᵀ V F₀ = C: without rotation, so that a rotation of the
+body causes no viscous stress. At the end of the step the states are advanced over Δt in the same way, and turned with the body.
 """
 
+from collections.abc import Mapping
 from math import sqrt
 from typing import NamedTuple
 
@@ -41,9 +46,13 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.calls import call_kernel
 from pellucid.jit.loops import parallel_for
 from pellucid.jit.vector import LANES, load, total
-from pellucid.tensors import determinant, multiply
+from pellucid.tensors import cofactor, determinant, multiply
 
 SHARES = 0.5 - sqrt(3.0) / 6.0, 0.5 + sqrt(3.0) / 6.0  # of the path of the strains: Gauss' points, with equal weights
+
+
+MIDDLE, END = 0.5, 1.0  # shares for viscous stresses, and for the states at the end of the step
+ROOTS = 6  # iterations of a square root: digits double in each
 
 
 class SolidInStep(NamedTuple):
@@ -51,7 +60,7 @@ class SolidInStep(NamedTuple):
 
     solid: Bundle  # as in `pellucid.bodies.meshless_solid.forces`; its displacements are those of the end of the step
     start: np.ndarray  # deformation gradients at the start, 9 × LANES numbers per pack
-    turns: np.ndarray  # F_m U⁻¹ of the points, 9 × LANES numbers per pack
+    turns: np.ndarray  # F_m U⁻¹ of the points, or F_m (V F₀)⁻¹, 9 × LANES numbers per pack
 
 
 @kernel(inner=True)
@@ -71,40 +80,102 @@ def _tensor(numbers, at):
 
 
 @kernel(inner=True)
-def _part_way(A, B, share):
-    """Return the upper triangle U with UᵀU = (1 - s) AᵀA + s BᵀB, and (A + B)/2 U⁻¹."""
+def _squared(A, B, share):
+    """Return xx, yy, zz, yz, xz, xy of C = (1 - s) AᵀA + s BᵀB."""
     a, b = 1.0 - share, share
-    xx = a * (A[0] * A[0] + A[3] * A[3] + A[6] * A[6]) + b * (B[0] * B[0] + B[3] * B[3] + B[6] * B[6])
-    yy = a * (A[1] * A[1] + A[4] * A[4] + A[7] * A[7]) + b * (B[1] * B[1] + B[4] * B[4] + B[7] * B[7])
-    zz = a * (A[2] * A[2] + A[5] * A[5] + A[8] * A[8]) + b * (B[2] * B[2] + B[5] * B[5] + B[8] * B[8])
-    xy = a * (A[0] * A[1] + A[3] * A[4] + A[6] * A[7]) + b * (B[0] * B[1] + B[3] * B[4] + B[6] * B[7])
-    xz = a * (A[0] * A[2] + A[3] * A[5] + A[6] * A[8]) + b * (B[0] * B[2] + B[3] * B[5] + B[6] * B[8])
-    yz = a * (A[1] * A[2] + A[4] * A[5] + A[7] * A[8]) + b * (B[1] * B[2] + B[4] * B[5] + B[7] * B[8])
+    return (
+        a * (A[0] * A[0] + A[3] * A[3] + A[6] * A[6]) + b * (B[0] * B[0] + B[3] * B[3] + B[6] * B[6]),
+        a * (A[1] * A[1] + A[4] * A[4] + A[7] * A[7]) + b * (B[1] * B[1] + B[4] * B[4] + B[7] * B[7]),
+        a * (A[2] * A[2] + A[5] * A[5] + A[8] * A[8]) + b * (B[2] * B[2] + B[5] * B[5] + B[8] * B[8]),
+        a * (A[1] * A[2] + A[4] * A[5] + A[7] * A[8]) + b * (B[1] * B[2] + B[4] * B[5] + B[7] * B[8]),
+        a * (A[0] * A[2] + A[3] * A[5] + A[6] * A[8]) + b * (B[0] * B[2] + B[3] * B[5] + B[6] * B[8]),
+        a * (A[0] * A[1] + A[3] * A[4] + A[6] * A[7]) + b * (B[0] * B[1] + B[3] * B[4] + B[6] * B[7]),
+    )
+
+
+@kernel(inner=True)
+def _triangle(C):
+    """Return the upper triangle U with UᵀU = C, and U⁻¹."""
+    xx, yy, zz, yz, xz, xy = C
     p = sqrt(xx)
     q, r = xy / p, xz / p
     s = sqrt(yy - q * q)
     t = (yz - q * r) / s
     v = sqrt(zz - r * r - t * t)
-    U = p, q, r, 0.0, s, t, 0.0, 0.0, v
-    inverse = (
-        0.5 / p,
-        -0.5 * q / (p * s),
-        0.5 * (q * t - r * s) / (p * s * v),
-        0.0,
-        0.5 / s,
-        -0.5 * t / (s * v),
-        0.0,
-        0.0,
-        0.5 / v,
-    )
-    F = (A[0] + B[0], A[1] + B[1], A[2] + B[2], A[3] + B[3], A[4] + B[4], A[5] + B[5], A[6] + B[6], A[7] + B[7], A[8] + B[8])
-    return U, multiply(F, inverse)
+    inverse = 1.0 / p, -q / (p * s), (q * t - r * s) / (p * s * v), 0.0, 1.0 / s, -t / (s * v), 0.0, 0.0, 1.0 / v
+    return (p, q, r, 0.0, s, t, 0.0, 0.0, v), inverse
 
 
 @kernel(inner=True)
-def _deform_block(block, step, share):
+def _inverse(A):
+    C, over = cofactor(A), 1.0 / determinant(A)
+    return (
+        over * C[0],
+        over * C[3],
+        over * C[6],
+        over * C[1],
+        over * C[4],
+        over * C[7],
+        over * C[2],
+        over * C[5],
+        over * C[8],
+    )
+
+
+@kernel(inner=True)
+def _stretched(A, C):
+    """Return V A with a symmetric V and (V A)ᵀ V A = C, and its inverse: V² = A⁻ᵀ C A⁻¹, by Newton's iteration."""
+    back = _inverse(A)
+    xx, yy, zz, yz, xz, xy = C
+    up = back[0], back[3], back[6], back[1], back[4], back[7], back[2], back[5], back[8]
+    B = multiply(up, multiply((xx, xy, xz, xy, yy, yz, xz, yz, zz), back))
+    V = (
+        0.5 * (B[0] + 1.0),
+        0.5 * B[1],
+        0.5 * B[2],
+        0.5 * B[3],
+        0.5 * (B[4] + 1.0),
+        0.5 * B[5],
+        0.5 * B[6],
+        0.5 * B[7],
+        0.5 * (B[8] + 1.0),
+    )
+    for _ in range(ROOTS):
+        Q = multiply(_inverse(V), B)
+        V = (
+            0.5 * (V[0] + Q[0]),
+            0.5 * (V[1] + Q[1]),
+            0.5 * (V[2] + Q[2]),
+            0.5 * (V[3] + Q[3]),
+            0.5 * (V[4] + Q[4]),
+            0.5 * (V[5] + Q[5]),
+            0.5 * (V[6] + Q[6]),
+            0.5 * (V[7] + Q[7]),
+            0.5 * (V[8] + Q[8]),
+        )
+    G = multiply(V, A)
+    return G, _inverse(G)
+
+
+@kernel(inner=True)
+def _mean(A, B):
+    return (
+        0.5 * (A[0] + B[0]),
+        0.5 * (A[1] + B[1]),
+        0.5 * (A[2] + B[2]),
+        0.5 * (A[3] + B[3]),
+        0.5 * (A[4] + B[4]),
+        0.5 * (A[5] + B[5]),
+        0.5 * (A[6] + B[6]),
+        0.5 * (A[7] + B[7]),
+        0.5 * (A[8] + B[8]),
+    )
+
+
+@kernel(inner=True)
+def _deform_block(block, step, share, of_states):
     """Compute U and F_m U⁻¹ at the points of a block after a share of the path of the strains, the contributions of the points
-    to the volumes around the nodes, and the smallest volume ratio at the end of the step."""
+    to the volumes around the nodes, and the smallest volume ratio at the end of the step; V F₀ instead of U if `of_states`."""
     mesh = step.solid.mesh
     first, end, corners = mesh.blocks.first[block], mesh.blocks.first[block + 1], mesh.corners
     u, volume = displacements(first, end - first, mesh), mesh.block_volume[first:end]
@@ -115,9 +186,11 @@ def _deform_block(block, step, share):
         deform(pack, mesh, u, mesh.deformation, here, LANES)
         for lane in range(LANES):
             at = here + lane
-            F = _tensor(mesh.deformation, at)
+            A, F = _tensor(step.start, at), _tensor(mesh.deformation, at)
             least = min(least, determinant(F))
-            U, turn = _part_way(_tensor(step.start, at), F, share)
+            C = _squared(A, F, share)
+            U, inverse = _stretched(A, C) if of_states else _triangle(C)
+            turn = multiply(_mean(A, F), inverse)
             for k in range(9):
                 mesh.deformation[at + k * LANES] = U[k]
                 step.turns[at + k * LANES] = turn[k]
@@ -129,8 +202,9 @@ def _deform_block(block, step, share):
 
 
 @kernel(inner=True, allocates=True)
-def _force_block(block, step):
-    """Compute the forces that the points of a block exert on its nodes, with P = F_m U⁻¹ P(U)."""
+def _force_block(block, step, dt, keep):
+    """Compute the forces that the points of a block exert on its nodes, with P = F_m U⁻¹ P(U); dt: time over which states are
+    advanced [s]; keep: True to store them."""
     solid = step.solid
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
@@ -140,7 +214,7 @@ def _force_block(block, step):
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
         call_kernel(fill_batch, first, n, mesh, True, mean, u, s)
-        find_stresses(solid.points, first, n, solid, 0.0, False, averaged, s)
+        find_stresses(solid.points, first, n, solid, dt, keep, averaged, s)
         for i in range(n * LANES):
             at = 9 * LANES * (first + i // LANES) + i % LANES
             Q, to = _tensor(step.turns, at), STRESS * COLUMN + i
@@ -166,45 +240,80 @@ def _force_block(block, step):
 
 
 @kernel()
-def _deform(n_blocks, step, share):
-    parallel_for(_deform_block, n_blocks, step, share)
+def _deform(n_blocks, step, share, of_states):
+    parallel_for(_deform_block, n_blocks, step, share, of_states)
 
 
 @kernel()
-def _find_forces(n_blocks, step):
-    parallel_for(_force_block, n_blocks, step)
+def _find_forces(n_blocks, step, dt, keep):
+    parallel_for(_force_block, n_blocks, step, dt, keep)
 
 
 class StepForces:
     """Internal forces of a meshless solid in a time step.
 
-    solid: data of the solid; bundle: the same for kernels, as in its forces.
+    solid: data of the solid; elastic: the same for kernels, with its hyperelastic law; viscous: with history variables; None
+    without; states: arrays of the history variables by name, with a row for each lane of the packs.
     """
 
-    def __init__(self, solid: Solid, bundle: Bundle) -> None:
-        self._solid = solid
+    def __init__(self, solid: Solid, elastic: Bundle, viscous: Bundle | None, states: Mapping[str, np.ndarray]) -> None:
+        self._solid, self._bundle, self._states = solid, elastic, states
         numbers = np.zeros_like(solid.deformation), np.zeros_like(solid.deformation)
         self._start = numbers[0]
-        self._step = Bundle(SolidInStep(bundle, *numbers))
-        self._bundle = bundle
-        self._parts = np.zeros((len(SHARES), *solid.displacement.shape))
+        self._step = Bundle(SolidInStep(elastic, *numbers))
+        self._viscous = None if viscous is None else Bundle(SolidInStep(viscous, *numbers))
+        self._parts = np.zeros((2, *solid.displacement.shape))
+        self._blocks, self._chunks, self._dt = len(solid.sums), len(solid.node_sums), 0.0
 
-    def begin(self) -> None:
-        """Store the state of the last forces as the start of a step."""
+    def begin(self, dt: float) -> None:
+        """Store the state of the last forces as the start of a step dt [s]."""
         self._start[:] = self._solid.deformation
+        self._dt = dt
 
     def find(self, displacement: np.ndarray, force: np.ndarray) -> bool:
         """Compute the internal forces `force` [N], shape (n, 3), in a step that ends with nodal displacements [m], shape
         (n, 3). Returns False if a point is inverted at its end."""
-        solid = self._solid
+        solid, parts = self._solid, self._parts
         solid.displacement[:] = displacement
-        blocks, chunks, is_sound = len(solid.sums), len(solid.node_sums), True
-        for part, share in zip(self._parts, SHARES, strict=True):
-            _deform(blocks, self._step, share)
+        for part, share in zip(parts, SHARES, strict=True):
+            _deform(self._blocks, self._step, share, False)
             if len(solid.block_volume):
-                average_volumes(chunks, self._bundle)
-            _find_forces(blocks, self._step)
-            sum_blocks(chunks, self._bundle.content.mesh, part)
-            is_sound = is_sound and bool(solid.sums[:, LEAST_J].min() > 0.0)
-        np.multiply(self._parts[0] + self._parts[1], 0.5, out=force)
-        return is_sound
+                average_volumes(self._chunks, self._bundle)
+            self._find(self._step, 0.0, part)
+        np.multiply(parts[0] + parts[1], 0.5, out=force)
+        if self._viscous is not None:
+            _deform(self._blocks, self._step, MIDDLE, True)
+            self._find(self._viscous, 0.5 * self._dt, parts[0])
+            self._find(self._step, 0.0, parts[1])
+            force += parts[0] - parts[1]
+        return bool(solid.sums[:, LEAST_J].min() > 0.0)
+
+    def _find(self, step: Bundle, dt: float, force: np.ndarray, keep: bool = False) -> None:
+        _find_forces(self._blocks, step, dt, keep)
+        sum_blocks(self._chunks, self._bundle.content.mesh, force)
+
+    def advance_states(self, displacement: np.ndarray, gradient: np.ndarray) -> None:
+        """Advance the history variables to the end of the step.
+
+        displacement: of the nodes at the end [m], shape (n, 3); gradient: deformation gradients there, shape (lanes, 3, 3).
+        """
+        if self._viscous is None:
+            return
+        self._solid.displacement[:] = displacement
+        _deform(self._blocks, self._step, END, True)
+        unturned = in_rows(self._solid.deformation)
+        self._find(self._viscous, self._dt, self._parts[0], keep=True)
+        turn = np.einsum("nij,njk->nik", gradient, np.linalg.inv(unturned))
+        for array in self._states.values():
+            if array.shape[1:] == (6,):
+                tensor = array[:, FULL].reshape(-1, 3, 3)
+                array[:] = np.einsum("nij,njk,nlk->nil", turn, tensor, turn).reshape(-1, 9)[:, SIX]
+        self._states["deformation_gradient"][:] = gradient.reshape(-1, 9)
+
+
+FULL, SIX = [0, 5, 4, 5, 1, 3, 4, 3, 2], [0, 4, 8, 5, 2, 1]  # of xx, yy, zz, yz, xz, xy all nine, and of nine these
+
+
+def in_rows(numbers: np.ndarray) -> np.ndarray:
+    """Return the tensors of all lanes of the packs, shape (lanes, 3, 3), as a copy."""
+    return numbers.reshape(-1, 9, LANES).swapaxes(1, 2).reshape(-1, 3, 3)

@@ -41,12 +41,13 @@ FREE_SHIFT = 1e-8
 
 
 @parallel_loop(allocates=True)
-def _find_moduli(block, solid, step, moduli):
+def _find_moduli(block, solid, step, dt, moduli):
     """Compute the derivatives of the first Piola-Kirchhoff stress with respect to the deformation gradient at the points of a
     block (a group of packs), times the quadrature weights, in `moduli`, shape (points, 81): entry 9 r + c is the derivative of
     component r with respect to component c.
 
-    solid: a `SolidInKernels` in the state of its last forces; step: difference of a component of the deformation gradient.
+    solid: a `SolidInKernels` in the state of its last forces; step: difference of a component of the deformation gradient; dt:
+    time in which it comes about [s].
     """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
@@ -59,11 +60,11 @@ def _find_moduli(block, solid, step, moduli):
         for c in range(9):
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
-            find_stresses(solid.points, first, n, solid, 0.0, False, averaged, s)
+            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
             above[:] = s[STRESS * COLUMN : (STRESS + 9) * COLUMN]
             for i in range(COLUMN):
                 s[c * COLUMN + i] -= 2.0 * step
-            find_stresses(solid.points, first, n, solid, 0.0, False, averaged, s)
+            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
             for r in range(9):
@@ -171,10 +172,10 @@ class SolidStiffness:
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the solid is
         stable."""
 
-    def _find(self) -> None:
+    def _find(self, dt: float) -> None:
         """Compute the entries of the matrix in the state of the last forces."""
         solid, moduli = self._solid, np.empty((len(self._solid.weights), 81))
-        _find_moduli(len(solid.sums), self._in_kernels, STEP, moduli)
+        _find_moduli(len(solid.sums), self._in_kernels, STEP, dt, moduli)
         self._values.fill(0.0)
         with on_one_thread():
             _assemble(Bundle(solid._replace(law=(), points=())), self._nodes, moduli, self._d, *self._links, self._values)
@@ -202,15 +203,15 @@ class SolidStiffness:
         keys = np.repeat(np.arange(self._n), np.diff(first)) * self._n + linked
         return np.searchsorted(keys, one * self._n + other)
 
-    def renew(self, free: np.ndarray, moves: bool, single: bool, added: np.ndarray | None = None) -> bool:
+    def renew(self, free: np.ndarray, moves: bool, single: bool, added: np.ndarray | None = None, dt: float = 0.0) -> bool:
         """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
         enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
 
         free: mask of the components that are not prescribed, shape (n, 3); moves: True if the solid can move or rotate as a
         whole; single: True to try single precision first; added: further stiffness of each node against displacements [N/m],
-        shape (n,).
+        shape (n,); dt: time in which the displacements come about [s], for materials with history variables.
         """
-        self._find()
+        self._find(dt)
         if added is not None:
             self._values[self._diagonal[:, :3]] += added[:, None]
         self._free[:, :3] = free
