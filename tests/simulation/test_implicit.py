@@ -266,6 +266,13 @@ def test_a_run_goes_on_with_other_steps(tmp_path):
     assert done.summary["steps"] == 10 + 25
 
 
+def test_a_run_goes_on_beyond_a_last_step_that_was_shorter(tmp_path):
+    run_case(block(0.03), tmp_path, report=False)
+    done = resume_case(tmp_path, report=False, settings={"time.end": 0.29})
+    assert done.history["time"][-1] == pytest.approx(0.29, rel=1e-12)
+    assert done.summary["steps"] == 6 + 1 + 3
+
+
 def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_step(tmp_path, monkeypatch):
     case = block()
     run_case(case, tmp_path / "whole", report=False)
@@ -293,10 +300,10 @@ def test_a_step_that_fails_is_divided(monkeypatch):
     whole = finished(block(0.05))
     search = minimum.Search.near
 
-    def fails(self, start, told, few):
+    def fails(self, starts, told, few):
         if self._system._half > 0.01:
             raise minimum.NoEquilibrium("as the test says")
-        return search(self, start, told, few)
+        return search(self, starts, told, few)
 
     monkeypatch.setattr(minimum.Search, "near", fails)
     divided = finished(block(0.05))

@@ -92,7 +92,7 @@ class ImplicitClock(Clock):
             search.has_factors = True
             self._recalled = {name: array for name, array in self._recalled.items() if name != _name(number)}
         search.has_factors = search.has_factors and step.fits
-        return search.near(step.start(), self._tell, FEW)
+        return search.near(step.starts(), self._tell, FEW)
 
     def _factors(self, number: int) -> np.ndarray | None:
         """Return the positions at which the factors for the next step were computed [m], shape (n, 3), or None."""
@@ -123,9 +123,11 @@ class ImplicitClock(Clock):
         self.n_steps += 1
         self.dt, length = dt, self._length()
         self._part, self._share = self._part + dt / length, min(2.0 * dt / length, 1.0)
-        if self._part >= 1.0 - 1e-9:
-            self._whole, self._part, self._share = self._whole + 1, 0.0, 1.0 if self._share >= 1.0 else self._share
         step = self.case.step or self.case.end
+        if self._part >= 1.0 - 1e-9:
+            self._whole, self._part = self._whole + 1, 0.0
+            if length < step:  # the run may go on with a later end
+                self._from, self._whole = self._from + (self._whole - 1) * step + length, 0
         self.time = self._from + self._whole * step + self._part * length
         if self.case.end - self.time < 1e-9 * dt:
             self.time = self.case.end

@@ -73,10 +73,11 @@ class ImplicitStep:
         """True if the factors have the inertia, drag and free components of this step."""
         return self.weight == self._of_inertia + self._of_drag and bool((self._factored_free == self._free).all())
 
-    def start(self) -> np.ndarray:
-        """Return the predicted positions in the middle of the step [m], shape (n, 3), from which the search starts."""
+    def starts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions in the middle of the step [m], shape (n, 3), from which the search may start: predicted ones, and
+        for motion so fast that these invert the body those of free nodes that do not move."""
         self._turn = self._turn_between(self.factored_at, self._predicted) if len(self.factored_at) else None
-        return self._predicted
+        return self._predicted, np.where(self._free, self.rest, self._predicted)
 
     def attempt(self, position: np.ndarray) -> Trial:
         self._middle = middle = self._turned_ahead(position)

@@ -9,7 +9,7 @@ stable equilibria, also where a load buckles a body. Loads that follow the defor
 in general: then a step is accepted if the residual forces along it do not grow in the opposite direction.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -70,14 +70,18 @@ class Search:
         """Discard the factors after a search without success, unless they are those of the last equilibrium."""
         self.has_factors = self.has_factors and not self._renewed
 
-    def near(self, start: np.ndarray, told: Callable[[int, float], None], few: int) -> Equilibrium:
-        """Return positions near `start` [m], shape (n, 3), at which the forces balance; the last call of `attempt` is there.
-        The present factors serve again, and also for the next search after at most `few` iterations.
+    def near(self, starts: Sequence[np.ndarray], told: Callable[[int, float], None], few: int) -> Equilibrium:
+        """Return positions at which the forces balance; the last call of `attempt` is there. The present factors serve again,
+        and also for the next search after at most `few` iterations.
 
-        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        starts: positions [m], shape (n, 3), at the first of which the search starts if they are valid, else at the next; told:
+        function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
         """
-        here = self._system.attempt(start)
-        if not here.is_valid:
+        for start in starts:
+            here = self._system.attempt(start)
+            if here.is_valid:
+                break
+        else:
             raise NoEquilibrium("the predicted positions invert the body")
         if not self.has_factors:
             self._factor()
