@@ -38,6 +38,7 @@ from pellucid.bodies.meshless_solid.solid import (
     PACKS,
     STRESS,
     Solid,
+    components,
     deform,
     displacements,
 )
@@ -45,7 +46,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.calls import call_kernel
 from pellucid.jit.loops import parallel_for
-from pellucid.jit.vector import LANES, load, total
+from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import cofactor, determinant, multiply
 
 SHARES = 0.5 - sqrt(3.0) / 6.0, 0.5 + sqrt(3.0) / 6.0  # of the path of the strains: Gauss' points, with equal weights
@@ -64,19 +65,48 @@ class SolidInStep(NamedTuple):
 
 
 @kernel(inner=True)
-def _tensor(numbers, at):
-    """Return a tensor of a point; at: index of its first component, the others are LANES apart."""
+def _tensor(s, first, i):
+    """Return a tensor of point i of a batch, whose components are in the columns from `first` on of the work array s."""
+    at = first * COLUMN + i
     return (
-        numbers[at],
-        numbers[at + LANES],
-        numbers[at + 2 * LANES],
-        numbers[at + 3 * LANES],
-        numbers[at + 4 * LANES],
-        numbers[at + 5 * LANES],
-        numbers[at + 6 * LANES],
-        numbers[at + 7 * LANES],
-        numbers[at + 8 * LANES],
+        s[at],
+        s[at + COLUMN],
+        s[at + 2 * COLUMN],
+        s[at + 3 * COLUMN],
+        s[at + 4 * COLUMN],
+        s[at + 5 * COLUMN],
+        s[at + 6 * COLUMN],
+        s[at + 7 * COLUMN],
+        s[at + 8 * COLUMN],
     )
+
+
+@kernel(inner=True)
+def _keep(s, first, i, A):
+    """Write a tensor of point i of a batch to the columns from `first` on of the work array s."""
+    at = first * COLUMN + i
+    s[at] = A[0]
+    s[at + COLUMN] = A[1]
+    s[at + 2 * COLUMN] = A[2]
+    s[at + 3 * COLUMN] = A[3]
+    s[at + 4 * COLUMN] = A[4]
+    s[at + 5 * COLUMN] = A[5]
+    s[at + 6 * COLUMN] = A[6]
+    s[at + 7 * COLUMN] = A[7]
+    s[at + 8 * COLUMN] = A[8]
+
+
+@kernel(inner=True)
+def _columns_to_pack(s, first, k, numbers, pack):
+    """Copy the tensors of pack k of a batch from the columns of the work array s to an array, 9 × LANES numbers per pack."""
+    for d in range(9):
+        store(numbers, (9 * pack + d) * LANES, load(s, (first + d) * COLUMN + k * LANES))
+
+
+@kernel(inner=True)
+def _pack_to_columns(numbers, pack, s, first, k):
+    for d in range(9):
+        store(s, (first + d) * COLUMN + k * LANES, load(numbers, (9 * pack + d) * LANES))
 
 
 @kernel(inner=True)
@@ -173,32 +203,60 @@ def _mean(A, B):
 
 
 @kernel(inner=True)
+def _part_way(share, s):
+    """Replace F₀ and F₁ of a batch of points in the work array s by U and F_m U⁻¹, after a share of the path of the strains."""
+    for i in range(COLUMN):  # columns a constant apart, and no other array: the compiler takes several points at a time
+        A, F = _tensor(s, 0, i), _tensor(s, 9, i)
+        U, inverse = _triangle(_squared(A, F, share))
+        _keep(s, 0, i, U)
+        _keep(s, 9, i, multiply(_mean(A, F), inverse))
+
+
+@kernel(inner=True)
+def _part_way_of_states(share, s):
+    """The same with V F₀ instead of U."""
+    for i in range(COLUMN):
+        A, F = _tensor(s, 0, i), _tensor(s, 9, i)
+        G, inverse = _stretched(A, _squared(A, F, share))
+        _keep(s, 0, i, G)
+        _keep(s, 9, i, multiply(_mean(A, F), inverse))
+
+
+@kernel(inner=True, allocates=True)
 def _deform_block(block, step, share, of_states):
     """Compute U and F_m U⁻¹ at the points of a block after a share of the path of the strains, the contributions of the points
     to the volumes around the nodes, and the smallest volume ratio at the end of the step; V F₀ instead of U if `of_states`."""
     mesh = step.solid.mesh
-    first, end, corners = mesh.blocks.first[block], mesh.blocks.first[block + 1], mesh.corners
-    u, volume = displacements(first, end - first, mesh), mesh.block_volume[first:end]
+    begin, stop, corners = mesh.blocks.first[block], mesh.blocks.first[block + 1], mesh.corners
+    u, volume, s = displacements(begin, stop - begin, mesh), mesh.block_volume[begin:stop], np.ones(18 * COLUMN)
     volume[:] = 0.0
-    least = np.inf
-    for pack in range(PACKS * block, min(PACKS * (block + 1), len(corners.first) - 1)):
-        here = 9 * LANES * pack
-        deform(pack, mesh, u, mesh.deformation, here, LANES)
-        for lane in range(LANES):
-            at = here + lane
-            A, F = _tensor(step.start, at), _tensor(mesh.deformation, at)
-            least = min(least, determinant(F))
-            C = _squared(A, F, share)
-            U, inverse = _stretched(A, C) if of_states else _triangle(C)
-            turn = multiply(_mean(A, F), inverse)
-            for k in range(9):
-                mesh.deformation[at + k * LANES] = U[k]
-                step.turns[at + k * LANES] = turn[k]
+    least, end = np.inf, min(PACKS * (block + 1), len(corners.first) - 1)
+    for first in range(PACKS * block, end, BATCH):
+        n = min(BATCH, end - first)
+        for k in range(n):
+            _pack_to_columns(step.start, first + k, s, 0, k)
+            deform(first + k, mesh, u, s, 9 * COLUMN + k * LANES, COLUMN)
+        for i in range(n * LANES):
+            least = min(least, determinant(_tensor(s, 9, i)))
+        if of_states:
+            _part_way_of_states(share, s)
+        else:
+            _part_way(share, s)
+        for k in range(n):
+            _columns_to_pack(s, 0, k, mesh.deformation, first + k)
+            _columns_to_pack(s, 9, k, step.turns, first + k)
             if len(volume) > 0:
-                J = determinant(U)
-                for entry in range(corners.first[pack], corners.first[pack + 1]):
-                    volume[corners.place[entry] // LANES] += J * corners.numbers[LANES * entry + lane]
+                J = determinant(components(s, k * LANES, COLUMN))
+                for entry in range(corners.first[first + k], corners.first[first + k + 1]):
+                    volume[corners.place[entry] // LANES] += total(J * load(corners.numbers, LANES * entry))
     mesh.sums[block, LEAST_J] = least
+
+
+@kernel(inner=True)
+def _turn_stresses(s):
+    """Multiply the stresses of a batch of points in the work array s by the tensors in its last columns."""
+    for i in range(COLUMN):
+        _keep(s, STRESS, i, multiply(_tensor(s, COLUMNS, i), _tensor(s, STRESS, i)))
 
 
 @kernel(inner=True, allocates=True)
@@ -209,29 +267,15 @@ def _force_block(block, step, dt, keep):
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
-    u, f, mean, s = np.zeros(0), np.zeros(LANES * m), mean_stresses(start, m, mesh), np.zeros(COLUMNS * COLUMN)
+    u, f, mean, s = np.zeros(0), np.zeros(LANES * m), mean_stresses(start, m, mesh), np.zeros((COLUMNS + 9) * COLUMN)
     found, end = np.zeros(LANES + 1), min(PACKS * (block + 1), len(mesh.corners.first) - 1)
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
         call_kernel(fill_batch, first, n, mesh, True, mean, u, s)
         find_stresses(solid.points, first, n, solid, dt, keep, averaged, s)
-        for i in range(n * LANES):
-            at = 9 * LANES * (first + i // LANES) + i % LANES
-            Q, to = _tensor(step.turns, at), STRESS * COLUMN + i
-            P = (
-                s[to],
-                s[to + COLUMN],
-                s[to + 2 * COLUMN],
-                s[to + 3 * COLUMN],
-                s[to + 4 * COLUMN],
-                s[to + 5 * COLUMN],
-                s[to + 6 * COLUMN],
-                s[to + 7 * COLUMN],
-                s[to + 8 * COLUMN],
-            )
-            turned = multiply(Q, P)
-            for k in range(9):
-                s[to + k * COLUMN] = turned[k]
+        for k in range(n):
+            _pack_to_columns(step.turns, first + k, s, COLUMNS, k)
+        _turn_stresses(s)
         call_kernel(pull_batch, first, n, mesh, s, f, found)
     for k in range(m):
         for d in range(3):
