@@ -18,7 +18,7 @@ from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
 from pellucid.case.stages import GravityAmplitude, SettleCase, StartCase
-from pellucid.case.steady import SteadyCase
+from pellucid.case.steady import SteadyCase, why_not_implicit
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.bodies_as_walls import with_walls
 from pellucid.conditions.contact import Contact
@@ -56,8 +56,16 @@ ROUNDING = 1e-12
 
 
 class TimeCase(Part):
-    """Time stepping: order of the operations in a step, end time, choice of the step, transfer of velocities."""
+    """Time stepping: explicit or implicit steps, order of the operations in a step, end time, choice of the step, transfer of
+    velocities."""
 
+    method: Literal["explicit", "implicit"] = parameter(
+        "",
+        "explicit: steps that the fastest wave limits; implicit: steps of the length `step`, each with an iteration that uses "
+        "a factored stiffness, for one meshless solid without a grid, under the conditions for "
+        'which steady.method = "factored" is possible',
+        "explicit",
+    )
     scheme: Literal["musl", "usf", "usl"] = parameter(
         "", "order of the operations in a step: update of stress after (musl, usl) or before (usf) the momentum", "musl"
     )
@@ -99,6 +107,8 @@ class TimeCase(Part):
         if self.step is None and bodies and parts.are_sound(BodyModel) and not any(body.moves for body in bodies):
             text = f"is missing: body {bodies[0].name} does not move, so no stable step can be computed"
             yield Finding((*path, "step"), text, "Set a time step that resolves the processes in the body.")
+        if self.method == "implicit":
+            yield from self._implicit_problems(path, parts)
         if self.step is not None and self.end / self.step > MOST_STEPS:
             text = (
                 f"{self.end / self.step:.3g} steps would be needed until time.end = "
@@ -116,7 +126,7 @@ class TimeCase(Part):
             elif stress is not None and self.scheme == "usf":
                 text = f"the implicit viscosity of body {body.name} determines its stress in the momentum equation, not before"
                 yield Finding((*path, "scheme"), text, 'use "musl" or "usl", or remove `implicit_viscosity`')
-        if self.step is None:
+        if self.step is None or self.method == "implicit":
             return
         cell = None if parts.grid is None else parts.grid.cell
         names = {body.name for body in bodies}
@@ -129,6 +139,23 @@ class TimeCase(Part):
                     f"Set `time.step` to at most {0.8 * limit.step:.2g} s, or remove it: `time.courant` then sets the step."
                 )
                 yield Finding((*path, "step"), text, remedy)
+
+    def _implicit_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Yield a finding for a missing step, and for bodies, conditions and tables that implicit steps do not include. path:
+        location of this table in the case. parts: all valid parts (tables) of the case."""
+        method = *path, "method"
+        if self.step is None and parts.one(SteadyCase) is None:
+            remedy = "Set it to at most a twentieth of the shortest period, or of the shortest duration of loads, that matters."
+            yield Finding((*path, "step"), "is missing: the length of implicit steps is not limited by stability", remedy)
+        if self.courant != type(self).model_fields["courant"].default:
+            yield Finding((*path, "courant"), "implicit steps have the length time.step", "Remove this key.")
+        for table, kind in (("steady", SteadyCase), ("settle", SettleCase)):
+            if parts.one(kind) is not None:
+                yield Finding(
+                    method, f"[{table}] does not move bodies in time by implicit steps", f"Remove this key or [{table}]."
+                )
+        if (lacking := why_not_implicit(parts)) is not None:
+            yield Finding(method, lacking, 'Set it to "explicit", or remove this key.')
 
 
 class OutputCase(Part):

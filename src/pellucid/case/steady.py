@@ -138,6 +138,17 @@ def why_not_factored(parts: Parts) -> str | None:
     return None
 
 
+def why_not_implicit(parts: Parts) -> str | None:
+    """Return the reason why the bodies of a case cannot move in implicit time steps, as a clause, or None. parts: all parts of
+    the case."""
+    if not parts.lacks_grid:
+        return "implicit steps do not include contact and walls, which a case with a grid can have"
+    for body in parts.of(BodyModel):
+        if body.has_stiffness and not body.has_implicit_steps:
+            return f"the forces of body {body.name}, or of its material, are not available for implicit steps"
+    return why_not_factored(parts)
+
+
 def _why_not_relaxed(body: BodyModel, alone: bool) -> Finding | None:
     """Return the reason why no steady state of the body can be computed, with the offending key of its table, or None; alone:
     True if no other body is in its velocity field."""

@@ -111,7 +111,8 @@ def kernel_key(case: "Case") -> str:
     conditions = sorted(name for name, tables in data.items() if isinstance(tables, list) and tables)
     functions = case.grid.functions if case.grid_or_none else ""
     several = len({body["field"] for body in data["body"]}) > 1
-    what = functions, case.thin, case.time.scheme, case.time.transfer, bodies, shared, several
+    scheme = case.time.scheme if case.time.method == "explicit" else case.time.method
+    what = functions, case.thin, scheme, case.time.transfer, bodies, shared, several
     return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
 
 

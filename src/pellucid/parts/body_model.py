@@ -146,6 +146,8 @@ class BodyModel(StartOfBody):
     """True if the body is a membrane, which has two sides and no volume of its own."""
     has_stiffness: ClassVar[bool] = False
     """True if its equilibria can be found with a factored stiffness: the built body then `HasElasticSystem`."""
+    has_implicit_steps: ClassVar[bool] = False
+    """True if it can move in implicit time steps: the built body then `HasMovingSystem`."""
     has_own_step: ClassVar[bool] = False
     """True if the body has its own sub-steps; then only output limits the time step of the run."""
     remedy_for_node_contact: ClassVar[str] = "use a smaller grid.cell"

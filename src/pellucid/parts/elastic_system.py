@@ -1,5 +1,5 @@
-"""Interface of a body whose equilibria are found with a factored stiffness: potential energy, forces and stiffness at trial
-positions of its nodes."""
+"""Interfaces of a body whose equilibria, or motion in implicit time steps, are found with a factored stiffness: potential
+energy, forces and stiffness at trial positions of its nodes."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -24,18 +24,35 @@ class StiffnessSize(NamedTuple):
     operations: float  # number of multiplications and additions
 
 
-class ElasticSystem(Protocol):
-    """Potential energy, forces and stiffness of a body with its own nodes; loads depend on the positions
-    of the nodes only."""
+class Searched(Protocol):
+    """Forces on the nodes of a body as functions of their positions, and a stiffness, for a search where the forces balance."""
 
     rest: np.ndarray
-    """Positions of the nodes at rest [m], shape (n, 3)."""
+    """Positions of the nodes from which displacements are measured [m], shape (n, 3)."""
+    has_potential: bool
+    """True if the forces have a potential, so that they balance where the energy has a minimum."""
+
+    @property
+    def rounding(self) -> float:
+        """Rounding error of the energy [J]."""
+
+    def attempt(self, position: np.ndarray) -> Trial:
+        """Return energy and forces at positions of the nodes [m], shape (n, 3)."""
+
+    def factor(self) -> None:
+        """Compute and factor the stiffness at the last trial positions. Raises LinAlgError if no addition to the diagonal
+        makes it positive definite."""
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return, with the last factors, the displacements of the free components under forces [N], shape (n, 3) both."""
+
+
+class ElasticSystem(Searched, Protocol):
+    """Potential energy, forces and stiffness of a body with its own nodes, displaced from its state at rest; loads depend on
+    the positions of the nodes only, and have a potential if they do not depend on the deformation."""
+
     position: np.ndarray
     """Positions of the nodes at the last equilibrium [m], shape (n, 3)."""
-    has_potential: bool
-    """True if the loads do not depend on the deformation, so that equilibria are minima of the energy."""
-    rounding: float
-    """Rounding error of the energy [J]."""
     in_single: bool
     """True as long as factors in single precision are accurate enough; part of the state of a run."""
     increment: np.ndarray
@@ -61,16 +78,6 @@ class ElasticSystem(Protocol):
         renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes; follow:
         True if loads depend on these positions.
         """
-
-    def attempt(self, position: np.ndarray) -> Trial:
-        """Return energy and forces at positions of the nodes [m], shape (n, 3)."""
-
-    def factor(self) -> None:
-        """Compute and factor the stiffness at the last trial positions. Raises LinAlgError if no addition to the diagonal
-        makes it positive definite."""
-
-    def solve(self, force: np.ndarray) -> np.ndarray:
-        """Return, with the last factors, the displacements of the free components under forces [N], shape (n, 3) both."""
 
     def follow(self, force: np.ndarray) -> np.ndarray:
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
@@ -100,9 +107,50 @@ class ElasticSystem(Protocol):
         """Restore the last equilibrium."""
 
 
+class MovingSystem(ElasticSystem, Protocol):
+    """An `ElasticSystem` that also moves by its inertia, in implicit time steps (`pellucid.simulation.implicit`)."""
+
+    velocity: np.ndarray
+    """Velocities of the nodes [m/s], shape (n, 3)."""
+    added: np.ndarray | None
+    """Stiffness of inertia and drag that is added to the diagonal of the factored matrix [N/m], shape (n,)."""
+    keeps_factors: bool
+    """True if factors serve for several steps, and can be computed again from the positions of the nodes alone."""
+    drag: float
+    """Rate of the drag in the present step [1/s], set by `begin`: a force proportional to mass and velocity."""
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Masses of the nodes [kg], shape (n,)."""
+
+    @property
+    def free(self) -> np.ndarray:
+        """Mask of the components that are not prescribed, shape (n, 3)."""
+
+    def attempt_step(self, middle: np.ndarray) -> Trial:
+        """Return the forces in a step in whose middle the nodes are at positions [m], shape (n, 3): as far from the end as from
+        the start; its energy is 0. Their work in the step is the decrease of the stored energy, and they have no torque about
+        these positions."""
+
+    def factor_at(self, position: np.ndarray) -> None:
+        """Compute and factor the stiffness at positions of the nodes [m], shape (n, 3). Raises LinAlgError as `factor`."""
+
+    def arrive(self, middle: np.ndarray, dt: float) -> None:
+        """Move the nodes over a step dt [s] to its end, and compute velocities, works and reactions; middle: positions in the
+        middle of the step [m], shape (n, 3), at which `attempt_step` was called last."""
+
+
 @runtime_checkable
 class HasElasticSystem(Protocol):
     """A body whose equilibria can be found with a factored stiffness."""
 
     def elastic_system(self) -> ElasticSystem:
         """Return energy, forces and stiffness of the body."""
+
+
+@runtime_checkable
+class HasMovingSystem(Protocol):
+    """A body that can move in implicit time steps."""
+
+    def moving_system(self) -> MovingSystem:
+        """Return energy, forces, stiffness and inertia of the body."""

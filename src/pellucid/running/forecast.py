@@ -260,6 +260,8 @@ def of_case(case: "Case") -> Foretold:
     bodies; unknown if the step limit of a body is known only after the body is built."""
     if case.steady is not None:
         return _steady(case, case.steady)
+    if case.time.method == "implicit":
+        return _implicit_steps(case, 0.0)
     limits = dict(_limits(case))
     unknown = [key[0] for key, limit in limits.items() if limit is None]
     if unknown and case.time.step is None:
@@ -274,6 +276,8 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
     case = simulation.case
     if case.steady is not None:
         return _steady(case, case.steady)
+    if case.time.method == "implicit":
+        return _implicit_steps(case, simulation.time, until)
     limit, name = simulation.step_limit()
     if simulation.n_steps == 0:  # the state of bodies at rest does not show all limits yet
         limit, name = _tightest({(name, "now"): limit, **_limits(case)})
@@ -325,13 +329,9 @@ times agrees with those measured for 400 to 16 000 unknowns within a factor of t
 def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
     number, most = len(steady.levels(case.time.end)) - 1, steady.most_steps
     if steady.is_factored(parts_of(case)):
-        sizes = [size for body in case.body if (size := body.stiffness_size()) is not None]
-        unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
-        seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
-        known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
         text = (
-            f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {unknowns} unknowns: {memory:.2g} MB and "
-            f"{known} for each factorisation; the number of iterations is not known in advance"
+            f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {_factors(case)}; the number of "
+            "iterations is not known in advance"
         )
         return Foretold(UNKNOWN, UNKNOWN, text)
     text = (
@@ -339,6 +339,23 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
         "their number is not known in advance"
     )
     return Foretold(UNKNOWN, UNKNOWN, text)
+
+
+def _implicit_steps(case: "Case", now: float, until: float | None = None) -> Foretold:
+    """Return the forecast of implicit time steps from the time `now` to the end of the case, or to `until` [s]."""
+    time = case.time
+    left = (time.end if until is None else min(until, time.end)) - now
+    text = f"time.step; implicit, with a factored stiffness of {_factors(case)}, which serves for many steps"
+    return _counted(left, time.step or time.end, text)
+
+
+def _factors(case: "Case") -> str:
+    """Return a text on the size of the factored stiffness of a case and the time of a factorisation."""
+    sizes = [size for body in case.body if (size := body.stiffness_size()) is not None]
+    unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
+    seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
+    known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
+    return f"{unknowns} unknowns: {memory:.2g} MB and {known} for each factorisation"
 
 
 def _limits(case: "Case") -> Limits:

@@ -9,16 +9,15 @@ stable equilibria, also where a load buckles a body. Loads that follow the defor
 in general: then a step is accepted if the residual forces along it do not grow in the opposite direction.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.parts.elastic_system import ElasticSystem, Trial
+from pellucid.parts.elastic_system import ElasticSystem, Searched, Trial
 
 MEMORY = 20  # pairs of changes that are kept
 RENEWAL = 40  # iterations after which the stiffness is factored again, if the second half of them was slow
-SOFT = 40  # iterations after which it is factored again if stiffness had to be added to it
 SLOW = 0.1  # ratio of the errors at the end and start of this half from which it was slow
 BALANCED = 0.1, 1e-9, 1e-5  # residual forces of an equilibrium over all forces: fraction of the tolerance, least and most
 MOST = 400  # iterations of a load step
@@ -49,18 +48,19 @@ class Equilibrium(NamedTuple):
     frequency: float | None  # lowest natural frequency [Hz]; None if it is not known
 
 
-class Minimiser:
-    """Finds equilibria of one body, one load step after the other.
+class Search:
+    """Searches for positions at which the forces of one body balance.
 
     system: energy, forces and stiffness of the body; tolerance: estimated error of the displacements, relative to the largest,
-    at which an equilibrium is accepted if its forces also balance.
+    at which positions are accepted if their forces also balance.
     """
 
-    def __init__(self, system: ElasticSystem, tolerance: float) -> None:
+    def __init__(self, system: Searched, tolerance: float) -> None:
         fraction, least, most = BALANCED
         self._system, self._tolerance, self._balanced = system, tolerance, min(max(fraction * tolerance, least), most)
         self._extent = float(np.ptp(system.rest, axis=0).max())
-        self._has_factors, self._renewed = False, False  # whether there are factors, and whether within the last search
+        self.has_factors, self._renewed = False, False
+        """Whether there are factors for the next search, and whether they were computed within the last one."""
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
         self.largest = 0.0, 0.0
         """Largest displacement [m] and sum of the norms of the forces [N] of the equilibria so far."""
@@ -68,44 +68,33 @@ class Minimiser:
 
     def forget(self) -> None:
         """Discard the factors, so that the next search begins with new ones."""
-        self._has_factors = False
+        self.has_factors = False
 
     def give_up(self) -> None:
         """Discard the factors after a search without success, unless they are those of the last equilibrium."""
-        self._has_factors = self._has_factors and not self._renewed
+        self.has_factors = self.has_factors and not self._renewed
 
-    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
-        """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
-        `attempt` is at its positions.
+    def near(self, starts: Sequence[np.ndarray], told: Callable[[int, float], None], few: int) -> Equilibrium:
+        """Return positions at which the forces balance; the last call of `attempt` is there. The present factors serve again,
+        and also for the next search after at most `few` iterations.
 
-        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        starts: positions [m], shape (n, 3), at the first of which the search starts if they are valid, else at the next; told:
+        function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
         """
-        system = self._system
-        here = system.attempt(system.position)
-        if not (self._has_factors and system.has_factors):
+        for start in starts:
+            here = self._system.attempt(start)
+            if here.is_valid:
+                break
+        else:
+            raise NoEquilibrium("the predicted positions invert the body")
+        if not self.has_factors:
             self._factor()
         self._changes, self._renewed = [], False
-        soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
-        x = system.position + system.follow(np.zeros_like(here.residual) if soft else here.residual)
-        here = system.attempt(x)
-        if not here.is_valid:
-            raise NoEquilibrium("the linear estimate inverts a point")
-        left, done = 0, 0
-        while True:
-            x, here, used = self._minimise(x, here, done, told)
-            done += used
-            if (near := system.aligned(x)) is not x:
-                x, here = near, system.attempt(near)
-            lower = self._lower(x, here) if left < MOST_LEFT else None
-            if lower is None:
-                if (obstacle := system.obstacle()) is not None:
-                    raise NoEquilibrium(obstacle)
-                self._has_factors = left < MOST_LEFT
-                self.largest = self._scale_at(x), max(self.largest[1], here.size)
-                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-                return Equilibrium(x, done, self._error, unbalanced, left > 0, system.lowest_frequency())
-            left += 1
-            x, here = lower
+        x, here, used = self._minimise(start, here, 0, told)
+        self.has_factors = used <= few
+        self.largest = self._scale_at(x), max(self.largest[1], here.size)
+        unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
+        return Equilibrium(x, used, self._error, unbalanced, False, None)
 
     def _minimise(
         self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
@@ -114,8 +103,7 @@ class Minimiser:
         positions, energy and forces at the minimum, and the number of iterations."""
         since, errors = 0, list[float]()  # iterations since the factors are in use; errors of all iterations
         for number in range(MOST):
-            slow = since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]
-            if slow or (since >= SOFT and self._system.shift > 0.0):
+            if since >= RENEWAL and self._error > SLOW * errors[-RENEWAL // 2]:
                 self._renewed, since = True, 0
                 self._factor()
             direction, slope = self._direction(here)
@@ -184,6 +172,55 @@ class Minimiser:
             self._changes = [*self._changes[1 - MEMORY :], (s, y)]
         return x + s, there
 
+    def _factor(self) -> None:
+        try:
+            self._system.factor()
+        except np.linalg.LinAlgError:
+            raise NoEquilibrium("the stiffness is far from positive definite") from None
+        self._changes, self.has_factors = [], True
+
+
+class Minimiser(Search):
+    """Finds equilibria of one body, one load step after the other, as minima of its potential energy; arguments as for
+    `Search`."""
+
+    def __init__(self, system: ElasticSystem, tolerance: float) -> None:
+        super().__init__(system, tolerance)
+        self._elastic = system
+
+    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
+        """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
+        `attempt` is at its positions.
+
+        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        """
+        system = self._elastic
+        here = system.attempt(system.position)
+        if not (self.has_factors and system.has_factors):
+            self._factor()
+        self._changes, self._renewed = [], False
+        soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
+        x = system.position + system.follow(np.zeros_like(here.residual) if soft else here.residual)
+        here = system.attempt(x)
+        if not here.is_valid:
+            raise NoEquilibrium("the linear estimate inverts a point")
+        left, done = 0, 0
+        while True:
+            x, here, used = self._minimise(x, here, done, told)
+            done += used
+            if (near := system.aligned(x)) is not x:
+                x, here = near, system.attempt(near)
+            lower = self._lower(x, here) if left < MOST_LEFT else None
+            if lower is None:
+                if (obstacle := system.obstacle()) is not None:
+                    raise NoEquilibrium(obstacle)
+                self.has_factors = left < MOST_LEFT
+                self.largest = self._scale_at(x), max(self.largest[1], here.size)
+                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
+                return Equilibrium(x, done, self._error, unbalanced, left > 0, system.lowest_frequency())
+            left += 1
+            x, here = lower
+
     def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
         """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
@@ -192,7 +229,7 @@ class Minimiser:
         The energy decreases along the direction of the smallest eigenvalue of the stiffness, found by inverse iteration.
         """
         self._factor()
-        system = self._system
+        system = self._elastic
         if not (system.has_potential and system.shift > 0.0):
             return None
         direction = np.random.default_rng(0).standard_normal(x.shape)
@@ -210,13 +247,6 @@ class Minimiser:
         x = x + best * direction
         there = system.attempt(x)
         return (x, there) if best else None
-
-    def _factor(self) -> None:
-        try:
-            self._system.factor()
-        except np.linalg.LinAlgError:
-            raise NoEquilibrium("the stiffness is far from positive definite") from None
-        self._changes, self._has_factors = [], True
 
 
 def _dot(one: np.ndarray, other: np.ndarray) -> float:

@@ -42,6 +42,7 @@ from pellucid.simulation.assembly import (
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
 from pellucid.simulation.factored import steady_clock
+from pellucid.simulation.implicit import implicit_clock
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.loop import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle
@@ -162,6 +163,8 @@ class Simulation:
         case = self.case
         if case.steady:
             return steady_clock(case, case.steady, self.bodies, self.parts)
+        if case.time.method == "implicit":
+            return implicit_clock(case, self.bodies, self.parts)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         return Clock(case.time, longest, case.longest_step, self.parts)

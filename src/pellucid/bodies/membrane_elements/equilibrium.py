@@ -86,7 +86,7 @@ class MembraneStiffness(NodalStiffness):
         super().__init__(links, surface.vertices)
         self._differences = GroupedDifferences(links, STEP * surface.shortest_edge())
 
-    def _find(self) -> None:
+    def _find(self, dt: float) -> None:
         position, kept = self._system.tried.copy(), self._surface.constraints
         tension, suction = (0.0, 0.0) if kept is None else kept.tensions(self._surface, position)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.equilibrium import SolidSystem
+from pellucid.bodies.meshless_solid.equilibrium import MovingSolid, SolidSystem
 from pellucid.bodies.meshless_solid.functions import SolidFunctions, quadrature_places
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces, ViscousForces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
@@ -16,13 +16,14 @@ from pellucid.bodies.meshless_solid.solid import inversion
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration, VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import LONGEST_EDGE, PointsOfFaces
+from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
-from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
+from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem, HasMovingSystem, MovingSystem
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
@@ -33,7 +34,7 @@ HELD = 1e-9  # displacement, relative to the extent of the body, that counts as 
 OVERESTIMATE = 1.05  # safety factor of the largest frequency: power iteration converges from below
 
 
-class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem):
+class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem, HasMovingSystem):
     """A meshless solid: nodes with shape functions over a background mesh. The functions are built when all supports, motions
     and loads are known (`complete`).
     """
@@ -143,9 +144,16 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem)
 
     def elastic_system(self) -> ElasticSystem:
         """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
+        return SolidSystem(*self._of_system(), self._take_equilibrium)
+
+    def moving_system(self) -> MovingSystem:
+        """Return energy, forces, stiffness and inertia for implicit time steps; only for nodal values that are prescribed
+        directly."""
+        return MovingSolid(*self._of_system(), self._end_step)
+
+    def _of_system(self) -> tuple[np.ndarray, np.ndarray, ElasticForces, NodalMotion, float]:
         stiffness = self.mass * self._case.wave_speeds()[0] ** 2
-        position, motion = self.arrays["position"], self.motion
-        return SolidSystem(self.mesh.nodes, position, self._forces, motion, stiffness, self._take_equilibrium)
+        return self.mesh.nodes, self.arrays["position"], self._forces, self.motion, stiffness
 
     def _take_equilibrium(self, dt: float) -> None:
         """Update everything that depends on the positions of the nodes after a new equilibrium; dt: step of the time of the
@@ -154,6 +162,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem)
         self.motion.sum_at_rest(self.totals, dt)
         self.totals.stored, self.totals.half_power = self._forces.stored(), 0.0
         self._shifted = 0.0
+
+    def _end_step(self, dt: float) -> None:
+        """Update everything that depends on positions and velocities at the end of an implicit time step dt [s]."""
+        self.prescribed.displacement += dt * self.motion.rows
+        self.motion.sum_momentum(self.totals)
+        self._find_forces()
+        self.totals.half_power, self._shifted = 0.0, 0.0
 
     def correct(self, remap: bool) -> None:
         """Update the nodal velocities with forces, constraints and contact; `remap`: also map the momentum to the grid again.

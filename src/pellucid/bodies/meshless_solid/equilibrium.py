@@ -1,4 +1,5 @@
-"""Potential energy, forces and stiffness of a meshless solid at trial positions of its nodes, for its equilibria."""
+"""Potential energy, forces and stiffness of a meshless solid at trial positions of its nodes, for its equilibria and for its
+motion in implicit time steps."""
 
 from collections.abc import Callable
 
@@ -6,9 +7,11 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces
 from pellucid.bodies.meshless_solid.solid import LEAST_J
+from pellucid.bodies.meshless_solid.step_forces import in_rows
 from pellucid.bodies.meshless_solid.stiffness import SolidStiffness
 from pellucid.bodies.own_nodes.equilibrium import NodalSystem, Strained
 from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.parts.elastic_system import Trial
 
 
 class SolidSystem(NodalSystem):
@@ -42,3 +45,69 @@ class SolidSystem(NodalSystem):
 
     def _new_stiffness(self) -> SolidStiffness:
         return SolidStiffness(self._forces.solid, self.rest)
+
+
+class MovingSolid(SolidSystem):
+    """A `MovingSystem` of a meshless solid, with the arguments of `SolidSystem`."""
+
+    def __init__(
+        self,
+        rest: np.ndarray,
+        position: np.ndarray,
+        forces: ElasticForces,
+        motion: NodalMotion,
+        stiffness: float,
+        accepted: Callable[[float], None],
+    ) -> None:
+        super().__init__(rest, position, forces, motion, stiffness, accepted)
+        self.added: np.ndarray | None = None
+        self._sudden = 0.0  # time in which displacements resist as the stiffness says [s], for materials with history variables
+        self.velocity, self.drag = motion.velocity, 0.0
+        self._in_step = forces.in_step()
+        self.keeps_factors = not forces.arrays
+
+    @property
+    def inertia(self) -> np.ndarray:
+        return self._motion.inertia
+
+    @property
+    def free(self) -> np.ndarray:
+        return self._motion.free
+
+    def begin(self, dt: float) -> None:
+        super().begin(dt)
+        self.drag = self._motion.drag_rate(dt)
+        self._in_step.begin(dt)
+        self._sudden = 0.5 * dt
+
+    def attempt_step(self, middle: np.ndarray) -> Trial:
+        internal, external = self._motion.internal, self._external
+        if self._follow:
+            self._present[:] = middle
+            self._renew(0.5)
+            external[:] = self._motion.forces() - internal
+        is_sound = self._in_step.find(self.position + self._moved(middle) - self.rest, internal)
+        residual = np.where(self.free, internal + external, 0.0)
+        size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(external * external)))
+        return Trial(0.0, residual, size, is_sound and bool(np.isfinite(size)))
+
+    def factor(self) -> None:
+        self.in_single = self._matrix().renew(self.free, self._present, self.in_single, self.added, self._sudden)
+
+    def factor_at(self, position: np.ndarray) -> None:
+        self._forces.find(position - self.rest, np.empty_like(position), 0.0)
+        self.factor()
+
+    def arrive(self, middle: np.ndarray, dt: float) -> None:
+        moved = self._moved(middle)
+        self._motion.record_step(moved, self._rates, self.drag, dt)
+        self._present[:] = self.position + moved
+        displacement = self._present - self.rest
+        if self._forces.arrays:
+            self._forces.find(displacement, self._motion.internal, 0.0)
+            self._in_step.advance_states(displacement, in_rows(self._forces.solid.deformation))
+        self._accepted(dt)
+
+    def _moved(self, middle: np.ndarray) -> np.ndarray:
+        """Return the displacements in a step with these positions in its middle [m], shape (n, 3)."""
+        return np.where(self.free, 2.0 * (middle - self.position), self.increment)

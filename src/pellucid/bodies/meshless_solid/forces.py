@@ -169,7 +169,7 @@ def mean_stresses(start, m, mesh):
 
 
 @kernel(inner=True)
-def _pull_batch(first, n, mesh, s, f, found):
+def pull_batch(first, n, mesh, s, f, found):
     """Add to `f` the forces on the nodes of a block [N] that follow from the stresses of n packs (four quadrature points each)
     in the columns of the work array s, starting with pack `first`.
 
@@ -202,7 +202,7 @@ def _force_block(block, solid, dt, keep):
         n = min(BATCH, end - first)
         call_kernel(fill_batch, first, n, mesh, averaged, mean, u, s)
         lost += find_stresses(solid.points, first, n, solid, dt, keep, averaged, s)
-        call_kernel(_pull_batch, first, n, mesh, s, f, found)
+        call_kernel(pull_batch, first, n, mesh, s, f, found)
     for k in range(m):
         for d in range(3):
             mesh.block_force[start + k, d] = f[LANES * k + d]
@@ -242,7 +242,8 @@ def _deform(n_blocks, mesh):
 
 
 @kernel()
-def _average(chunks, solid):
+def average_volumes(chunks, solid):
+    """Compute the averaged volume ratios of the nodes, and their volumetric energies and stresses, for `internal_forces`."""
     parallel_for(_average_chunk, chunks, solid)
 
 
@@ -252,7 +253,8 @@ def _find_forces(n_blocks, solid, dt, keep):
 
 
 @kernel()
-def _sum_blocks(chunks, mesh, force):
+def sum_blocks(chunks, mesh, force):
+    """Sum the forces of all blocks on the nodes into `force` [N], shape (n, 3). mesh: data of `Solid`."""
     parallel_for(_add_blocks, chunks, mesh, force)
 
 
@@ -265,6 +267,6 @@ def internal_forces(n_blocks: int, chunks: int, solid: Bundle, dt: float, keep: 
     """
     if len(solid.mesh.block_volume) > 0:
         _deform(n_blocks, solid.mesh)
-        _average(chunks, solid)
+        average_volumes(chunks, solid)
     _find_forces(n_blocks, solid, dt, keep)
-    _sum_blocks(chunks, solid.mesh, force)
+    sum_blocks(chunks, solid.mesh, force)

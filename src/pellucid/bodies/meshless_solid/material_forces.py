@@ -16,6 +16,7 @@ from pellucid.bodies.meshless_solid.forces import find_stresses, gradient_at, in
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points, prestressed, with_prestress
 from pellucid.bodies.meshless_solid.solid import COLUMN, ENERGY, LOST, PACKS, WEIGHT, Solid, deformation_gradients
 from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
+from pellucid.bodies.meshless_solid.step_forces import StepForces
 from pellucid.jit import kernel, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -84,6 +85,10 @@ class ElasticForces:
         return with_prestress(
             self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
         )
+
+    def in_step(self) -> StepForces:
+        """Return the forces in time steps that conserve energy."""
+        return StepForces(self.solid, self.bundle, None, {})
 
     def _of_law(self, n: int) -> AtPoints:
         return elastic_points(self.solid, n)
@@ -169,6 +174,7 @@ class ViscousForces(ElasticForces):
         arrays = initial_arrays(state, len(solid.weights))
         history = History(law, in_arrays(state, arrays), density)
         super().__init__(solid._replace(points=history), initial_stress)
+        self._plain, self._initial_stress = solid, initial_stress
         self.arrays, self._history = arrays, Bundle(history)
         self._bound = wave_number * signal_speed(law, state, density, ZERO_GRADIENT, 0.0)
         self._diffuses = diffusivity(law, density) > 0.0  # the stiffness grows without limit with the strain rate
@@ -181,6 +187,10 @@ class ViscousForces(ElasticForces):
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
         self._find(displacement, force, (1.0 if self._diffuses else SUDDEN) / frequency, False)
+
+    def in_step(self) -> StepForces:
+        elastic = prestressed(self._plain, self._initial_stress)
+        return StepForces(self.solid, in_kernels(elastic), self.bundle, self.arrays)
 
     @property
     def lost(self) -> float:

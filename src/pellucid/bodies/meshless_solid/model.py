@@ -120,6 +120,10 @@ class MeshlessSolidCase(DampedModel):
         """True if nodal values are prescribed directly: the stiffness does not include forces that prescribe the field."""
         return self.essential == "direct"
 
+    @property
+    def has_implicit_steps(self) -> bool:  # type: ignore[override]
+        return self.has_stiffness
+
     def stiffness_size(self) -> StiffnessSize:
         """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of
         all cells around a cell, such as the default ones; functions with a radius may need more."""

@@ -33,12 +33,13 @@ LEAST_BULK = 1e-3  # smallest U'' of the factors, as a fraction of that at rest:
 
 
 @parallel_loop(allocates=True)
-def _find_moduli(block, solid, step, moduli):
+def _find_moduli(block, solid, step, dt, moduli):
     """Compute the derivatives of the first Piola-Kirchhoff stress with respect to the deformation gradient at the points of a
     block (a group of packs), times the quadrature weights, in `moduli`, shape (points, 81): entry 9 r + c is the derivative of
     component r with respect to component c.
 
-    solid: a `SolidInKernels` in the state of its last forces; step: difference of a component of the deformation gradient.
+    solid: a `SolidInKernels` in the state of its last forces; step: difference of a component of the deformation gradient; dt:
+    time in which it comes about [s].
     """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
@@ -51,11 +52,11 @@ def _find_moduli(block, solid, step, moduli):
         for c in range(9):
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
-            find_stresses(solid.points, first, n, solid, 0.0, False, averaged, s)
+            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
             above[:] = s[STRESS * COLUMN : (STRESS + 9) * COLUMN]
             for i in range(COLUMN):
                 s[c * COLUMN + i] -= 2.0 * step
-            find_stresses(solid.points, first, n, solid, 0.0, False, averaged, s)
+            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
             for r in range(9):
@@ -143,10 +144,9 @@ class SolidStiffness(NodalStiffness):
         super().__init__(sparse.csr_array(touch @ touch.T), places, 1 if averaged else 0)
         self._rates = VolumeRates(solid) if averaged else None
 
-    def _find(self) -> None:
-        """Compute the entries of the matrix in the state of the last forces."""
+    def _find(self, dt: float) -> None:
         solid, moduli = self._solid, np.empty((len(self._solid.weights), 81))
-        _find_moduli(len(solid.sums), self._in_kernels, STEP, moduli)
+        _find_moduli(len(solid.sums), self._in_kernels, STEP, dt, moduli)
         self._values.fill(0.0)
         with on_one_thread():
             _assemble(Bundle(solid._replace(law=(), points=())), self._nodes, moduli, self._d, *self._links, self._values)

@@ -374,6 +374,52 @@ class NodalMotion:
         velocity.fill(0.0)
         self._add_curvature(moved, forces, dt)
 
+    # implicit time steps
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities of the nodes [m/s], shape (n, 3)."""
+        return self._arrays["velocity"]
+
+    def drag_rate(self, dt: float) -> float:
+        """Return the rate [1/s] of the drag in a step dt [s], see `slow`."""
+        return 2.0 * (1.0 - self.drag.keep) / ((1.0 + self.drag.keep) * dt)
+
+    def record_step(self, displacement: np.ndarray, rates: np.ndarray, drag: float, dt: float) -> None:
+        """Compute velocities, works and impulses of a step dt [s] by the midpoint rule, in which the nodes move by a
+        displacement [m], shape (n, 3). The present forces are those in the middle of the step.
+
+        The mean of the velocities before and after is the displacement over dt. Prescribed components have the prescribed
+        velocity during the step; the impulse that changes it at the start of the step does work at the mean of both
+        velocities. Forces on free components that are not balanced, by the tolerance of the step, count as internal forces.
+
+        rates: prescribed velocities [m/s], shape (rows, 3); drag: rate of the drag [1/s].
+        """
+        self.slow(drag, dt)
+        self._prescribed[:] = rates
+        self.rows[:] = rates
+        velocity, free, keep, gain = self.velocity, self.free, self.drag.keep, self.drag.gain
+        given = np.where(free, velocity, self.at_nodes(rates))
+        jump = given - velocity
+        at_jump = self.inertia[:, None] * jump * (velocity + 0.5 * jump)
+        after = 2.0 * displacement / dt - given
+        needed = self.inertia[:, None] * (after - keep * given) / (gain * dt)
+        self.internal[...] = np.where(free, self.internal + needed - self.forces(), self.internal)
+        velocity[:] = given
+        kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
+        self._add_jump(jump, at_jump)
+
+    def _add_jump(self, jump: np.ndarray, work: np.ndarray) -> None:
+        """Add impulses and works [J], shape (n, 3), of changes of the prescribed velocities [m/s], shape (n, 3)."""
+        prescribed, works = self._arrays["prescribed"], self._work[0]
+        impulse = self.inertia[:, None] * jump
+        for row in np.flatnonzero(np.bincount(prescribed[jump != 0.0], minlength=1)):
+            there = prescribed == row
+            cause = MOTION if self.motion_rows[0] < row <= self.motion_rows[1] else SUPPORT
+            works[cause] += float(np.sum(work[there]))
+            first = self._columns + 1 + 3 * (row - 1)
+            works[first : first + 3] += np.where(there, impulse, 0.0).sum(axis=0)
+
     def lose_rest(self, stored: float) -> None:
         """Add to the heat of damping the part of the works of the last step that did not increase the stored energy by
         `stored` [J]."""

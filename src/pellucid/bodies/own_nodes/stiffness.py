@@ -58,8 +58,9 @@ class NodalStiffness(ABC):
         stable."""
 
     @abstractmethod
-    def _find(self) -> None:
-        """Compute the entries of the matrix in the state of the last forces, in `_values`."""
+    def _find(self, dt: float) -> None:
+        """Compute the entries of the matrix in the state of the last forces, in `_values`. dt: time in which displacements come
+        about [s], for materials with history variables."""
 
     def _springs(self) -> list[tuple[float, np.ndarray]]:
         """Return springs between all nodes, which the matrix does not include: the stiffness c of each and the slopes s [m] of
@@ -72,15 +73,21 @@ class NodalStiffness(ABC):
         keys = np.repeat(np.arange(self._n), np.diff(first)) * self._n + linked
         return np.searchsorted(keys, one * self._n + other)
 
-    def renew(self, free: np.ndarray, position: np.ndarray, single: bool) -> bool:
+    def renew(
+        self, free: np.ndarray, position: np.ndarray, single: bool, added: np.ndarray | None = None, dt: float = 0.0
+    ) -> bool:
         """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
         enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
 
         free: mask of the components that are not prescribed, shape (n, 3); position: present positions of the nodes [m], shape
-        (n, 3); single: True to try single precision first.
+        (n, 3); single: True to try single precision first; added: further stiffness of each node against displacements, such as
+        that of inertia [N/m], shape (n,); dt: time in which the displacements come about [s], for materials with history
+        variables.
         """
-        self._find()
-        self._motions = len(loose_twists(position, free))
+        self._find(dt)
+        if added is not None:
+            self._values[self._diagonal[:, :3]] += added[:, None]
+        self._motions = len(loose_twists(position, free)) if added is None else 0
         self._free[:, :3] = free
         single = self._factored(free, single)
         springs = [np.pad(np.sqrt(stiffness) * slope, ((0, 0), (0, self._d - 3))) for stiffness, slope in self._springs()]

@@ -213,6 +213,8 @@ def _analysis_row(case: StoredCase) -> list[str]:
     if case.steady is not None:
         steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
+    if case.time.method == "implicit":
+        return ["time", f"implicit steps of {number(case.time.step or case.time.end)} s, to {number(case.time.end)} s"]
     fixed = f"fixed at {number(case.time.step)} s" if case.time.step else ""
     if are_films_alone(case):
         step = f"adaptive steps of the films within steps {fixed or 'of the output'}"
