@@ -261,13 +261,32 @@ def channel(low, high, material=None, behind=None, **more):
 
 @pytest.mark.parametrize("width", [4.0, 5.0, 8.0])
 def test_narrow_gaps_converge(width):
-    """The error of the mean velocity falls with the square of the width in cells, 0.8 / width² here: in a gap of four cells,
+    """The error of the mean velocity falls with the square of the width in cells, 0.27 / width² here: in a gap of four cells,
     the velocity profile ends on the opposite wall."""
     sim = channel(4.3, 4.3 + width, material={"implicit_pressure": True}, **LONG)
     while sim.time < max(8.0, 0.75 * width**2):
         sim.step()
     mean = sim.bodies[0].arrays["velocity"][:, 0].mean() / (0.01 * width**2 / 12.0)
-    assert mean == pytest.approx(1.0, abs=1.2 / width**2)
+    assert mean == pytest.approx(1.0, abs=0.4 / width**2)
+
+
+@pytest.mark.parametrize("low", [4.0, 4.3])
+def test_points_that_lie_unevenly_in_a_narrow_gap(low):
+    """Four cells across, positions of points up to a quarter of a cell off: the mean velocity is within 3 %. The velocities that
+    such points map to nodes in the wall are not those at the end of the last step. The difference pushed the fluid: with it,
+    the traction was 3 to 5 % larger than the forces on the fluid, and the mean velocity 6 to 11 % too large."""
+    sim = channel(low, low + 4.0, material={"implicit_pressure": True, "even_points": True, "viscosity": 15.0}, **LONG)
+    points, random = sim.bodies[0].arrays, np.random.default_rng(1)
+    points["position"][:, :2] += random.uniform(-0.25, 0.25, (len(points["mass"]), 2))
+    points["position"][:, 0] %= 4.0
+    points["velocity"] /= 15.0
+    points["affine"] /= 15.0
+    means = []
+    for n in range(60):
+        sim.step()
+        if n >= 30:
+            means.append(np.average(points["velocity"][:, 0], weights=points["mass"]))
+    assert np.mean(means) / (0.01 / 15.0 * 16.0 / 12.0) == pytest.approx(1.0, abs=0.04)
 
 
 def test_two_fluids_of_different_viscosity():

@@ -20,10 +20,12 @@ grid, some of these nodes lie in the wall. Each is therefore compared with the p
 Several fluids, and fluids with a rheology: μ is the mean viscosity of the points around the node, by volume. Membranes in the
 velocity field move with the fluid.
 
-Implicit viscosity: J_i is the impulse at the velocities u° before the step. It changes in the step, and in long steps its
-delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) along the surface, with w_i = μ A_i/h for cells
-of size h, and the solver takes this term and the prescribed normal velocity into account. In a steady
-flow the term is small: only the transfers between points and nodes change u between steps.
+Implicit viscosity: J_i is the impulse at the velocities before the step. It changes in the step, and in long steps its
+delay would be unstable. The node therefore also receives -dt w_i (u_i - u°_i) along the surface, with the velocity u°_i that
+it had at the end of the last step and w_i = μ A_i/h for cells of size h. The solver takes this term and the prescribed normal
+velocity into account. In a steady flow the term is zero. The velocities that the points map to the node would not do as u°_i:
+the transfers smooth the velocities of nodes in the wall, and the term would then push the fluid with 2 to 5 % of the traction
+in a gap of four cells.
 
 Bodies: the points of a body that acts as a wall have grid nodes of their own, so that fluids do not share momentum with them.
 The wall is the region that the body fills, moved with its points; its velocity is V + ω × (x - c) at the position x. It is
@@ -160,6 +162,21 @@ class FluidWall(WallMaker, Protocol):
         `place` [m], shape (n, 3) each, which the velocity field counted as external; layout: order of the works."""
 
 
+class EndVelocities(NamedTuple):
+    """Velocities at the end of a step, of nodes that had mass."""
+
+    node: np.ndarray  # (m,) numbers of the nodes, ascending
+    velocity: np.ndarray  # (m, 3) [m/s]
+
+    def replace_in(self, values: np.ndarray, node: np.ndarray) -> np.ndarray:
+        """Return velocities `values` [m/s], shape (n, 3), of nodes with the ascending numbers `node`, shape (n,), with those
+        replaced that are known from the last step."""
+        _, to, known = np.intersect1d(node, self.node, assume_unique=True, return_indices=True)
+        found = values.copy()
+        found[to] = self.velocity[known]
+        return found
+
+
 class NoSlipWall(StepPart):
     """Active condition of the no-slip wall that a body or supports that touch make in one velocity field: fluid does not slip
     on the surface of its region, wherever the surface lies between the nodes."""
@@ -182,6 +199,7 @@ class NoSlipWall(StepPart):
         self._fluid, self._no_slip = fluid, NoSlip(actions.field.grid)
         self._delays = any(fluid.solves_viscosity for fluid in bodies.fluids)
         self.name, self.slips, self._axes = maker.name, maker.slips, np.array(maker.axes, float)
+        self._ended = EndVelocities(np.zeros(0, int), np.zeros((0, 3)))
         self.find()
 
     def find(self) -> None:
@@ -260,7 +278,7 @@ class NoSlipWall(StepPart):
         constrained, supports = nodes.constrained[window.node], self._actions.supports
         mirrored = (constrained > 0) & (supports.mirror[constrained - 1] != 0)
         old[mirrored] = supports.velocity[(constrained - 1)[mirrored], np.nonzero(mirrored)[1]]
-        self._old, self._mass = old[self._in_window], of_window[self._in_window]
+        self._old, self._mass = self._ended.replace_in(old[self._in_window], at), of_window[self._in_window]
         fluid = self._fluid.masses(window.node)
         open_share = self._fluid.open_shares(window.node)
         near, near_known, full = no_slip.sample_as_points(window, old, fluid, open_share, wall.samples[0])
@@ -339,6 +357,19 @@ class NoSlipWall(StepPart):
         total = weights.sum(axis=1)
         rest = np.where(total > MASS_EPS, 1.0 - share, 0.0)[:, None] * impulse
         return np.asarray(impulse - rest + weights.T @ (rest / np.maximum(total, MASS_EPS)[:, None]))
+
+    def end(self, dt: float) -> None:
+        if self._delays and not self.slips:
+            nodes, at = self._field.grid.nodes, self._wall.node
+            has_mass = domain.of_nodes(nodes.mass[at], at) > MASS_EPS
+            self._ended = EndVelocities(at[has_mass], domain.of_nodes(nodes.velocity[at], at)[has_mass])
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return {"node": self._ended.node, "velocity": self._ended.velocity} if self._delays and not self.slips else {}
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        if self._delays and not self.slips:
+            self._ended = EndVelocities(arrays["node"], arrays["velocity"])
 
     def work(self) -> StepWork:
         """Return the reaction of the wall and its work; the impulse is counted as a reaction of the support or of the motions
