@@ -168,7 +168,7 @@ class NoSlip:
         self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
     ) -> tuple[float, np.ndarray]:
         """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
-        nodes within half a cell of the surface. Also return the sum of their squares at each node, shape (n,) [1/cell^2], at
+        nodes within half a cell of the surface, of which those on planes of symmetry count by half. Also return the sum of their squares at each node, shape (n,) [1/cell^2], at
         most SHARPEST², and 0 where a normal next to the node is not known. window: box that contains the nodes; node: node
         numbers, shape (n,); normal, certainty, distance: as in `Surface`."""
         known = np.zeros(len(window.node))
@@ -177,22 +177,25 @@ class NoSlip:
         known[at], normals[at] = certainty > 0.0, normal
         near = np.zeros(len(window.node), bool)
         near[at] = np.abs(distance) < 0.5 * self._cell
-        dense, is_known = normals[window.place], known[window.place] > 0.0
+        dense, is_known = self._continued(window, normals), known[window.place] > 0.0
         divergence, squares = np.zeros(is_known.shape), np.zeros(is_known.shape)
-        whole, surrounded = near[window.place], np.ones(is_known.shape, bool)
+        counted, surrounded = near[window.place].astype(float), np.ones(is_known.shape, bool)
         for i in np.flatnonzero(~self._thin):
             rate = np.gradient(dense, axis=i)
             divergence += rate[..., i]
             squares += np.sum(rate**2, axis=-1)
             surrounded &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
-            if not self._periodic[i]:  # mirror images beyond a face have other normals
-                index = np.arange(window.first[i], window.last[i] + 1)
-                shape = np.where(np.arange(3) == i, -1, 1)
-                whole &= ((index > 0) & (index < self._counts[i] - 1)).reshape(shape)
-        whole &= surrounded
+            if not self._periodic[i]:  # each node once; on a face that is no plane of symmetry the normals beyond are not known
+                index, last = np.arange(window.first[i], window.last[i] + 1), self._counts[i] - 1
+                inside = ((index > 0) & (index < last)).astype(float)
+                for at_end, mirrored in zip((index == 0, index == last), self._grid.mirrored[i], strict=True):
+                    inside[at_end] = 0.5 * mirrored
+                counted *= inside.reshape(np.where(np.arange(3) == i, -1, 1))
+        counted *= surrounded
         place = tuple((self._indices(node) - window.first).T)
         of_nodes = np.where(surrounded, np.minimum(squares, SHARPEST**2), 0.0)[place]
-        return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0, of_nodes
+        total = float(counted.sum())
+        return float(np.sum(counted * divergence)) / total / self._cell if total > 0.0 else 0.0, of_nodes
 
     def area_of_curved(self, steepness: np.ndarray, squares: np.ndarray) -> np.ndarray:
         """Return the integrals of the shape functions of nodes over a surface, shape (n,) [cell^2]. steepness: magnitude of
@@ -289,11 +292,7 @@ class NoSlip:
         averaging = 0.5 * self._variance * np.array([1.0, -2.0, 1.0])[:, None, None]
         of_nodes = mass / window.share
         open_mass = np.divide(of_nodes, open_share, out=np.zeros(len(mass)), where=open_share > 0.0)
-        dense, masses, open_masses = (values[window.place] for values in (velocity, of_nodes, open_mass))
-        for d in np.flatnonzero(below | above):
-            index = np.arange(window.first[d], window.last[d] + 1)
-            beyond = (below[d] & (index < 0)) | (above[d] & (index > self._counts[d] - 1))
-            dense[..., d] *= np.where(beyond, -1.0, 1.0).reshape(np.where(np.arange(3) == d, -1, 1))
+        dense, masses, open_masses = self._continued(window, velocity), of_nodes[window.place], open_mass[window.place]
         found, full = np.zeros((len(place), 3)), np.zeros(len(place))
         least, most = np.full(len(place), np.inf), np.zeros(len(place))
         axes = np.flatnonzero(~self._thin)
@@ -305,6 +304,17 @@ class NoSlip:
             least, most = np.minimum(least, open_masses[at]), np.maximum(most, masses[at])
         known = (least / np.maximum(most, MASS_EPS) - LEAST_RATIO) / (FULL_RATIO - LEAST_RATIO)
         return found, np.where(inside, np.clip(known, 0.0, 1.0), 0.0), full
+
+    def _continued(self, window: Window, vectors: np.ndarray) -> np.ndarray:
+        """Return the vectors of the nodes of a window, shape (m, 3), in its box, shape (nx, ny, nz, 3), beyond planes of symmetry
+        those of mirror images."""
+        dense = vectors[window.place]
+        below, above = np.array(self._grid.mirrored).T
+        for d in np.flatnonzero(below | above):
+            index = np.arange(window.first[d], window.last[d] + 1)
+            beyond = (below[d] & (index < 0)) | (above[d] & (index > self._counts[d] - 1))
+            dense[..., d] *= np.where(beyond, -1.0, 1.0).reshape(np.where(np.arange(3) == d, -1, 1))
+        return dense
 
     @property
     def heights(self) -> tuple[float, float]:
