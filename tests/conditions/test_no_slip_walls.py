@@ -261,20 +261,20 @@ def channel(low, high, material=None, behind=None, **more):
 
 @pytest.mark.parametrize("width", [4.0, 5.0, 8.0])
 def test_narrow_gaps_converge(width):
-    """The error of the mean velocity falls with the square of the width in cells, 0.27 / width² here: in a gap of four cells,
+    """The error of the mean velocity falls with the square of the width in cells, 0.39 / width² here: in a gap of four cells,
     the velocity profile ends on the opposite wall."""
     sim = channel(4.3, 4.3 + width, material={"implicit_pressure": True}, **LONG)
     while sim.time < max(8.0, 0.75 * width**2):
         sim.step()
     mean = sim.bodies[0].arrays["velocity"][:, 0].mean() / (0.01 * width**2 / 12.0)
-    assert mean == pytest.approx(1.0, abs=0.4 / width**2)
+    assert mean == pytest.approx(1.0, abs=0.5 / width**2)
 
 
 @pytest.mark.parametrize("low", [4.0, 4.3])
 def test_points_that_lie_unevenly_in_a_narrow_gap(low):
-    """Four cells across, positions of points up to a quarter of a cell off: the mean velocity is within 3 %. The velocities that
-    such points map to nodes in the wall are not those at the end of the last step. The difference pushed the fluid: with it,
-    the traction was 3 to 5 % larger than the forces on the fluid, and the mean velocity 6 to 11 % too large."""
+    """Four cells across, positions of points up to a quarter of a cell off: the mean velocity is within 4 %. The velocities
+    that such points map to nodes in the wall are not those at the end of the last step. The difference pushed the fluid: with
+    it, the traction was 3 to 5 % larger than the forces on the fluid, and the mean velocity 6 to 11 % too large."""
     sim = channel(low, low + 4.0, material={"implicit_pressure": True, "even_points": True, "viscosity": 15.0}, **LONG)
     points, random = sim.bodies[0].arrays, np.random.default_rng(1)
     points["position"][:, :2] += random.uniform(-0.25, 0.25, (len(points["mass"]), 2))
@@ -290,13 +290,18 @@ def test_points_that_lie_unevenly_in_a_narrow_gap(low):
 
 
 def test_a_shape_that_a_plane_of_symmetry_cuts():
-    """Half of the flow past a disc between planes of symmetry is the whole flow. The mean curvature of the surface left out nodes
-    on these planes: the force on the disc differed by 1.7e-3."""
+    """Half of the flow past a disc between planes of symmetry is the whole flow. The mean curvature of the surface left out
+    nodes on these planes: the force on the disc differed by 1.7e-3."""
     forces = []
     for lower in (0.0, -6.0):
         oil = box((0, lower, 0), (10, 6, 0), OIL, (2, 2, 1), name="oil")
         disc = {"name": "disc", "where": {"cylinder": {"centre": [5, 0, 0], "radius": 2.3}}}
-        more = {"counts": (10, round(6.0 - lower), 1), "lower": (0.0, lower, 0.0), "periodic": ["x"], "gravity": (0.01, 0.0, 0.0)}
+        more = {
+            "counts": (10, round(6.0 - lower), 1),
+            "lower": (0.0, lower, 0.0),
+            "periodic": ["x"],
+            "gravity": (0.01, 0.0, 0.0),
+        }
         ends = {"where": ["y-lower", "y-upper"], "fix": "normal"}
         sim = Simulation(case(oil, support=[disc, ends], **(HOW | more)), threads=1)
         advance(sim, 40)
@@ -410,6 +415,12 @@ def test_the_same_bits_after_a_checkpoint():
     again = between_plates(2.3, 8.6, 0.5)
     assert_resumes(one, again, 20, 20)
     assert np.array_equal(one.budget.reactions()["top"], again.budget.reactions()["top"])
+
+
+def test_the_same_bits_after_a_checkpoint_with_implicit_pressure():
+    """The delayed traction refers to nodal velocities of the last step, which the checkpoint contains."""
+    one, again = (channel(2.3, 8.6, material={"implicit_pressure": True}, **LONG) for _ in range(2))
+    assert_resumes(one, again, 5, 5)
 
 
 @pytest.mark.parametrize("fix", ["normal", ["y"]])

@@ -168,9 +168,10 @@ class NoSlip:
         self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
     ) -> tuple[float, np.ndarray]:
         """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
-        nodes within half a cell of the surface, of which those on planes of symmetry count by half. Also return the sum of their squares at each node, shape (n,) [1/cell^2], at
-        most SHARPEST², and 0 where a normal next to the node is not known. window: box that contains the nodes; node: node
-        numbers, shape (n,); normal, certainty, distance: as in `Surface`."""
+        nodes within half a cell of the surface, of which those on planes of symmetry count by half. Also return the sum of
+        their squares at each node, shape (n,) [1/cell^2], at most SHARPEST², and 0 where a normal next to the node is not
+        known. window: box that contains the nodes; node: node numbers, shape (n,); normal, certainty, distance: as in
+        `Surface`."""
         known = np.zeros(len(window.node))
         normals = np.zeros((len(window.node), 3))
         at = np.searchsorted(window.node, node)
@@ -194,8 +195,10 @@ class NoSlip:
         counted *= surrounded
         place = tuple((self._indices(node) - window.first).T)
         of_nodes = np.where(surrounded, np.minimum(squares, SHARPEST**2), 0.0)[place]
-        total = float(counted.sum())
-        return float(np.sum(counted * divergence)) / total / self._cell if total > 0.0 else 0.0, of_nodes
+        used = counted > 0.0
+        weight = counted[used]
+        mean = np.sum(weight * divergence[used]) / np.sum(weight) if used.any() else 0.0
+        return float(mean) / self._cell, of_nodes
 
     def area_of_curved(self, steepness: np.ndarray, squares: np.ndarray) -> np.ndarray:
         """Return the integrals of the shape functions of nodes over a surface, shape (n,) [cell^2]. steepness: magnitude of
@@ -306,8 +309,8 @@ class NoSlip:
         return found, np.where(inside, np.clip(known, 0.0, 1.0), 0.0), full
 
     def _continued(self, window: Window, vectors: np.ndarray) -> np.ndarray:
-        """Return the vectors of the nodes of a window, shape (m, 3), in its box, shape (nx, ny, nz, 3), beyond planes of symmetry
-        those of mirror images."""
+        """Return the vectors of the nodes of a window, shape (m, 3), in its box, shape (nx, ny, nz, 3), beyond planes of
+        symmetry those of mirror images."""
         dense = vectors[window.place]
         below, above = np.array(self._grid.mirrored).T
         for d in np.flatnonzero(below | above):
