@@ -302,7 +302,7 @@ def test_a_load_step_that_inverts_points_is_divided():
             {"grid": {"lower": [-1, -1, -1], "upper": [1, 1, 1], "cell": 0.1}, "body": {}, "wall": [BELOW]},
             r"the forces of \[\[wall\]\]",
         ),
-        ({"body": {"essential": "sebciem"}}, "the stiffness of body block"),
+        ({"body": {"essential": "sebciem"}}, 'essential = "sebciem" of body block'),
     ],
 )
 def test_what_the_stiffness_lacks_is_refused_or_relaxed(change, words):

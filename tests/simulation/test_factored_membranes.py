@@ -279,8 +279,8 @@ def test_the_size_of_the_stiffness_is_foretold():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("poisson_ratio = 0.49", "poisson_ratio = 0.49, wrinkling = true", "body skin"),
-        ('elements = "triangles"', 'elements = "quads"', "body skin"),
+        ("poisson_ratio = 0.49", "poisson_ratio = 0.49, wrinkling = true", "body skin wrinkles"),
+        ('elements = "triangles"', 'elements = "quads"', "body skin has quadrilaterals"),
     ],
 )
 def test_what_the_stiffness_lacks_is_refused_or_relaxed(old, new, words):

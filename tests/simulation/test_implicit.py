@@ -322,7 +322,7 @@ def test_a_load_that_crushes_the_body_stops_the_run():
     ("change", "words"),
     [
         ({"grid": {"lower": [-1, -1, -1], "upper": [1, 1, 1], "cell": 0.1}}, "a case with a grid"),
-        ({"body": {"essential": "sebciem"}}, "the stiffness of body block"),
+        ({"body": {"essential": "sebciem"}}, r"essential = \"sebciem\" of body block"),
         ({"step": None}, "the length of implicit steps is not limited"),
         ({"steady": {}}, r"\[steady\] does not move bodies"),
         ({"settle": {}}, r"\[settle\] does not move bodies"),

@@ -127,8 +127,8 @@ def why_not_factored(parts: Parts) -> str | None:
         return "the factored stiffness does not include contact, which several bodies can have"
     nodes = 0.0
     for body in parts.of(BodyModel):
-        if not body.has_stiffness:
-            return f"the stiffness of body {body.name} is not available for factored methods"
+        if (reason := body.why_no_stiffness()) is not None:
+            return reason
         nodes += body.n_points(None)
     if nodes > MOST_NODES:
         return f"the case has {nodes:.0f} nodes, and factors of more than {MOST_NODES} nodes can need too much memory"
@@ -144,7 +144,7 @@ def why_not_implicit(parts: Parts) -> str | None:
     if not parts.lacks_grid:
         return "implicit steps do not include contact and walls, which a case with a grid can have"
     for body in parts.of(BodyModel):
-        if body.has_stiffness and not body.has_implicit_steps:
+        if body.why_no_stiffness() is None and not body.has_implicit_steps:
             return f"the forces of body {body.name}, or of its material, are not available for implicit steps"
     return why_not_factored(parts)
 

@@ -144,8 +144,6 @@ class BodyModel(StartOfBody):
     a body touches walls and itself, and its steady states can be computed."""
     is_surface: ClassVar[bool] = False
     """True if the body is a membrane, which has two sides and no volume of its own."""
-    has_stiffness: ClassVar[bool] = False
-    """True if its equilibria can be found with a factored stiffness: the built body then `HasElasticSystem`."""
     has_implicit_steps: ClassVar[bool] = False
     """True if it can move in implicit time steps: the built body then `HasMovingSystem`."""
     has_own_step: ClassVar[bool] = False
@@ -281,9 +279,14 @@ class BodyModel(StartOfBody):
     def needs_grid(self, parts: Parts) -> bool:
         return True
 
+    def why_no_stiffness(self) -> str | None:
+        """Return the reason why equilibria of the body cannot be found with a factored stiffness, as a clause; None if they
+        can: the built body then `HasElasticSystem`."""
+        return f'the stiffness of bodies of kind "{self.kind}" is not available for factored methods'
+
     def stiffness_size(self) -> StiffnessSize | None:
         """Return the size of the factored stiffness of the body; None if its equilibria cannot be found with it
-        (`has_stiffness`)."""
+        (`why_no_stiffness`)."""
         return None
 
     def wave_speeds(self) -> tuple[float, float] | None:

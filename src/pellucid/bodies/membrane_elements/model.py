@@ -92,10 +92,15 @@ class MembraneElementsCase(MembraneCase):
     def owns_nodes(self, alone: bool) -> bool:
         return alone
 
-    @property
-    def has_stiffness(self) -> bool:  # type: ignore[override]
-        """True for triangles that carry compression: the forces against hourglass modes of quadrilaterals have a history."""
-        return not (self.material.wrinkling or len(self.mesh().quads))
+    def why_no_stiffness(self) -> str | None:
+        if self.material.wrinkling:
+            return f"body {self.name} wrinkles: its forces have kinks, at which the factored stiffness fails"
+        if len(self.mesh().quads):
+            return (
+                f"body {self.name} has quadrilaterals, whose hourglass forces depend on the way; the factored stiffness needs "
+                'elements = "triangles"'
+            )
+        return None
 
     def stiffness_size(self) -> StiffnessSize:
         from scipy.sparse import csr_array

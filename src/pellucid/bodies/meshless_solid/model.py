@@ -115,14 +115,17 @@ class MeshlessSolidCase(DampedModel):
 
         return MeshlessSolid(self, placement)
 
-    @property
-    def has_stiffness(self) -> bool:  # type: ignore[override]
-        """True if nodal values are prescribed directly: the stiffness does not include forces that prescribe the field."""
-        return self.essential == "direct"
+    def why_no_stiffness(self) -> str | None:
+        if self.essential == "direct":
+            return None
+        return (
+            f'essential = "{self.essential}" of body {self.name} prescribes the displacements by forces, which the factored '
+            'stiffness does not include (only essential = "direct")'
+        )
 
     @property
     def has_implicit_steps(self) -> bool:  # type: ignore[override]
-        return self.has_stiffness
+        return self.why_no_stiffness() is None
 
     def stiffness_size(self) -> StiffnessSize:
         """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of

@@ -169,7 +169,9 @@ class NodalSystem(ABC):
         return self._matrix().lowest_frequency(self._motion.inertia)
 
     def aligned(self, position: np.ndarray) -> np.ndarray:
-        return self._neutral.aligned(position, self.position) if len(self._neutral) else position
+        if not len(self._neutral):
+            return position
+        return np.where(self._motion.free, self._neutral.aligned(position, self.position), position)
 
     def obstacle(self) -> str | None:
         found = self._motion.beyond_wall(self.tried)
