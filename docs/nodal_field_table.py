@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from pellucid.conditions.enclosed.active import PressedNodes
 from pellucid.conditions.no_slip_walls import FluidSums
 from pellucid.conditions.open_faces.pressure_face import EndNodes
 from pellucid.conditions.rigid.nodes import BodySums
@@ -35,6 +36,7 @@ SETS: dict[type[Any], str] = {
     EvenCells: "",
     BodySums: "of a rigid body on the grid",
     FluidSums: "of fluids beside walls at the shapes of supports",
+    PressedNodes: "of a membrane with contents in liquids with implicit pressure",
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",
 }

@@ -3,9 +3,10 @@ pressures, buckling, walls, checkpoints, and what has no equilibrium."""
 
 import numpy as np
 import pytest
+from membranes import SURFACE_LAWS
 from scipy.optimize import brentq
 
-from pellucid.case import loads
+from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
 from pellucid.materials.membrane import plane_response, shape_of
 from pellucid.running.forecast import of_case
@@ -288,3 +289,60 @@ def test_what_the_stiffness_lacks_is_refused_or_relaxed(old, new, words):
     assert "at most" in of_case(loads(text)).why
     with pytest.raises(Exception, match=words):
         loads(text.replace("[steady]", '[steady]\nmethod = "factored"'))
+
+
+# many cases
+
+
+SHAPES = {
+    "sphere": ({"sphere": {"centre": [0, 0, 0], "radius": 0.1, "divisions": 5}}, {}),
+    "ellipsoid": (
+        {"ellipsoid": {"centre": [0, 0, 0], "radii": [0.12, 0.1, 0.08], "refinements": 2}},
+        {"bending": {"rigidity": 1e-3, "spontaneous_curvature": "start"}, "volume_stiffness": 1e5},
+    ),
+    "sheet": ({"disc": {"centre": [0, 0, 0], "normal": [0, 0, 1], "radius": 0.1, "rings": 6}}, {}),
+    "plate": (
+        {"disc": {"centre": [0, 0, 0], "normal": [0.1, 0, 1], "radius": 0.1, "rings": 6}},
+        {"bending": {"rigidity": 1e-2}},
+    ),
+}
+ELASTIC = {"young_modulus": 1e6, "poisson_ratio": 0.4}
+MODULI = {"shear_modulus", "shear_moduli", "area_modulus", "rubber_modulus", "k1"}
+LAWS = {"neo-hookean-membrane": ELASTIC, "linear-membrane": ELASTIC} | SURFACE_LAWS
+
+
+CASES = [(law, shape) for law in LAWS for shape in SHAPES]
+CASES.remove(("holzapfel-gasser-ogden-membrane", "sphere"))  # somewhere on it fibres along x would be normal to it
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "shape"), CASES)
+def test_random_loads_on_every_law(law, shape):
+    """Strains of up to about a half: each run ends in an equilibrium without a relaxation."""
+    rng = np.random.default_rng([len(law), len(shape)])
+    surface, keys = SHAPES[shape]
+    material = {"kind": law, "density": 1000.0} | LAWS[law]
+    for key in MODULI & LAWS[law].keys():  # of 1 N/m
+        material[key] = (1e3 * np.array(LAWS[law][key])).tolist()
+    stiffness = 1e3  # about that of all laws [N/m]
+    body = {"name": "skin", "kind": "membrane-elements", "elements": "triangles", "thickness": THICKNESS, "material": material}
+    held = "boundary" if shape in ("sheet", "plate") else {"box": {"lower": [-1, -1, -1], "upper": [1, 1, -0.06]}}
+    force = (0.02 * stiffness * rng.uniform(-1.0, 1.0, 3)).tolist()
+    load = {"kind": "point-load", "body": "skin", "where": {"box": {"lower": [0.02, -1, -1], "upper": [0.06, 1, 1]}}}
+    table = {
+        "schema": 1,
+        "title": "a test",
+        "time": {"end": 1.0},
+        "steady": {"load_steps": int(rng.integers(1, 4)), "tolerance": 1e-5},
+        "body": [body | {"surface": surface} | keys],
+        "support": [{"body": "skin", "where": held}],
+        "pressure": [{"body": "skin", "value": float(0.5 * stiffness / RADIUS * rng.uniform(0.1, 0.5)), "rise": 1.0}],
+        "load": [load | {"force": force, "rise": 1.0}],
+    }
+    simulation = Simulation(Case.model_validate(table), threads=1)
+    while not simulation.clock.finished(None):
+        simulation.step()
+    found = steady(simulation)
+    assert found["estimated_error"] <= 1e-5
+    assert found["unbalanced_force"] < 1e-4
+    assert found["relaxed_load_steps"] == []

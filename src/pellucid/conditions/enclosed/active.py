@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from copy import copy
 from math import sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
 from pellucid.energy import FIRST_LOAD, INTERNAL, StepWork
 from pellucid.energy.budget import ROUNDING_SHARE
 from pellucid.errors import RunStopped
+from pellucid.grid.clearing import Clearing
+from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
 from pellucid.grid.transfer import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.annotations import Assembly
@@ -20,6 +22,14 @@ from pellucid.step.part import AddedStiffness, StepPart
 
 if TYPE_CHECKING:
     from pellucid.conditions.enclosed.model import Enclosed
+
+
+class PressedNodes(NamedTuple):
+    """Nodes that move a membrane with contents whose pressure is implicit."""
+
+    volume_slope: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "m²", "derivative of the enclosed volume with respect to the position of the node")
+    ]
 
 
 class ActiveEnclosed(StepPart):
@@ -45,6 +55,8 @@ class ActiveEnclosed(StepPart):
         if enclosed.is_implicit:
             self._load = assembly.load_column(enclosed.body, enclosed.load_channel()) - FIRST_LOAD
             self._field.contents.append(self)
+            self._nodes = with_memory(allocate(PressedNodes, 0), self._field.grid.n_nodes, "volume_slope")
+            self._clear = Clearing(STEP, self._field.grid.rows, self._nodes)
 
     def try_out(self) -> None:
         """Add half of the initial power of the gauge pressure [W] to the sum `half_power` of the first body."""
@@ -82,7 +94,8 @@ class ActiveEnclosed(StepPart):
         self._space.press(self._now, self._gauge)
 
     def linearise(self) -> tuple[float, np.ndarray, np.ndarray]:
-        slope = np.zeros((self._field.grid.n_nodes, 3))
+        self._clear()
+        slope = self._nodes.volume_slope
         for body, areas in zip(self._on_grid, self._now.areas, strict=True):
             scatter_vectors(body.n_slabs, body.mapped, np.ascontiguousarray(areas[body.stored_array("id")]), slope)
         node = np.flatnonzero(slope.any(axis=1))
