@@ -258,8 +258,9 @@ def test_results_do_not_depend_on_threads():
     assert np.array_equal(*places)
 
 
-def test_a_run_goes_on_bit_for_bit(tmp_path):
-    case = loads(BALLOON).with_settings({"steady.load_steps": 4, "output.frames": 0.25})
+@pytest.mark.parametrize("text", [BALLOON, PULLED], ids=["pressure", "point loads"])
+def test_a_run_goes_on_bit_for_bit(text, tmp_path):
+    case = loads(text).with_settings({"steady.load_steps": 4, "output.frames": 0.25})
     run_case(case, tmp_path / "whole", report=False)
     run_case(case, tmp_path / "part", report=False, until=0.5)
     resume_case(tmp_path / "part", report=False)
@@ -271,6 +272,23 @@ def test_a_pressure_above_the_limit_gives_no_false_equilibrium():
     """The limit is some 0.52 E h/R = 5 200 Pa for ν near ½."""
     with pytest.warns(UserWarning, match="no equilibrium was found"), pytest.raises(RunStopped):
         finished(BALLOON, pressure__0__value=8000.0, steady__most_steps=3000, steady__tolerance=1e-4)
+
+
+def test_a_free_body_under_a_resultant_force_has_no_equilibrium():
+    simulation = Simulation(loads(BALLOON.replace("[time]", "gravity = [0, 0, -1]\n[time]")), threads=1)
+    with pytest.warns(UserWarning, match="no equilibrium was found"):
+        simulation.step()
+    assert steady(simulation)["relaxed_load_steps"] == [1]
+
+
+def test_an_unstable_equilibrium_that_is_kept_is_told():
+    """Without an energy at large strains the search does not leave the straight strip, which is far stiffer along than
+    across."""
+    stiff = STRIP.replace("neo-hookean-membrane", "linear-membrane").replace("1e6", "5e7")
+    with pytest.warns(UserWarning, match="the equilibrium is unstable"):
+        found = finished(stiff + PUSH)
+    assert steady(found)["kept_unstable_load_steps"] == [1]
+    assert steady(found)["lowest_frequencies"] == [None]
 
 
 def test_the_size_of_the_stiffness_is_foretold():

@@ -246,6 +246,25 @@ def test_a_viscous_run_goes_on_bit_for_bit(tmp_path):
     assert one == other
 
 
+def test_gentle_loads_move_a_slender_body_by_less_than_rounding_of_its_positions_at_first():
+    body = {
+        "name": "flap",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": [0, 0, 0], "upper": [0.35, 0.02, 0.01], "cells": [35, 2, 1]}},
+        "material": {"kind": "neo-hookean", "density": 1000, "young_modulus": 1.4e6, "poisson_ratio": 0.4},
+    }
+    held = [{"where": {"normal": [-1, 0, 0]}}, {"where": "all-nodes", "fix": ["z"]}]
+    table = {"schema": 1, "title": "a flap", "gravity": [0, -2, 0], "gravity_amplitude": {"times": [0, 1], "shares": [0, 1]}}
+    tips = []
+    for step in (0.02, 0.01):
+        time = {"end": 0.1, "method": "implicit", "step": step}
+        found = finished(Case.model_validate(table | {"time": time, "body": [body], "support": held}))
+        assert found.facts()["implicit"]["halved_steps"] == 0
+        tips.append(displacement(found)[found.bodies[0].mesh.nodes[:, 0] > 0.3499, 1].mean())
+    assert tips[0] == pytest.approx(tips[1], rel=0.03)
+    assert tips[1] == pytest.approx(-2.0 * 0.1**3 / 6.0, rel=0.25), "as in free fall, with the waves from the support"
+
+
 # checkpoints
 
 

@@ -114,10 +114,9 @@ class TimeCase(Part):
                 f"{self.end / self.step:.3g} steps would be needed until time.end = "
                 f"{self.end:g} s; the limit is {MOST_STEPS:.0e} steps"
             )
-            remedy = (
-                f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s, or remove it: `time.courant` then sets the step."
-            )
-            yield Finding((*path, "step"), text, remedy)
+            remedy = f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s"
+            automatic = ", or remove it: `time.courant` then sets the step" * (self.method == "explicit")
+            yield Finding((*path, "step"), text, f"{remedy}{automatic}.")
         for body in bodies:
             stress = body.implicit_stress
             if stress is not None and stress.stiffness > 0.0 and self.scheme != "usl":

@@ -29,8 +29,8 @@ class SteadyCase(Part):
     method: Literal["factored", "relaxation"] | None = parameter(
         "",
         "how equilibria are found: factored (minimum of the potential energy, with a factored stiffness; a load step in which "
-        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case of one body, or without a grid, if "
-        'all bodies are meshless solids with essential = "direct" or membranes of triangles without wrinkling, and all '
+        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case of one body, if it is a meshless "
+        'solid with essential = "direct" or a membrane of triangles without wrinkling, and all '
         "conditions are supports, prescribed motions, pressures, body forces, point loads or tractions; otherwise relaxation",
         None,
     )
@@ -53,7 +53,7 @@ class SteadyCase(Part):
         "",
         "tolerance of a steady state: estimated error of the displacements divided by the largest displacement",
         1e-6,
-        gt=0,
+        ge=1e-14,
         le=0.1,
     )
     courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.8, gt=0, le=1)

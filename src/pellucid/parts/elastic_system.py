@@ -83,6 +83,10 @@ class ElasticSystem(Searched, Protocol):
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed
         displacements [m], shape (n, 3)."""
 
+    def unstable_direction(self) -> np.ndarray | None:
+        """Return the displacement that the body resists least, with the largest component 1, if the last factored state is
+        unstable; None if it is stable, or if this is not known."""
+
     def lowest_frequency(self) -> float | None:
         """Return the lowest natural frequency of small vibrations about the last factored state [Hz]; None if it is unstable,
         if the body can move as a whole, or if the stiffness of its loads is not known."""
@@ -128,9 +132,8 @@ class MovingSystem(ElasticSystem, Protocol):
         """Mask of the components that are not prescribed, shape (n, 3)."""
 
     def attempt_step(self, middle: np.ndarray) -> Trial:
-        """Return the forces in a step in whose middle the nodes are at positions [m], shape (n, 3): as far from the end as from
-        the start; its energy is 0. Their work in the step is the decrease of the stored energy, and they have no torque about
-        these positions."""
+        """Return the forces of a step with positions `middle` at its midpoint [m], shape (n, 3); `Trial.energy` is 0. Their
+        work in the step is the decrease of the stored energy, and they have no torque about these positions."""
 
     def factor_at(self, position: np.ndarray) -> None:
         """Compute and factor the stiffness at positions of the nodes [m], shape (n, 3). Raises LinAlgError as `factor`."""

@@ -56,6 +56,8 @@ class FactoredClock(SteadyClock):
         """Numbers of the load steps that ended with a relaxation, counted from 1."""
         self.unstable: list[int] = []
         """Numbers of the load steps in which an unstable equilibrium was found and left."""
+        self.kept_unstable: list[int] = []
+        """Numbers of the load steps that end at an unstable equilibrium."""
         self.frequencies: list[float | None] = []
         """Lowest natural frequency of each equilibrium [Hz]; None if it is not known."""
         self._frequency: float | None = None  # of the last equilibrium
@@ -128,9 +130,9 @@ class FactoredClock(SteadyClock):
         be too short, the load step goes on with the relaxation."""
         self._reject()
         self._share = 0.5 * dt / self._each
-        if self._share >= SMALLEST:
-            return 0.5 * dt
         number = self._equilibria + 1
+        if self._share >= SMALLEST * (self._levels[number] - self._levels[number - 1]):
+            return 0.5 * dt
         warnings.warn(
             f"load step {number}: no equilibrium was found with a factored stiffness ({reason}); the relaxation goes on from "
             f"the last equilibrium, at {self._begun_at * self._each:.4g} s",
@@ -166,6 +168,13 @@ class FactoredClock(SteadyClock):
         number = self._equilibria + 1
         if any(equilibrium.left_unstable for equilibrium in found) and number not in self.unstable:
             self.unstable.append(number)
+        if any(equilibrium.is_unstable for equilibrium in found) and number not in self.kept_unstable:
+            self.kept_unstable.append(number)
+            warnings.warn(
+                f"load step {number}: the equilibrium is unstable: a small disturbance would grow. The search found no way "
+                "from it to a stable one. A small load across the body, or an imperfect shape, shows where it goes",
+                stacklevel=2,
+            )
         if iterations <= QUICK:
             self._share = 2.0 * dt / self._each
 
@@ -200,13 +209,14 @@ class FactoredClock(SteadyClock):
 
     def facts(self) -> dict[str, Any]:
         own = {"method": "factored", "relaxed_load_steps": self.relaxed, "unstable_load_steps": self.unstable}
+        own["kept_unstable_load_steps"] = self.kept_unstable
         return {"steady": {**own, "lowest_frequencies": self.frequencies, **super().facts()["steady"]}}
 
     def state_numbers(self) -> dict[str, Any]:
         own = {name: getattr(self, name) for name in FACTORED}
         largest = [minimiser.largest for minimiser in self._minimisers]
         lists = {"relaxed": list(self.relaxed), "unstable": list(self.unstable), "largest_so_far": largest}
-        lists["frequencies"] = list(self.frequencies)
+        lists["frequencies"], lists["kept_unstable"] = list(self.frequencies), list(self.kept_unstable)
         lists["in_single"] = [system.in_single for system in self._systems]
         return {**super().state_numbers(), **own, **lists}
 
@@ -216,7 +226,7 @@ class FactoredClock(SteadyClock):
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         super().restore(numbers, arrays)
-        for name in (*FACTORED, "relaxed", "unstable", "frequencies"):
+        for name in (*FACTORED, "relaxed", "unstable", "kept_unstable", "frequencies"):
             setattr(self, name, numbers[name])
         for minimiser, largest in zip(self._minimisers, numbers["largest_so_far"], strict=True):
             minimiser.largest = tuple(largest)

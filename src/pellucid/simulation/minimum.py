@@ -26,11 +26,11 @@ SLOPE = 0.9  # largest slope at the end of a step, as a fraction of that at its 
 ROUNDED = 1e-8  # error up to which a search may end by rounding above the tolerance
 AT_REST, ROUNDED_REST = 1e-10, 1e-12
 """Displacements of a body at rest without loads, and their last change, over the size of the body: what rounding leaves."""
+POSITIONS = 1e-14  # changes of positions that are rounding, relative to the positions
 SHORTEST = 1e-6  # smallest fraction of a direction
 ROUNDING = 1e-12  # change of the energy, relative to the energy, below which only the slope judges a step
 FIRST_KICK, LAST_KICK = 1e-4, 0.1  # displacements that leave an unstable equilibrium, relative to the size of the body
 MOST_LEFT = 3  # unstable equilibria that are left in a load step
-SWEEPS = 20  # inverse iterations for the direction of such a displacement
 
 
 class NoEquilibrium(Exception):
@@ -45,6 +45,7 @@ class Equilibrium(NamedTuple):
     error: float  # estimated error of the displacements relative to the largest
     unbalanced: float  # norm of the residual forces relative to internal and external forces
     left_unstable: bool  # True if an unstable equilibrium was found on the way and left
+    is_unstable: bool  # True if it is unstable, and no way to a stable one was found
     frequency: float | None  # lowest natural frequency [Hz]; None if it is not known
 
 
@@ -59,6 +60,7 @@ class Search:
         fraction, least, most = BALANCED
         self._system, self._tolerance, self._balanced = system, tolerance, min(max(fraction * tolerance, least), most)
         self._extent = float(np.ptp(system.rest, axis=0).max())
+        self._reach = float(np.abs(system.rest).max())  # largest coordinate
         self.has_factors, self._renewed = False, False
         """Whether there are factors for the next search, and whether they were computed within the last one."""
         self._changes: list[tuple[np.ndarray, np.ndarray]] = []
@@ -94,7 +96,7 @@ class Search:
         self.has_factors = used <= few
         self.largest = self._scale_at(x), max(self.largest[1], here.size)
         unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-        return Equilibrium(x, used, self._error, unbalanced, False, None)
+        return Equilibrium(x, used, self._error, unbalanced, False, False, None)
 
     def _minimise(
         self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
@@ -113,17 +115,26 @@ class Search:
             errors.append(self._error)
             balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self.largest[1], here.size)
             told(done + number, self._error)
-            at_rest = scale <= AT_REST * self._extent and change <= ROUNDED_REST * self._extent
-            if change == 0.0 or at_rest or (self._error <= self._tolerance and balanced):
+            if scale <= AT_REST * self._extent and change <= ROUNDED_REST * self._extent:
+                self._error = 0.0  # both are rounding
+                return x, here, number
+            if (self._error <= self._tolerance and balanced) or (
+                change <= POSITIONS * self._reach and self._is_rounding(here.residual)
+            ):
                 return x, here, number
             found = self._searched(x, here, direction, slope)
             if found is None:
-                if self._error > ROUNDED:
-                    text = f"the energy does not decrease further, at an estimated error of {self._error:.2g}"
-                    raise NoEquilibrium(text)
+                left = float(np.sqrt(np.sum(here.residual**2)))
+                if self._error > ROUNDED or left > BALANCED[2] * max(self.largest[1], here.size):
+                    what = "the energy does" if self._system.has_potential else "the residual forces do"
+                    raise NoEquilibrium(f"{what} not decrease further, at an estimated error of {self._error:.2g}")
                 return x, self._system.attempt(x), number
             x, here = found
         raise NoEquilibrium(f"the estimated error is {self._error:.2g} after {MOST} iterations")
+
+    def _is_rounding(self, residual: np.ndarray) -> bool:
+        """Return True if the displacements under residual forces [N], shape (n, 3), are rounding of the positions."""
+        return float(np.abs(self._system.solve(residual)).max()) <= 10.0 * POSITIONS * self._reach
 
     def _scale_at(self, x: np.ndarray) -> float:
         """Return the largest displacement of the equilibria so far and of positions x [m]."""
@@ -186,7 +197,7 @@ class Minimiser(Search):
 
     def __init__(self, system: ElasticSystem, tolerance: float) -> None:
         super().__init__(system, tolerance)
-        self._elastic = system
+        self._elastic, self._is_unstable = system, False
 
     def find(self, told: Callable[[int, float], None]) -> Equilibrium:
         """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
@@ -217,7 +228,8 @@ class Minimiser(Search):
                 self.has_factors = left < MOST_LEFT
                 self.largest = self._scale_at(x), max(self.largest[1], here.size)
                 unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-                return Equilibrium(x, done, self._error, unbalanced, left > 0, system.lowest_frequency())
+                stability = left > 0, self._is_unstable, system.lowest_frequency()
+                return Equilibrium(x, done, self._error, unbalanced, *stability)
             left += 1
             x, here = lower
 
@@ -226,16 +238,14 @@ class Minimiser(Search):
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
         load step.
 
-        The energy decreases along the direction of the smallest eigenvalue of the stiffness, found by inverse iteration.
+        The energy decreases along the direction of the smallest eigenvalue of the stiffness.
         """
         self._factor()
         system = self._elastic
-        if not (system.has_potential and system.shift > 0.0):
+        direction = system.unstable_direction()
+        self._is_unstable = direction is not None
+        if direction is None or not system.has_potential:
             return None
-        direction = np.random.default_rng(0).standard_normal(x.shape)
-        for _ in range(SWEEPS):
-            direction = system.solve(direction)
-            direction /= np.abs(direction).max()
         extent, energy, best = self._extent, here.energy - system.rounding, 0.0
         for sign in (1.0, -1.0):
             size = FIRST_KICK * extent

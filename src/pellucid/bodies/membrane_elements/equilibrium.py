@@ -22,7 +22,7 @@ class MembraneSystem(NodalSystem):
     body, which are set with the strains; conserves: True if the stress is the derivative of an energy.
     """
 
-    knows_loads = True
+    includes_load_stiffness = True
 
     def __init__(
         self,
@@ -56,15 +56,16 @@ class MembraneSystem(NodalSystem):
         return MembraneStiffness(self._surface, self)
 
     def local_forces(self, position: np.ndarray) -> np.ndarray:
-        """Return the forces on the nodes at these positions without those of penalties on the whole membrane [N], shape
-        (n, 3)."""
+        """Return internal forces and loads that follow the nodes, for nodes at these positions, without the forces of penalties
+        on the whole membrane [N], shape (n, 3)."""
         if self._follow:
             self._present[:] = position
             self._renew(self._share)
         self._surface.strain(position, np.zeros_like(position), 0.0, Totals())
         self._motion.internal.fill(0.0)
         self._surface.add_local_forces(position, self._motion.internal)
-        return self._motion.forces()
+        # loads that do not follow have no differences, and rounding with those of another load step would leave a trace
+        return self._motion.forces() if self._follow else self._motion.internal
 
     def restore_trial(self) -> None:
         """Return to the last trial positions after forces were computed elsewhere."""

@@ -61,7 +61,7 @@ class MovingSolid(SolidSystem):
     ) -> None:
         super().__init__(rest, position, forces, motion, stiffness, accepted)
         self.added: np.ndarray | None = None
-        self._sudden = 0.0  # time in which displacements resist as the stiffness says [s], for materials with history variables
+        self._sudden = 0.0  # time in which viscous stresses relax in the stiffness [s]
         self.velocity, self.drag = motion.velocity, 0.0
         self._in_step = forces.in_step()
         self.keeps_factors = not forces.arrays

@@ -13,6 +13,7 @@ from pellucid.parts.elastic_system import Trial
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
 DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
+UNSTABLE = 1e-9  # smallest eigenvalue over the diagonal, negative, that is no error of the differences
 ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers of size 1
 
 
@@ -32,7 +33,7 @@ class NodalSystem(ABC):
     """
 
     has_energy = True  # False if internal forces are not derivatives of the stored energy
-    knows_loads = False  # True if the matrix includes the stiffness of loads that follow the deformation
+    includes_load_stiffness = False  # True if the matrix includes the stiffness of loads that follow the deformation
 
     def __init__(
         self,
@@ -103,14 +104,24 @@ class NodalSystem(ABC):
         return self._matrix().shift
 
     def factor(self) -> None:
-        free = self._motion.free
-        self.in_single = self._matrix().renew(free, self.tried, self.in_single)
-        self._neutral = neutral_twists(loose_twists(self.tried, free), self.tried, self._external_at)
+        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single)
+        self._find_neutral()
+
+    def _find_neutral(self) -> None:
+        loose = loose_twists(self.tried, self._motion.free)
+        self._neutral = neutral_twists(loose, self.tried, lambda position: self._external_at(position, 1.0))
+
+    def unstable_direction(self) -> np.ndarray | None:
+        if self.shift == 0.0 or (self._follow and not self.includes_load_stiffness):
+            return None
+        found = self._matrix().softest()
+        return None if found is None or found[0] > -UNSTABLE else found[1] / np.abs(found[1]).max()
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._without_drift(self._matrix().solve(force))
 
     def follow(self, force: np.ndarray) -> np.ndarray:
+        self._find_neutral()
         self._leaving, self._left_stable = self._tangent(force), self.shift == 0.0
         self._share = 1.0
         return self._leaving.moved
@@ -119,7 +130,7 @@ class NodalSystem(ABC):
         """Return the displacements under loads on the nodes that grow by `force` [N], shape (n, 3), and the increments of
         prescribed displacements."""
         found = self._linear(force)
-        if not self._follow or self.knows_loads:
+        if not self._follow or self.includes_load_stiffness:
             return found
         last = float("inf")
         for _ in range(TANGENTS):  # the loads that follow the displacements are added to the others
@@ -144,15 +155,15 @@ class NodalSystem(ABC):
         step = DIFFERENCE * float(np.ptp(self.rest, axis=0).max()) / size if size > 0.0 else 0.0
         if step == 0.0:
             return np.zeros_like(displacement)
-        ahead, behind = (self._external_at(self.tried + way * displacement) for way in (step, -step))
+        ahead, behind = (self._external_at(self.tried + way * displacement, self._share) for way in (step, -step))
         return np.asarray((ahead - behind) / (2.0 * step))
 
-    def _external_at(self, position: np.ndarray) -> np.ndarray:
-        """Return the external forces for nodes at these positions [N], shape (n, 3)."""
+    def _external_at(self, position: np.ndarray, share: float) -> np.ndarray:
+        """Return the external forces at a share of the step for nodes at these positions [N], shape (n, 3)."""
         if not self._follow:
             return self._external
         self._present[:] = position
-        self._renew(self._share)
+        self._renew(share)
         found = self._motion.external_forces(self._motion.force_parts())
         self._present[:] = self.tried
         self._renew(1.0)
@@ -164,7 +175,7 @@ class NodalSystem(ABC):
         return self._neutral.without(displacement, self.tried) if len(self._neutral) else displacement
 
     def lowest_frequency(self) -> float | None:
-        if self._follow and not self.knows_loads:
+        if self._follow and not self.includes_load_stiffness:
             return None
         return self._matrix().lowest_frequency(self._motion.inertia)
 
@@ -207,8 +218,8 @@ class NodalSystem(ABC):
 
     def _ends_of_path(self, displacement: np.ndarray) -> tuple[Tangent, Tangent]:
         """Return the directions in which the nodes leave the last equilibrium and arrive at the present one, for the
-        displacement between both [m], shape (n, 3). Where the stiffness does not tell the direction, it follows from the
-        displacement."""
+        displacement between both [m], shape (n, 3). Where the stiffness is not positive definite, the direction
+        follows from the displacement."""
         leaving, arriving = self._leaving, self._tangent(self._grown())
         stable = self.shift == 0.0
         if not self._left_stable:

@@ -14,7 +14,8 @@ from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_t
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
 factor to the next, and the largest."""
-LANCZOS = 8  # vectors
+LANCZOS = 16  # vectors
+SOFTEST = 1e-6  # error of the smallest eigenvalue plus the shift, relative: a fraction of the shift is compared with 0
 ROUGH = 1e-2  # error of a smooth displacement up to which factors in single precision are used
 FREE_SHIFT = 1e-8
 """The same for bodies that can move or rotate as a whole: more than rounding, and much less than any stiffness of the body."""
@@ -52,6 +53,7 @@ class NodalStiffness(ABC):
         # displacements without springs under these as forces
         self._slopes = self._answers = np.zeros((0, self._n, d))
         self._coupling = np.eye(0)
+        self._weights = np.ones((self._n, d))  # of the components in the shift: the largest diagonal entry of each node
         self._motions = 0  # number of motions as a whole that are not prevented
         self.shift = 0.0
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
@@ -109,14 +111,14 @@ class NodalStiffness(ABC):
         numbers[held] = size.mean()
         self.shift = 0.0
         single = single and self._motions == 0  # FREE_SHIFT is below the rounding of single precision
-        least = FREE_SHIFT if self._motions else 0.0
+        least, self._weights[:, :3] = FREE_SHIFT if self._motions else 0.0, size
         while True:
             numbers[diagonal] = self._values[diagonal] + (least + self.shift) * size[free]
             precisions: tuple[Precision, ...] = (np.float32, np.float64) if single else (np.float64,)
             for precision in precisions:
                 with suppress(np.linalg.LinAlgError):
                     self._factor = Factor(self._elimination, numbers, precision)
-                    if self._is_limp(self._factor, free, size):
+                    if self._has_soft_mode(self._factor, free, size):
                         raise np.linalg.LinAlgError
                     if precision is np.float64 or self._is_accurate(self._factor, numbers):
                         return single
@@ -125,7 +127,7 @@ class NodalStiffness(ABC):
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
 
-    def _is_limp(self, factor: Factor, free: np.ndarray, size: np.ndarray) -> bool:
+    def _has_soft_mode(self, factor: Factor, free: np.ndarray, size: np.ndarray) -> bool:
         """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not a motion of the
         whole body. size: diagonal of the matrix, shape (n, 3)."""
         if self.least_pivot == 0.0:
@@ -171,22 +173,34 @@ class NodalStiffness(ABC):
         found = given + self._solved(np.pad(force, extra) - resisted(given))
         return found[:, :3], resisted(found)[:, :3]
 
-    def lowest_frequency(self, mass: np.ndarray) -> float | None:
-        """Return the lowest natural frequency of small vibrations about the present state [Hz], by the Lanczos method with the
-        factors; None if the body is unstable or can move as a whole. mass: masses of the nodes [kg], shape (n,)."""
-        if self.shift > 0.0 or self._motions > 0 or not self._free[:, :3].any():
-            return None
+    def softest(self) -> tuple[float, np.ndarray] | None:
+        """Return the smallest eigenvalue of the matrix, relative to its diagonal, and its displacement, shape (n, 3); None if
+        the Lanczos method does not find it."""
+        shift = self.shift + (FREE_SHIFT if self._motions else 0.0)
+        return self._lowest(self._weights[:, :3].ravel(), shift, SOFTEST)
+
+    def _lowest(self, weights: np.ndarray, shift: float, tolerance: float) -> tuple[float, np.ndarray] | None:
+        """Return the smallest eigenvalue of the matrix relative to weights, shape (3 n,), and its displacement, shape (n, 3),
+        by the Lanczos method with the factors of the matrix and `shift` times the weights; None if it does not converge."""
         from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
         shape = (3 * self._n, 3 * self._n)
         inverse = LinearOperator(shape, lambda force: self.solve(force.reshape(-1, 3)).ravel(), dtype=float)
-        masses = sparse.diags_array(np.repeat(mass, 3), format="csr")
+        diagonal = sparse.diags_array(weights, format="csr")
         start = np.random.default_rng(0).standard_normal(shape[0])
-        given: dict[str, Any] = {"M": masses, "sigma": 0.0, "OPinv": inverse, "v0": start, "ncv": LANCZOS, "tol": 1e-3}
+        given: dict[str, Any] = {"M": diagonal, "sigma": -shift, "OPinv": inverse, "v0": start, "tol": tolerance}
         with on_one_thread(), suppress(ArpackNoConvergence):
-            (square,) = eigsh(masses, 1, return_eigenvectors=False, **given)  # the matrix itself is not used
-            return float(np.sqrt(square)) / (2.0 * np.pi)
+            (value,), vectors = eigsh(diagonal, 1, ncv=min(LANCZOS, shape[0]), **given)  # the matrix itself is not used
+            return float(value), np.asarray(vectors[:, 0].reshape(-1, 3))
         return None
+
+    def lowest_frequency(self, mass: np.ndarray) -> float | None:
+        """Return the lowest natural frequency of small vibrations about the present state [Hz]; None if the body is unstable or
+        can move as a whole. mass: masses of the nodes [kg], shape (n,)."""
+        if self.shift > 0.0 or self._motions > 0 or not self._free[:, :3].any():
+            return None
+        found = self._lowest(np.repeat(mass, 3), 0.0, 1e-3)
+        return None if found is None else float(np.sqrt(found[0])) / (2.0 * np.pi)
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
         found = self._solved_without_springs(right)

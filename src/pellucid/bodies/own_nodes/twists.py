@@ -30,8 +30,8 @@ class Twists:
         return np.asarray(self.values[:, None, :3] + np.cross(self.values[:, None, 3:], arms[None]))
 
     def moved(self, amounts: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Return positions after a sum of the motions: a screw motion, which leaves where they are the points that it does not
-        move to first order. amounts: of each motion, shape (m,)."""
+        """Return positions after a sum of the motions: a screw motion about one axis, so points that do not move to first order
+        stay where they are. amounts: of each motion, shape (m,)."""
         total = amounts @ self.values
         turn = total[3:] / self.extent
         angle = float(np.linalg.norm(turn))
@@ -76,8 +76,8 @@ def loose_twists(position: np.ndarray, free: np.ndarray) -> Twists:
 
 
 def neutral_twists(loose: Twists, position: np.ndarray, forces: Callable[[np.ndarray], np.ndarray]) -> Twists:
-    """Return the motions as a whole on which the forces do no work, however far they go: those for which the force along all
-    motions is 0 and stays 0.
+    """Return the motions as a whole, of any size, on which the forces do no work: those for which the force along all motions
+    is 0 and stays 0.
 
     loose: motions that are not prevented; position: positions of the nodes [m], shape (n, 3); forces: function that returns the
     external forces [N], shape (n, 3), for positions.
