@@ -144,8 +144,8 @@ def why_not_implicit(parts: Parts) -> str | None:
     if not parts.lacks_grid:
         return "implicit steps do not include contact and walls, which a case with a grid can have"
     for body in parts.of(BodyModel):
-        if body.why_no_stiffness() is None and not body.has_implicit_steps:
-            return f"the forces of body {body.name}, or of its material, are not available for implicit steps"
+        if (reason := body.why_no_implicit_steps()) is not None:
+            return reason
     return why_not_factored(parts)
 
 

@@ -37,11 +37,6 @@ class GroupedDifferences:
         self._row = row
         self._back = np.searchsorted(row * n + column, column * n + row)  # pair (j, i) of each pair (i, j)
 
-    @property
-    def evaluations(self) -> int:
-        """Number of evaluations of the forces."""
-        return 6 * len(self._members)
-
     def find(self, forces: Callable[[np.ndarray], np.ndarray], position: np.ndarray) -> np.ndarray:
         """Return the symmetric part of -∂f/∂x for each pair of linked nodes [N/m], shape (pairs, 3, 3), by central differences.
 

@@ -144,8 +144,6 @@ class BodyModel(StartOfBody):
     a body touches walls and itself, and its steady states can be computed."""
     is_surface: ClassVar[bool] = False
     """True if the body is a membrane, which has two sides and no volume of its own."""
-    has_implicit_steps: ClassVar[bool] = False
-    """True if it can move in implicit time steps: the built body then `HasMovingSystem`."""
     has_own_step: ClassVar[bool] = False
     """True if the body has its own sub-steps; then only output limits the time step of the run."""
     remedy_for_node_contact: ClassVar[str] = "use a smaller grid.cell"
@@ -283,6 +281,11 @@ class BodyModel(StartOfBody):
         """Return the reason why equilibria of the body cannot be found with a factored stiffness, as a clause; None if they
         can: the built body then `HasElasticSystem`."""
         return f'the stiffness of bodies of kind "{self.kind}" is not available for factored methods'
+
+    def why_no_implicit_steps(self) -> str | None:
+        """Return the reason why the body cannot move in implicit time steps, as a clause; None if it can: the built body then
+        `HasMovingSystem`."""
+        return f'bodies of kind "{self.kind}" cannot move in implicit steps'
 
     def stiffness_size(self) -> StiffnessSize | None:
         """Return the size of the factored stiffness of the body; None if its equilibria cannot be found with it

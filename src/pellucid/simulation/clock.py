@@ -37,6 +37,13 @@ if TYPE_CHECKING:
 COLLAPSED = 1e-6  # fraction of the largest step so far, below which a step stops the run
 
 
+def renew_loads(bodies: Iterable[Body], parts: StepParts, time: float, dt: float) -> None:
+    """Compute the loads at a time [s] for the present positions of the bodies, in a step dt [s]; parts: parts of the step."""
+    for body in bodies:
+        body.begin(dt)
+    parts.run("begin", time, 0.0)
+
+
 class Clock:
     """Counter of steps and simulated time, which chooses the length of each step.
 

@@ -14,6 +14,7 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
+from pellucid.simulation.clock import renew_loads
 from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
 from pellucid.simulation.steady import SteadyClock
 from pellucid.smooth_step import smooth_step
@@ -111,9 +112,7 @@ class FactoredClock(SteadyClock):
         of the loads [s]."""
         time = start + share * dt
         self._share_gravity(time)
-        for body in self._bodies:
-            body.begin(dt)
-        self._parts.run("begin", time, 0.0)
+        renew_loads(self._bodies, self._parts, time, dt)
 
     def _tell(self, iteration: int, error: float) -> None:
         self._told = iteration, error

@@ -11,7 +11,7 @@ from pellucid.errors import Interrupted, RunStopped
 from pellucid.parts.body import Body
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import HasMovingSystem, MovingSystem
-from pellucid.simulation.clock import Clock
+from pellucid.simulation.clock import Clock, renew_loads
 from pellucid.simulation.implicit_step import ImplicitStep
 from pellucid.simulation.minimum import Equilibrium, NoEquilibrium, Search
 from pellucid.step.part import StepParts
@@ -82,9 +82,7 @@ class ImplicitClock(Clock):
     def _renew_loads(self, start: float, dt: float, share: float) -> None:
         """Compute the loads for the present positions of the bodies at a share of a step dt [s] that begins at the time `start`
         [s]."""
-        for body in self._bodies:
-            body.begin(dt)
-        self._step_parts.run("begin", start + share * dt, 0.0)
+        renew_loads(self._bodies, self._step_parts, start + share * dt, dt)
 
     def _find(self, number: int) -> Equilibrium:
         step, search = self._steps[number], self._searches[number]

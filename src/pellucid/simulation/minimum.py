@@ -94,9 +94,7 @@ class Search:
         self._changes, self._renewed = [], False
         x, here, used = self._minimise(start, here, 0, told)
         self.has_factors = used <= few
-        self.largest = self._scale_at(x), max(self.largest[1], here.size)
-        unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
-        return Equilibrium(x, used, self._error, unbalanced, False, False, None)
+        return Equilibrium(x, used, self._error, self._unbalanced(x, here), False, False, None)
 
     def _minimise(
         self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
@@ -113,7 +111,7 @@ class Search:
             self._error = change / scale if scale > 0.0 else 0.0
             since += 1
             errors.append(self._error)
-            balanced = float(np.sqrt(np.sum(here.residual**2))) <= self._balanced * max(self.largest[1], here.size)
+            balanced = _norm(here.residual) <= self._balanced * max(self.largest[1], here.size)
             told(done + number, self._error)
             if scale <= AT_REST * self._extent and change <= ROUNDED_REST * self._extent:
                 self._error = 0.0  # both are rounding
@@ -124,13 +122,18 @@ class Search:
                 return x, here, number
             found = self._searched(x, here, direction, slope)
             if found is None:
-                left = float(np.sqrt(np.sum(here.residual**2)))
-                if self._error > ROUNDED or left > BALANCED[2] * max(self.largest[1], here.size):
+                if self._error > ROUNDED or _norm(here.residual) > BALANCED[2] * max(self.largest[1], here.size):
                     what = "the energy does" if self._system.has_potential else "the residual forces do"
                     raise NoEquilibrium(f"{what} not decrease further, at an estimated error of {self._error:.2g}")
                 return x, self._system.attempt(x), number
             x, here = found
         raise NoEquilibrium(f"the estimated error is {self._error:.2g} after {MOST} iterations")
+
+    def _unbalanced(self, x: np.ndarray, here: Trial) -> float:
+        """Record an equilibrium at positions x [m] in `largest`; return the norm of its residual forces relative to the largest
+        forces so far."""
+        self.largest = self._scale_at(x), max(self.largest[1], here.size)
+        return _norm(here.residual) / (self.largest[1] or 1.0)
 
     def _is_rounding(self, residual: np.ndarray) -> bool:
         """Return True if the displacements under residual forces [N], shape (n, 3), are rounding of the positions."""
@@ -226,10 +229,8 @@ class Minimiser(Search):
                 if (obstacle := system.obstacle()) is not None:
                     raise NoEquilibrium(obstacle)
                 self.has_factors = left < MOST_LEFT
-                self.largest = self._scale_at(x), max(self.largest[1], here.size)
-                unbalanced = float(np.sqrt(np.sum(here.residual**2))) / (self.largest[1] or 1.0)
                 stability = left > 0, self._is_unstable, system.lowest_frequency()
-                return Equilibrium(x, done, self._error, unbalanced, *stability)
+                return Equilibrium(x, done, self._error, self._unbalanced(x, here), *stability)
             left += 1
             x, here = lower
 
@@ -261,3 +262,7 @@ class Minimiser(Search):
 
 def _dot(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.sum(one * other))
+
+
+def _norm(one: np.ndarray) -> float:
+    return float(np.sqrt(np.sum(one**2)))

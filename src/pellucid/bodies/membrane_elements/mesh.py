@@ -1,12 +1,15 @@
 """Connectivity of the elements and hinges of a membrane."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import frame_of
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import axes_along, directed_edges, pair_edges
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 
 class Fan(NamedTuple):
@@ -25,6 +28,15 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
     nodes = corners.ravel()[places]
     order = np.argsort(nodes, kind="stable")
     return Fan(np.searchsorted(nodes[order], np.arange(n + 1)), places[order])
+
+
+def incidence(corners: np.ndarray, n: int) -> "csr_array":
+    """Return a matrix with a row per element or hinge and a column for each of n nodes, 1 at its corners. corners: nodes of the
+    elements, shape (m, k)."""
+    from scipy.sparse import csr_array  # slow import, not needed to read a case
+
+    rows = np.repeat(np.arange(len(corners)), corners.shape[1])
+    return csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), n))
 
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from pydantic import PrivateAttr
 
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
-from pellucid.bodies.membrane_elements.mesh import ElementMesh
+from pellucid.bodies.membrane_elements.mesh import ElementMesh, incidence
 from pellucid.bodies.membranes.bending_case import BendingCase, bending_rate
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
@@ -108,9 +108,7 @@ class MembraneElementsCase(MembraneCase):
         from pellucid.linear.elimination import factor_size
 
         mesh = self.mesh()
-        corners = mesh.triangles
-        rows = np.repeat(np.arange(len(corners)), 3)
-        touch = csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), len(mesh.vertices)))
+        touch = incidence(mesh.triangles, len(mesh.vertices))
         links = csr_array(touch.T @ touch)
         size = factor_size(links if self.bending is None else csr_array(links @ links), mesh.vertices, 3)
         return StiffnessSize(3 * len(mesh.vertices), size.numbers, size.operations)

@@ -23,7 +23,7 @@ from pellucid.bodies.membrane_elements.forces import (
     StrainedElements,
     strain,
 )
-from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
+from pellucid.bodies.membrane_elements.mesh import ElementMesh, incidence, initial_turns, rest_gradients
 from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
@@ -214,9 +214,7 @@ class ElementSurface:
     def linked_nodes(self) -> sparse.csr_array:
         """Return which nodes determine each term of the energy: a matrix with a row per term and a column per node. Terms of
         the whole membrane, on its area or volume, are not included. Only for triangles."""
-        corners = self.mesh.corners[:, :3]
-        rows = np.repeat(np.arange(len(corners)), 3)
-        terms = sparse.csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), len(self.vertices)))
+        terms = incidence(self.mesh.corners[:, :3], len(self.vertices))
         if self.bending is None:
             return terms
         return sparse.csr_array(sparse.vstack([terms, self.bending.linked_nodes()]))

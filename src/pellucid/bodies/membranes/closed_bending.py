@@ -23,7 +23,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from pellucid.bodies.membrane_elements.geometry import area_slopes, cross, dot, edges
-from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, hinges_of
+from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, hinges_of, incidence
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -58,13 +58,6 @@ class Hinges(NamedTuple):
     hinge_values: np.ndarray  # (h, 4, OWN) forces on the corners [N] and stiffness bounds [N/m]
     triangle_forces: np.ndarray  # (t, 3, 3) forces on the corners [N]
     sums: np.ndarray  # (chunks of nodes, SUMS) energy and largest squared eigenfrequency bound
-
-
-def nodes_of_hinges(corners: np.ndarray, n: int) -> csr_array:
-    """Return a matrix with a row per hinge and a column for each of n nodes, not 0 at the corners of the hinge. corners: nodes
-    of the hinges, shape (h, k)."""
-    rows = np.repeat(np.arange(len(corners)), corners.shape[1])
-    return csr_array((np.ones(corners.size), (rows, corners.ravel())), (len(corners), n))
 
 
 class Bending:
@@ -122,8 +115,8 @@ class Bending:
         self.rate = 0.5 * sqrt(float(self._sums[:, RATE].max()))
 
     def linked_nodes(self) -> csr_array:
-        of_hinges = nodes_of_hinges(self._corners, len(self._mass))
-        at_ends = nodes_of_hinges(self._corners[:, :2], len(self._mass))  # the curvature of a node is that of its edges
+        of_hinges = incidence(self._corners, len(self._mass))
+        at_ends = incidence(self._corners[:, :2], len(self._mass))  # the curvature of a node is that of its edges
         return csr_array(at_ends.T @ of_hinges)
 
     def _bend(self, position: np.ndarray) -> None:

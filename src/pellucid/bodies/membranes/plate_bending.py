@@ -13,8 +13,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from pellucid.bodies.membrane_elements.geometry import cross, dot
-from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
-from pellucid.bodies.membranes.closed_bending import CHUNK, OWN, RATE, SUMS, gather_hinges, nodes_of_hinges
+from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, incidence
+from pellucid.bodies.membranes.closed_bending import CHUNK, OWN, RATE, SUMS, gather_hinges
 from pellucid.bodies.membranes.plate_operators import BendingSupports, build_plate_operators, no_supports
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
@@ -132,7 +132,7 @@ class PlateBending:
     def linked_nodes(self) -> csr_array:
         rows = self._operators.stiffness
         pattern = csr_array((np.ones(len(rows.data)), rows.indices, rows.indptr), rows.shape)
-        return csr_array(pattern @ nodes_of_hinges(self._operators.corners, len(self._mass)))
+        return csr_array(pattern @ incidence(self._operators.corners, len(self._mass)))
 
     def _bend(self, position: np.ndarray) -> None:
         # a step asks for the energy and then for the forces of the same positions

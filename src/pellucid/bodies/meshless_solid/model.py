@@ -123,9 +123,8 @@ class MeshlessSolidCase(DampedModel):
             'stiffness does not include (only essential = "direct")'
         )
 
-    @property
-    def has_implicit_steps(self) -> bool:  # type: ignore[override]
-        return self.why_no_stiffness() is None
+    def why_no_implicit_steps(self) -> str | None:
+        return self.why_no_stiffness()
 
     def stiffness_size(self) -> StiffnessSize:
         """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of

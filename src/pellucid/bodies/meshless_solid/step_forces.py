@@ -47,13 +47,12 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.calls import call_kernel
 from pellucid.jit.loops import parallel_for
 from pellucid.jit.vector import LANES, load, store, total
-from pellucid.tensors import cofactor, determinant, multiply
+from pellucid.tensors import cofactor, determinant, full, multiply
 
 SHARES = 0.5 - sqrt(3.0) / 6.0, 0.5 + sqrt(3.0) / 6.0  # of the path of the strains: Gauss' points, with equal weights
-
-
 MIDDLE, END = 0.5, 1.0  # shares for viscous stresses, and for the states at the end of the step
 ROOTS = 6  # iterations of a square root: digits double in each
+FULL, SIX = [0, 5, 4, 5, 1, 3, 4, 3, 2], [0, 4, 8, 5, 2, 1]  # of xx, yy, zz, yz, xz, xy all nine, and of nine these
 
 
 class SolidInStep(NamedTuple):
@@ -156,9 +155,8 @@ def _inverse(A):
 def _stretched(A, C):
     """Return V A with a symmetric V and (V A)ᵀ V A = C, and its inverse: V² = A⁻ᵀ C A⁻¹, by Newton's iteration."""
     back = _inverse(A)
-    xx, yy, zz, yz, xz, xy = C
     up = back[0], back[3], back[6], back[1], back[4], back[7], back[2], back[5], back[8]
-    B = multiply(up, multiply((xx, xy, xz, xy, yy, yz, xz, yz, zz), back))
+    B = multiply(up, multiply(full(C), back))
     V = (
         0.5 * (B[0] + 1.0),
         0.5 * B[1],
@@ -353,9 +351,6 @@ class StepForces:
                 tensor = array[:, FULL].reshape(-1, 3, 3)
                 array[:] = np.einsum("nij,njk,nlk->nil", turn, tensor, turn).reshape(-1, 9)[:, SIX]
         self._states["deformation_gradient"][:] = gradient.reshape(-1, 9)
-
-
-FULL, SIX = [0, 5, 4, 5, 1, 3, 4, 3, 2], [0, 4, 8, 5, 2, 1]  # of xx, yy, zz, yz, xz, xy all nine, and of nine these
 
 
 def in_rows(numbers: np.ndarray) -> np.ndarray:
