@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from math import inf
 from typing import Literal
 
+from pellucid.conditions.contact import Contact
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
@@ -123,10 +124,9 @@ class SteadyCase(Part):
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    if len(parts.names(BodyModel)) > 1 and not parts.lacks_grid:
-        return "the factored stiffness does not include contact, which several bodies can have"
+    deforming = [body for body in parts.of(BodyModel) if not _is_tool(body, parts)]
     nodes = 0.0
-    for body in parts.of(BodyModel):
+    for body in deforming:
         if (reason := body.why_no_stiffness()) is not None:
             return reason
         nodes += body.n_points(None)
@@ -135,6 +135,11 @@ def why_not_factored(parts: Parts) -> str | None:
     for path, condition in parts.placed(Condition):
         if condition.load_kind == "other":
             return f"the factored stiffness does not include the forces of [[{path[0]}]]"
+        if isinstance(condition, Contact) and condition.is_of_one_body:
+            return f"the factored stiffness does not include contact of {condition.between[0]} with itself"
+    sheets = [body.name for body in parts.of(BodyModel) if body.is_surface]
+    if len(sheets) > 1 and not parts.lacks_grid:
+        return f"the factored stiffness does not include contact of two membranes ({sheets[0]} and {sheets[1]})"
     return None
 
 

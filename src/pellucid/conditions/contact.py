@@ -1,14 +1,14 @@
 """Data model of contact between bodies, which slide without friction, stick, or slide with Coulomb friction."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import field_validator
 
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, LoadKind
 from pellucid.parts.part import Parts
 
 OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
@@ -18,6 +18,7 @@ class Sliding(Condition):
     """Base of the data models of contacts and walls: sliding with or without friction. A probe (a requested history of a
     quantity) reads the contact force by the name of the condition."""
 
+    load_kind: ClassVar[LoadKind] = "contact"
     name: str | None = name_parameter(
         "name of the contact or wall, for probes of its force: on the first body, or on all bodies at a wall", None
     )

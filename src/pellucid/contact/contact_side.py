@@ -2,10 +2,11 @@
 detection of the overlap of the points of one surface with another surface."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT, ContactSurface
@@ -17,6 +18,7 @@ from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.proximity import CHUNK, Asking, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import ContactLead, Touch
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.elastic_system import ContactSprings
 
 
 class PreviousForces:
@@ -190,6 +192,18 @@ class PointContact(Touch):
         super().begin_steady()
         self.law.is_implicit = False  # leads remove the overlap
 
+    def springs_of(self, surface: ContactSurface) -> Iterator[ContactSprings]:
+        """Yield the springs of the last forces at the points of a surface that lie inside the other surface or behind a wall,
+        and at the feet of points of the other surface."""
+        touching = [(side, side.overlap) for side in self.sides if side.overlap is not None]
+        tangents = self.law.tangents([overlap for _, overlap in touching])
+        for (side, overlap), (across, along) in zip(touching, tangents, strict=True):
+            if side.one is surface:
+                yield ContactSprings(surface.node_shares()[overlap.listed], overlap.normal, across, along)
+            elif side.feet is not None:
+                shares = side.feet.shares(len(surface.place), side.images) @ surface.node_shares()
+                yield ContactSprings(sparse.csr_array(shares), overlap.normal, across, along)
+
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         touching = [(side, side.overlap) for side in self.sides if side.overlap is not None]
         overlaps = [overlap for _, overlap in touching]
@@ -253,6 +267,11 @@ class SurfaceSide(ContactSide):
         self._about: Bundle | None = None
         self._arrays: tuple[np.ndarray, ...] = ()
         self._found = Bundle(proximity.make_room(0, 0))
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth at which a point counts as in contact [m]."""
+        return self._meeting.deepest
 
     def remove_overlap(self) -> None:
         super().remove_overlap()

@@ -129,6 +129,13 @@ class ContactSurface(ABC):
         each point is a corner."""
         return None
 
+    def node_shares(self) -> sparse.csr_array:
+        """Return the weights of the n nodes of a body with its own nodes in the motion of the points, shape (m, n).
+
+        Raises ValueError for other bodies.
+        """
+        raise ValueError(f"body {self.body} has no own nodes")
+
     def begin(self) -> None:  # noqa: B027
         """Update the points from the state of the body. Called before contact detection in each step."""
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.jit import kernel
@@ -95,6 +96,15 @@ class Feet(NamedTuple):
         found = np.empty((len(self.first) - 1, 3))
         _gather(*self, *images, values, found)
         return found
+
+    def shares(self, m: int, images: Images) -> sparse.csr_array:
+        """Return the weights of the m points of the other surface in the positions of the feet, shape (n, m); those of images
+        count as weights of their points."""
+        point = np.where(self.point < m, self.point, 0)
+        beyond = self.point >= m
+        point[beyond] = images.point[self.point[beyond] - m]
+        rows = np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+        return sparse.csr_array((self.share, (rows, point)), shape=(len(self.first) - 1, m))
 
     def spread(self, force: np.ndarray, into: np.ndarray) -> None:
         """Distribute forces on the feet [N], shape (n, 3), to the points of the other surface and its images by adding them to

@@ -3,7 +3,7 @@
 `pellucid.contact.surface_pairs` describes the method and the reasons for it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -13,6 +13,7 @@ from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.point_forces import (
+    DAMPER,
     ENTERED,
     LOST,
     N_LAW,
@@ -294,6 +295,22 @@ class OverlapLaw:
         spring force equals the friction limit."""
         for one, at, limits in self._limits:
             limit_slip(at, one.slip, limits)
+
+    def damp(self, is_damped: bool) -> None:
+        """Exert damper forces in the coming steps, or, in the search for an equilibrium at trial positions, exert none."""
+        self._numbers[DAMPER] = self._damping if is_damped else 0.0
+
+    def tangents(self, overlaps: Sequence[Overlap]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield for each overlap of the last call of `forces` the stiffness of its n points along the normals and along the
+        surface, shape (n,) each [N/m]; points that slide have none along the surface."""
+        for i, overlap in enumerate(overlaps):
+            across = self.stiffness * overlap.share * overlap.area
+            along = np.zeros_like(across)
+            if self._limits:
+                one, at, limits = self._limits[i]
+                sticks = limits[:, 0] * np.linalg.norm(one.slip[at], axis=1) < limits[:, 1]
+                along[sticks] = limits[sticks, 0]
+            yield across, along
 
     def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
         """Return the stiffness of the implicit normal force at each point of an overlap, shape (n,) [N/m]."""

@@ -35,6 +35,7 @@ from pellucid.contact.touch import ContactLead, OverlappingStart, Touch
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
+from pellucid.parts.elastic_system import ContactSprings
 from pellucid.state import of_owner, with_owner
 from pellucid.step.part import WARNING_INTERVAL, StepPart
 
@@ -90,6 +91,11 @@ class SurfacePair(PointContact):
     def sight(self) -> float:
         """Distance within which the contact searches for points of the other surface [m]."""
         return min(float(side.other.reach.min()) for side in self.sides)
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth at which a point inside the other body counts as in contact [m]."""
+        return min(side.deepest for side in self.sides)
 
     def begin_steady(self) -> None:
         """Select the one surface whose points get contact leads: of the deforming surfaces the smaller, or the finer of two
@@ -166,11 +172,19 @@ class SurfacePairs(StepPart):
         self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
         self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
+        self._pushed: Sequence[ContactSurface] = self.surfaces  # surfaces on which forces act
+        self._slips: dict[int, np.ndarray] = {}  # of the surfaces at the last equilibrium, in a search for the next one
         self.start_overlaps: list[OverlappingStart] = []
         """Overlaps of surfaces at the start, which exert no force until they have opened once."""
 
     def __len__(self) -> int:
         return len(self._pairs)
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth at which points count as in contact with another surface, in every contact [m]; walls have no
+        limit."""
+        return min((pair.deepest for pair in self._pairs if isinstance(pair, SurfacePair)), default=np.inf)
 
     def begin(self, time: float, dt: float) -> None:
         self._time, self._passing = time, dt
@@ -216,7 +230,7 @@ class SurfacePairs(StepPart):
             elif holds or id(surface) in self._holding:
                 _let_go(surface.slip, touched[id(surface)])
                 (self._holding.add if holds else self._holding.discard)(id(surface))
-            if id(surface) in forces:
+            if id(surface) in forces and any(surface is other for other in self._pushed):
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
                 self._moved.record_forces(surface, on_points)
@@ -306,6 +320,38 @@ class SurfacePairs(StepPart):
         for pair in self._pairs:
             pair.begin_steady()
 
+    def _damp(self, is_damped: bool) -> None:
+        """Exert damper forces in the coming steps, or none."""
+        for pair in self._pairs:
+            pair.law.damp(is_damped)
+
+    def begin_search(self) -> None:
+        """Begin the search for an equilibrium from the last one, whose friction is stored; without dampers."""
+        self._slips, self._last = {id(surface): surface.slip.copy() for surface in self.surfaces}, 0.0
+        for lead in self._leads():
+            lead.extrapolate(True)
+        self._damp(False)
+
+    def end_search(self) -> None:
+        """End the search for an equilibrium: steps in time follow."""
+        for lead in self._leads():
+            lead.extrapolate(False)
+        self._damp(True)
+
+    def exert_on_trial(self, time: float, dt: float, surfaces: Sequence[ContactSurface]) -> None:
+        """Compute the contact forces at trial positions of an equilibrium at a time of the loads [s], and apply them to
+        surfaces. The velocities of the surfaces are their displacements since the last equilibrium over the step dt of the
+        loads [s]; friction follows from these displacements."""
+        for surface in self.surfaces:
+            surface.slip[...] = self._slips[id(surface)]
+        self._time, self._passing, self._last, self._pushed = time, dt, dt, surfaces
+        self.exert_forces(dt)
+        self._last, self._pushed = 0.0, self.surfaces
+
+    def springs_of(self, surface: ContactSurface) -> list[ContactSprings]:
+        """Return the springs of the last contact forces at the points of a surface."""
+        return [springs for pair in self._pairs if surface in pair.surfaces for springs in pair.springs_of(surface)]
+
     def renew_leads(self) -> None:
         """Request an update of the contact leads (distances ahead of surfaces at which contact acts) at the start of the
         next step, see `pellucid.contact.touch`."""
@@ -316,6 +362,16 @@ class SurfacePairs(StepPart):
         """Return two lengths [m]: the largest change of a contact lead in the last update, and the largest lead."""
         leads = self._leads()
         return max((lead.change for lead in leads), default=0.0), max((lead.largest for lead in leads), default=0.0)
+
+    def mean_overlap(self) -> tuple[float, float]:
+        """Return two lengths before the last update of the leads [m]: mean overlap around the corners and mean lead, weighted
+        with the pressure; the first is infinite as long as no lead exerts pressure and there is overlap."""
+        leads = self._leads()
+        pressed = sum(lead.pressed for lead in leads)
+        if pressed == 0.0:
+            return (np.inf if self.lead_change()[0] > 0.0 else 0.0), 0.0
+        overlap, lead = (float(each) / pressed for each in sum(lead.moments for lead in leads))
+        return overlap, lead
 
     def reach_equilibrium(self) -> None:
         """Use the current equilibrium as the reference state of friction and initial overlaps."""

@@ -10,7 +10,7 @@ Struct. 42, 97), one for each corner: one for each contact point would give more
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,10 @@ from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap
 
 if TYPE_CHECKING:
     from pellucid.contact.contact_side import PreviousForces
+    from pellucid.parts.elastic_system import ContactSprings
+
+
+EXTRAPOLATED = 3  # changes of leads in an extrapolation
 
 
 class ContactLead:
@@ -43,6 +47,14 @@ class ContactLead:
         """True if the leads are updated at the next contact detection."""
         self.change = 0.0
         """Largest change of a lead in the last update [m]."""
+        self.pressed, self.moments = 0.0, np.zeros(2)
+        """Sum of the leads, weighted with the areas around the corners [m³], and sums of mean overlaps and leads, weighted with
+        leads and areas [m⁴], before the last update."""
+        self._extrapolation: Extrapolation | None = None
+
+    def extrapolate(self, extrapolates: bool) -> None:
+        """Extrapolate the coming updates of the leads, each of which a search for an equilibrium follows, or stop it."""
+        self._extrapolation = Extrapolation() if extrapolates else None
 
     @property
     def largest(self) -> float:
@@ -74,6 +86,11 @@ class ContactLead:
         weight, moment = self._to_corners @ weight, self._to_corners @ moment
         mean = np.where(weight > 0.0, moment / np.where(weight > 0.0, weight, 1.0), -np.inf)
         new = np.maximum(self._corners + mean, 0.0)
+        pressed = self._corners * weight
+        self.moments = np.array([np.sum(pressed * np.abs(np.where(weight > 0.0, mean, 0.0))), np.sum(pressed * self._corners)])
+        self.pressed = float(np.sum(pressed))
+        if self._extrapolation is not None:
+            new = np.maximum(self._extrapolation.next(self._corners, new), 0.0)
         self.change = float(np.abs(new - self._corners).max(initial=0.0))
         self._corners[:] = new
         self.points[:] = self._shares @ new
@@ -89,6 +106,33 @@ class ContactLead:
         self._corners.fill(0.0)
         self._corners[np.array(at, np.int64)] = lead
         self.points[:] = np.asarray(self._shares @ self._corners)
+
+
+class Extrapolation:
+    """Extrapolation of a fixed-point iteration from its last steps (Anderson 1965, J. ACM 12, 547), which starts again where
+    the steps grow."""
+
+    def __init__(self) -> None:
+        self._last: tuple[np.ndarray, np.ndarray] | None = None  # values and their step, of the last call
+        self._changes: list[tuple[np.ndarray, np.ndarray]] = []  # of results and steps, between successive calls
+
+    def next(self, values: np.ndarray, result: np.ndarray) -> np.ndarray:
+        """Return better values than the result of the iteration at `values`, shape (n,) each."""
+        step = result - values
+        if self._last is not None:
+            former_result, former = self._last
+            grew = float(np.sum(step * step)) > float(np.sum(former * former))
+            self._changes = [] if grew else [*self._changes[1 - EXTRAPOLATED :], (result - former_result, step - former)]
+            if (step == former).all():
+                self._changes = []
+        self._last = result, step
+        if not self._changes:
+            return result
+        change = [of_step for _, of_step in self._changes]
+        matrix = np.array([[float(np.sum(one * other)) for other in change] for one in change])
+        matrix[np.diag_indices(len(change))] += 1e-8 * np.trace(matrix)  # steps may be nearly parallel
+        shares = np.linalg.solve(matrix, np.array([float(np.sum(one * step)) for one in change]))
+        return result - sum(share * of_result for share, (of_result, _) in zip(shares, self._changes, strict=True))
 
 
 class OverlappingStart(NamedTuple):
@@ -217,6 +261,11 @@ class Touch(ABC):
         """Return the contact leads, i.e. distances ahead of the surface at which contact acts, which remove overlaps in
         steady states."""
         return []
+
+    def springs_of(self, surface: ContactSurface) -> "Iterator[ContactSprings]":
+        """Yield the springs of the last forces at the points of a surface, for the search for an equilibrium; none for contact
+        between triangulated surfaces."""
+        return iter(())
 
     @property
     def stops_apart(self) -> bool:

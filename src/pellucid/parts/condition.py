@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
-LoadKind = Literal["dead", "follower", "other"]
+LoadKind = Literal["dead", "follower", "contact", "other"]
 
 
 class Swing(NamedTuple):
@@ -31,7 +31,8 @@ class Condition(Part):
     swings_as: ClassVar[Swing] = Swing()  # description of the step limit that follows from `swing_of`
     load_kind: ClassVar[LoadKind] = "other"
     """Forces on bodies with their own nodes in an equilibrium: "dead" if they do not depend on the deformation of the bodies,
-    or if there are none; "follower" if they depend on the present positions of the nodes only."""
+    or if there are none; "follower" if they depend on the present positions of the nodes only; "contact" if they are forces
+    between surfaces."""
     losses: ClassVar[Sequence[Channel]] = ()  # channels of work and losses, in addition to `load_channel`
 
     def load_channel(self) -> str | None:

@@ -45,6 +45,9 @@ class PrescribesWhole(Protocol):
     def prescribed_rates(self) -> RigidRates:
         """Return the prescribed velocities over the step, once the step has begun."""
 
+    def set_velocities(self, moving: bool) -> None:
+        """Set the velocities of the points to the prescribed ones of the step that has begun, or, if not `moving`, to 0."""
+
     def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
         """Divide impulses and angular impulses about the centre on the body, shape (6,) [N s, N m s], among the motions that
         prescribe these components; return both by the name of the motion, shape (3,) each."""

@@ -1,10 +1,13 @@
 """Interfaces of a body whose equilibria, or motion in implicit time steps, are found with a factored stiffness: potential
 energy, forces and stiffness at trial positions of its nodes."""
 
-from collections.abc import Callable
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class Trial(NamedTuple):
@@ -14,6 +17,15 @@ class Trial(NamedTuple):
     residual: np.ndarray  # (n, 3) forces on the nodes [N]; 0 for prescribed components
     size: float  # sum of the norms of all internal and all external nodal forces [N]
     is_valid: bool  # False if the body is inverted at a point or a value is not finite
+
+
+class ContactSprings(NamedTuple):
+    """Springs of contact at k points of a body with n nodes, which resist displacements of these points."""
+
+    shares: "sparse.csr_array"  # (k, n) weights of the nodes in the displacements of the points
+    normal: np.ndarray  # (k, 3) unit normals of contact
+    across: np.ndarray  # (k,) stiffness along the normals [N/m]
+    along: np.ndarray  # (k,) stiffness along the surface [N/m]: 0 for points that slide
 
 
 class StiffnessSize(NamedTuple):
@@ -59,9 +71,17 @@ class ElasticSystem(Searched, Protocol):
     """Increments of the prescribed displacements to the equilibrium that is sought [m], shape (n, 3); 0 for free
     components."""
 
+    tried: np.ndarray
+    """Positions of the nodes in the last trial [m], shape (n, 3)."""
+
     @property
     def has_factors(self) -> bool:
         """True if the stiffness was factored for the components that are prescribed now."""
+
+    @property
+    def has_contact(self) -> bool:
+        """True if contact forces act. Their stiffness begins and ends with them, so that factors do not serve for the next
+        load step, and whether an equilibrium is stable is not known."""
 
     @property
     def shift(self) -> float:
@@ -75,8 +95,15 @@ class ElasticSystem(Searched, Protocol):
     def take_loads(self, renew: Callable[[float], None], follow: bool) -> None:
         """Take the present external forces as the loads of the equilibrium that is sought.
 
-        renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes; follow:
-        True if loads depend on these positions.
+        renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes, without
+        contact; follow: True if loads depend on these positions.
+        """
+
+    def take_contact(self, exert: Callable[[], None], springs: Callable[[], Sequence[ContactSprings]]) -> None:
+        """Take the contact of the body, whose forces belong to the loads that follow the deformation.
+
+        exert: function that adds the contact forces at the present positions of the nodes to the loads of all bodies; springs:
+        function that returns the springs of the last contact forces on this body.
         """
 
     def follow(self, force: np.ndarray) -> np.ndarray:
@@ -109,6 +136,16 @@ class ElasticSystem(Searched, Protocol):
 
     def reject(self) -> None:
         """Restore the last equilibrium."""
+
+
+class TouchingSystem(ElasticSystem, Protocol):
+    """An `ElasticSystem` of a body in contact with others that deform; `attempt` is `place`, new loads, and `judge`."""
+
+    def place(self, position: np.ndarray) -> None:
+        """Move the nodes to trial positions [m], shape (n, 3)."""
+
+    def judge(self) -> Trial:
+        """Return energy and forces at the trial positions under the present loads."""
 
 
 class MovingSystem(ElasticSystem, Protocol):

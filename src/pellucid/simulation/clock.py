@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
+from pellucid.energy import StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body, in_metres
 from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, tightest
@@ -179,6 +180,10 @@ class Clock:
 
     against_energy_error: str | None = None
     """Remedy for an energy error, if it is not a smaller step; None otherwise."""
+
+    def works_of_step(self, on_grid: StepWork) -> StepWork:
+        """Return the works and impulses of the bodies on the grid in the completed step; on_grid: those of its last act."""
+        return on_grid
 
     adds_works_of_load_steps = False
     """True if works are sums over large load steps: their error shows in the energy balance, and affects nothing else."""

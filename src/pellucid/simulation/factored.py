@@ -4,19 +4,24 @@ relaxation for load steps in which none is found."""
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pellucid.case.sections import parts_of
+from pellucid.contact.surface_pairs import SurfacePairs
+from pellucid.energy import StepWork
 from pellucid.errors import Interrupted
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
 from pellucid.simulation.clock import renew_loads
+from pellucid.simulation.contact_search import ContactSearch, contact_search
+from pellucid.simulation.joint_system import JointSystem
 from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
-from pellucid.simulation.steady import SteadyClock
+from pellucid.simulation.steady import BEGIN_AT, MOST_CORRECTIONS, NEARER, SteadyClock
 from pellucid.smooth_step import smooth_step
 from pellucid.step.part import StepParts
 
@@ -33,7 +38,7 @@ class FactoredClock(SteadyClock):
     at the end of a load step, or in between if a whole load step failed.
 
     steady, time, bodies, models, parts: as for `SteadyClock`; systems: energy, forces and stiffness of the bodies that relax;
-    follows: True if loads depend on the deformation.
+    follows: True if loads depend on the deformation; contact: contact of the body that deforms, None without contact.
     """
 
     def __init__(
@@ -45,10 +50,15 @@ class FactoredClock(SteadyClock):
         parts: StepParts,
         systems: Sequence[ElasticSystem],
         follows: bool,
+        contact: ContactSearch | None,
     ) -> None:
         super().__init__(steady, time, bodies, models, parts)
+        self.touching = contact
+        """Contact of the body that deforms; None without contact."""
         self._parts, self._systems, self._follows = parts, systems, follows
-        self._minimisers = [Minimiser(system, steady.tolerance) for system in systems]
+        joint = contact is not None and len(systems) > 1
+        self._searched = [JointSystem(systems, contact.exert)] if contact is not None and joint else systems
+        self._minimisers = [Minimiser(system, steady.tolerance) for system in self._searched]
         self._share = 1.0  # of a load step that is tried next
         self._relaxing, self._prepared = False, False
         self._iterations = 0  # of this load step
@@ -68,7 +78,10 @@ class FactoredClock(SteadyClock):
         if self._relaxing:
             return super().next_step(bodies)
         level = self._levels[self._equilibria + 1]
-        return min(self._share, level - self._begun_at) * self._each
+        whole = min(self._share, level - self._begun_at) * self._each
+        if self.touching is None or whole <= (longest := self.touching.largest_step()):
+            return whole
+        return whole / ceil(whole / longest)
 
     def span(self, dt: float) -> tuple[float, float]:
         if self._relaxing:
@@ -80,6 +93,8 @@ class FactoredClock(SteadyClock):
             super().pace(dt)
         else:
             self._share_gravity(self._begun_at * self._each)
+            for tool in self._led:
+                tool.load_rate = 1.0
 
     def _share_gravity(self, time: float) -> None:
         """Let the fraction of gravity act that acts at a time of the loads [s]."""
@@ -88,15 +103,21 @@ class FactoredClock(SteadyClock):
 
     def carry_out(self, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> float:
         while not self._relaxing:
-            begin(dt)
-            for system in self._systems:
+            if self.touching is not None:
+                self.touching.begin(self._begun_at * self._each, dt, begin, act)
+            else:
+                begin(dt)
+            for system in self._searched:
                 system.begin(dt)
             renew = partial(self._renew_loads, self._begun_at * self._each, dt)
             renew(1.0)
-            for system in self._systems:
+            for system in self._searched:
                 system.take_loads(renew, self._follows)
             try:
-                found = [minimiser.find(self._tell) for minimiser in self._minimisers]
+                rough = 0.0 if self.touching is None else NEARER * BEGIN_AT
+                found = [minimiser.find(self._tell, rough) for minimiser in self._minimisers]
+                if self.touching is not None:
+                    found = self._without_overlap(self.touching, found, not self._reaches(dt), begin, act)
             except NoEquilibrium as reason:
                 dt = self._retry(dt, str(reason))
                 continue
@@ -106,6 +127,37 @@ class FactoredClock(SteadyClock):
             self._accept(found, dt)
             return dt
         return super().carry_out(super().next_step(self._bodies), begin, act)
+
+    def _without_overlap(
+        self,
+        touching: ContactSearch,
+        found: Sequence[Equilibrium],
+        on_the_way: bool,
+        begin: Callable[[float], None],
+        act: Callable[[float], None],
+    ) -> list[Equilibrium]:
+        """Remove the overlaps in contact from equilibria that were found, and compute reactions and works of the tools. Returns
+        the equilibria. Raises NoEquilibrium. on_the_way: True before the end of a load step; begin, act: as for `carry_out`.
+        """
+        iterations, overlaps = [equilibrium.iterations for equilibrium in found], list[float]()
+        for number in range(1, MOST_CORRECTIONS + 1):
+            for system in self._searched:
+                touching.correct(lambda system=system: system.attempt(system.tried.copy()))
+            scale = max(minimiser.largest[0] for minimiser in self._minimisers)
+            overlaps.append(touching.overlap(scale))
+            is_exact = touching.is_exact(overlaps, on_the_way) or number == MOST_CORRECTIONS
+            enough = 0.0 if is_exact else NEARER * min(overlaps[-1], BEGIN_AT)
+            found = [minimiser.again(self._tell, enough) for minimiser in self._minimisers]
+            iterations = [before + equilibrium.iterations for before, equilibrium in zip(iterations, found, strict=True)]
+            if is_exact:
+                break
+        if touching.moved_too_far():
+            raise NoEquilibrium("surfaces move so far in one step that they could pass through each other")
+        touching.end(begin, act)
+        for system in self._searched:
+            system.attempt(system.tried.copy())
+        touching.accept()
+        return [equilibrium._replace(iterations=n) for equilibrium, n in zip(found, iterations, strict=True)]
 
     def _renew_loads(self, start: float, dt: float, share: float) -> None:
         """Compute the loads for the present positions of the bodies at a share of a step dt [s] that begins at the time `start`
@@ -144,19 +196,23 @@ class FactoredClock(SteadyClock):
 
     def _reject(self) -> None:
         """Restore the last equilibrium."""
-        for system, minimiser in zip(self._systems, self._minimisers, strict=True):
+        if self.touching is not None:
+            self.touching.go_back()
+        for system, minimiser in zip(self._searched, self._minimisers, strict=True):
             system.reject()
             minimiser.give_up()
 
     def _prepare(self) -> None:
         """Prepare the bodies for a relaxation; a second time nothing is left to do."""
+        if self.touching is not None:
+            self.touching.leave()
         if not self._prepared:
             self._prepared = True
             for body in self._relaxed:
                 body.begin_relaxing(self.steady.mass_scaling)
 
     def _accept(self, found: Sequence[Equilibrium], dt: float) -> None:
-        for system, equilibrium in zip(self._systems, found, strict=True):
+        for system, equilibrium in zip(self._searched, found, strict=True):
             system.accept(equilibrium.position, dt, equilibrium.left_unstable)
         iterations = sum(equilibrium.iterations for equilibrium in found)
         self._iterations += iterations
@@ -184,8 +240,9 @@ class FactoredClock(SteadyClock):
             return
         self.n_steps += 1
         self.dt, self.weight = dt, 0.0
+        reached = self._reaches(dt)
         self._begun_at += dt / self._each
-        if self._begun_at >= self._levels[self._equilibria + 1] * (1.0 - 1e-12):
+        if reached:
             self._step = self._iterations
             self._reach()
 
@@ -197,7 +254,14 @@ class FactoredClock(SteadyClock):
             for minimiser in self._minimisers:
                 minimiser.forget()
 
+    def works_of_step(self, on_grid: StepWork) -> StepWork:
+        return on_grid if self._relaxing or self.touching is None else self.touching.done
+
     adds_works_of_load_steps = True
+
+    def _reaches(self, dt: float) -> bool:
+        """Return True if a step dt [s] of the loads ends the load step."""
+        return self._begun_at + dt / self._each >= self._levels[self._equilibria + 1] * (1.0 - 1e-12)
 
     @property
     def is_last_try(self) -> bool:
@@ -240,7 +304,10 @@ def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], par
     if not steady.is_factored(of_case):
         return SteadyClock(*given)
     systems = [body.elastic_system() for body in bodies if isinstance(body, HasElasticSystem)]
-    return FactoredClock(*given, systems, any(condition.load_kind == "follower" for condition in of_case.of(Condition)))
+    contact = next((contact for contact in parts.of(SurfacePairs) if contact), None)
+    touching = None if contact is None else contact_search(contact, bodies, systems)
+    follows = any(condition.load_kind == "follower" for condition in of_case.of(Condition))
+    return FactoredClock(*given, systems, follows or touching is not None, touching)
 
 
 FACTORED = "_share", "_relaxing", "_prepared", "_iterations", "_residual"

@@ -67,6 +67,7 @@ class Search:
         self.largest = 0.0, 0.0
         """Largest displacement [m] and sum of the norms of the forces [N] of the equilibria so far."""
         self._error = 0.0  # estimated error relative to the largest displacement
+        self._goal = tolerance, self._balanced  # limits of the estimated error and of the residual forces, of this search
 
     def forget(self) -> None:
         """Discard the factors, so that the next search begins with new ones."""
@@ -111,12 +112,12 @@ class Search:
             self._error = change / scale if scale > 0.0 else 0.0
             since += 1
             errors.append(self._error)
-            balanced = _norm(here.residual) <= self._balanced * max(self.largest[1], here.size)
+            balanced = _norm(here.residual) <= self._goal[1] * max(self.largest[1], here.size)
             told(done + number, self._error)
             if scale <= AT_REST * self._extent and change <= ROUNDED_REST * self._extent:
                 self._error = 0.0  # both are rounding
                 return x, here, number
-            if (self._error <= self._tolerance and balanced) or (
+            if (self._error <= self._goal[0] and balanced) or (
                 change <= POSITIONS * self._reach and self._is_rounding(here.residual)
             ):
                 return x, here, number
@@ -202,15 +203,17 @@ class Minimiser(Search):
         super().__init__(system, tolerance)
         self._elastic, self._is_unstable = system, False
 
-    def find(self, told: Callable[[int, float], None]) -> Equilibrium:
+    def find(self, told: Callable[[int, float], None], tolerance: float = 0.0) -> Equilibrium:
         """Return the equilibrium under the present loads and prescribed displacements of the system; the last call of
         `attempt` is at its positions.
 
-        told: function that is called in each iteration with its number and the estimated error. Raises NoEquilibrium.
+        told: function that is called in each iteration with its number and the estimated error; tolerance: estimated error
+        that is enough, if it is larger than that of this object. Raises NoEquilibrium.
         """
+        self._aim(tolerance)
         system = self._elastic
         here = system.attempt(system.position)
-        if not (self.has_factors and system.has_factors):
+        if not (self.has_factors and system.has_factors) or system.has_contact:
             self._factor()
         self._changes, self._renewed = [], False
         soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
@@ -234,15 +237,30 @@ class Minimiser(Search):
             left += 1
             x, here = lower
 
+    def _aim(self, tolerance: float) -> None:
+        """Set the limits of the errors of a search, see `find`."""
+        larger = max(tolerance / self._tolerance, 1.0)
+        self._goal = larger * self._tolerance, larger * self._balanced
+
+    def again(self, told: Callable[[int, float], None], tolerance: float = 0.0) -> Equilibrium:
+        """Return the equilibrium near the last one, after the loads changed a little; arguments and errors as for `find`. The
+        factors of the last equilibrium serve."""
+        self._aim(tolerance)
+        x = self._elastic.tried.copy()
+        x, here, done = self._minimise(x, self._elastic.attempt(x), 0, told)
+        return Equilibrium(x, done, self._error, self._unbalanced(x, here), False, False, None)
+
     def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
         """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
-        load step.
+        load step, except with contact.
 
         The energy decreases along the direction of the smallest eigenvalue of the stiffness.
         """
-        self._factor()
         system = self._elastic
+        if system.has_contact:
+            return None
+        self._factor()
         direction = system.unstable_direction()
         self._is_unstable = direction is not None
         if direction is None or not system.has_potential:

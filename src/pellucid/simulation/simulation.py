@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.sections import parts_of
 from pellucid.case.spec import required
-from pellucid.energy import EnergyBudget, energy_at_stake, total_work
+from pellucid.energy import EnergyBudget, StepWork, energy_at_stake, total_work
 from pellucid.errors import UsageError
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.even_points import even_points
@@ -41,7 +41,7 @@ from pellucid.simulation.assembly import (
 )
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
-from pellucid.simulation.factored import steady_clock
+from pellucid.simulation.factored import FactoredClock, steady_clock
 from pellucid.simulation.implicit import implicit_clock
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.loop import Observer
@@ -162,7 +162,10 @@ class Simulation:
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return steady_clock(case, case.steady, self.bodies, self.parts)
+            clock = steady_clock(case, case.steady, self.bodies, self.parts)
+            if isinstance(clock, FactoredClock) and clock.touching is not None:
+                clock.touching.works = self.works_on_grid
+            return clock
         if case.time.method == "implicit":
             return implicit_clock(case, self.bodies, self.parts)
         pull = case.largest_gravity
@@ -179,11 +182,16 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
-        heats = (body.work() for body in self.stages.grid_bodies)
-        own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.stages.nodal_bodies)]
-        done = total_work([*self.stages.works, *self.parts.works(), *own], self._layout.n_columns)
+        own = [body.work() for body in self.stages.nodal_bodies]
+        done = total_work([self.clock.works_of_step(self.works_on_grid()), *own], self._layout.n_columns)
         self.parts.run("balance", done)
         self.budget.record(done, self.parts.impulses(), dt, self.clock.weight)
+
+    def works_on_grid(self) -> StepWork:
+        """Return the works and impulses of the bodies on the grid, and of parts of the step, in the last step."""
+        heats = (body.work() for body in self.stages.grid_bodies)
+        works = [*self.stages.works, *self.parts.works(), *(heat for heat in heats if heat is not None)]
+        return total_work(works, self._layout.n_columns) if works else self._layout.no_work()
 
     def step(self) -> None:
         """Advance one time step. Raises RunStopped, naming the point, if the state becomes invalid."""

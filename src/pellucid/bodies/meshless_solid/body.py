@@ -298,6 +298,10 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
         if self.skin:
             self.skin.scatter_momentum()
 
+    def place_surface(self) -> None:
+        if self.skin:
+            self.skin.follow()
+
     def half_width(self) -> tuple[float, float, float]:
         """Return zeros: contact begins at the nodes, which lie on the surface."""
         return 0.0, 0.0, 0.0

@@ -252,7 +252,7 @@ class Skin(WarnsOfContact):
         density = float(mass.sum() / volume.sum())
         volumes = np.concatenate([volume, points.mass[added] / density])
         self._everywhere = np.zeros((len(volumes), 3))
-        self._follow()
+        self.follow()
         self._faces, self._triangles = points.faces, points.triangles
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass, whole=True)
         still = np.zeros_like(self._everywhere)
@@ -279,7 +279,7 @@ class Skin(WarnsOfContact):
             surface.respond_with(self._values, motion)
         return surface
 
-    def _follow(self) -> None:
+    def follow(self) -> None:
         """Update positions and velocities of the surface points by interpolation between the nodes with the shape functions,
         which reproduce the initial positions of the points.
         """
@@ -370,7 +370,7 @@ class Skin(WarnsOfContact):
 
     def update(self) -> None:
         """Move the surface points with the nodes of the body, at the end of a step."""
-        self._follow()
+        self.follow()
         if self._field.touches_on_nodes:
             for coupling in (self.surface, self.whole):
                 coupling.check_positions()
@@ -386,6 +386,6 @@ class Skin(WarnsOfContact):
         """Restore the orders of nodes and surface points from the arrays of a checkpoint (see `state_arrays`); call it after
         the nodal coefficients were restored.
         """
-        self._follow()
+        self.follow()
         self.surface.restore(of_owner("skin/surface", arrays))
         self.whole.restore(of_owner("skin/whole", arrays))

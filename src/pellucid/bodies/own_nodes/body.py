@@ -277,6 +277,9 @@ class ExplicitNodes(
         elif not surface.is_hard:
             self.contact_rate = surface.rate
 
+    def place_surface(self) -> None:  # noqa: B027
+        """Move the points of the contact surface to the present positions of the nodes, between steps."""
+
     @property
     def on_grid(self) -> ContactBody | None:
         return self if self.coupling else None

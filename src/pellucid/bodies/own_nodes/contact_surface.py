@@ -130,6 +130,9 @@ class PointsOfFaces(ContactSurface):
         """Distribute the contact forces at the points [N], shape (m, 3), to the corners of the triangles."""
         self._take(self._to_corners @ force)
 
+    def node_shares(self) -> sparse.csr_array:
+        return self._shares if self.response is None else self.response.shares
+
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
         """Set the object that computes the response of the contact points to forces on the nodes. values: weights of the nodes
         in the corners, shape (corners, nodes); motion: motion of the nodes.
@@ -277,6 +280,9 @@ class PointsOfNodes(ContactSurface):
         self.place[...], self.velocity[...], self.area[...] = places, velocities, self._vector_areas()
         self.place[:, self._thin] = self._middle[self._thin]
         self.area[:, self._thin] = 0.0
+
+    def node_shares(self) -> sparse.csr_array:
+        return sparse.eye_array(len(self.place), format="csr") if self._smooth is None else self._smooth
 
     def edges(self) -> np.ndarray:
         """Return the length of the longest element side at each node [m], shape (n,). For a square cut into two triangles

@@ -1,7 +1,7 @@
 """Potential energy, forces and stiffness of a body with its own nodes at trial positions of the nodes, for its equilibria."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, NodalMotion, Tangent
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.bodies.own_nodes.twists import loose_twists, neutral_twists, no_twists
-from pellucid.parts.elastic_system import Trial
+from pellucid.parts.elastic_system import ContactSprings, Trial
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
 DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
@@ -49,6 +49,9 @@ class NodalSystem(ABC):
         self._external, self.has_potential = np.zeros_like(rest), True
         self._renew: Callable[[float], None] = lambda share: None
         self._follow, self._left_stable = False, True
+        self._exert: Callable[[], None] | None = None
+        self._springs: Callable[[], Sequence[ContactSprings]] = tuple
+        self._dt = 0.0  # step of the time of the loads
         self._share = 0.0  # of the step at which the stiffness of loads is that of the tangent
         self._neutral = no_twists()  # motions as a whole on which forces do no work
         self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
@@ -71,7 +74,7 @@ class NodalSystem(ABC):
         """Return the stiffness of the body in the state of its last strains, without factors."""
 
     def begin(self, dt: float) -> None:
-        self.position[:] = self._present
+        self.position[:], self._dt = self._present, dt
         self._stored, self._share = self._stored_energy(), 0.0
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
@@ -80,12 +83,26 @@ class NodalSystem(ABC):
         self._renew, self._follow, self.has_potential = renew, follow, self.has_energy and not follow
         self._external[:] = self._motion.forces() - self._motion.internal
 
+    @property
+    def has_contact(self) -> bool:
+        return self._exert is not None
+
+    def take_contact(self, exert: Callable[[], None], springs: Callable[[], Sequence[ContactSprings]]) -> None:
+        self._exert, self._springs = exert, springs
+
     def attempt(self, position: np.ndarray) -> Trial:
-        internal = self._motion.internal
         self.tried[:] = position
         if self._follow:
-            self._present[:] = position
-            self._renew(1.0)
+            self._load_at(position, 1.0)
+        return self.judge()
+
+    def place(self, position: np.ndarray) -> None:
+        self.tried[:] = self._present[:] = position
+        self._motion.velocity[:] = (position - self.position) / self._dt  # of which friction uses the displacement
+
+    def judge(self) -> Trial:
+        internal, position = self._motion.internal, self.tried
+        if self._follow:
             self._external[:] = self._motion.forces() - internal
         energy, is_valid = self._strain(position)
         if self.has_potential:
@@ -94,6 +111,14 @@ class NodalSystem(ABC):
         with np.errstate(over="ignore", invalid="ignore"):
             size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
         return Trial(energy, residual, size, is_valid and np.isfinite(energy) and np.isfinite(size))
+
+    def _load_at(self, position: np.ndarray, share: float) -> None:
+        """Move the nodes to these positions [m], shape (n, 3), and compute the loads there, at a share of the step."""
+        self._present[:] = position
+        self._renew(share)
+        if self._exert is not None:
+            self._motion.velocity[:] = (position - self.position) / self._dt
+            self._exert()
 
     @property
     def has_factors(self) -> bool:
@@ -104,7 +129,7 @@ class NodalSystem(ABC):
         return self._matrix().shift
 
     def factor(self) -> None:
-        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single)
+        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single, springs=self._springs())
         self._find_neutral()
 
     def _find_neutral(self) -> None:
@@ -112,10 +137,16 @@ class NodalSystem(ABC):
         self._neutral = neutral_twists(loose, self.tried, lambda position: self._external_at(position, 1.0))
 
     def unstable_direction(self) -> np.ndarray | None:
-        if self.shift == 0.0 or (self._follow and not self.includes_load_stiffness):
+        if self.shift == 0.0 or not self._knows_stability:
             return None
         found = self._matrix().softest()
         return None if found is None or found[0] > -UNSTABLE else found[1] / np.abs(found[1]).max()
+
+    @property
+    def _knows_stability(self) -> bool:
+        """True if the factored matrix includes the stiffness of all loads exactly; that of contact is without the change of
+        areas and normals."""
+        return not self.has_contact and (not self._follow or self.includes_load_stiffness)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._without_drift(self._matrix().solve(force))
@@ -130,7 +161,7 @@ class NodalSystem(ABC):
         """Return the displacements under loads on the nodes that grow by `force` [N], shape (n, 3), and the increments of
         prescribed displacements."""
         found = self._linear(force)
-        if not self._follow or self.includes_load_stiffness:
+        if not self._follow or self.includes_load_stiffness or self.has_contact:
             return found
         last = float("inf")
         for _ in range(TANGENTS):  # the loads that follow the displacements are added to the others
@@ -162,11 +193,9 @@ class NodalSystem(ABC):
         """Return the external forces at a share of the step for nodes at these positions [N], shape (n, 3)."""
         if not self._follow:
             return self._external
-        self._present[:] = position
-        self._renew(share)
+        self._load_at(position, share)
         found = self._motion.external_forces(self._motion.force_parts())
-        self._present[:] = self.tried
-        self._renew(1.0)
+        self._load_at(self.tried, 1.0)
         return found
 
     def _without_drift(self, displacement: np.ndarray) -> np.ndarray:
@@ -175,7 +204,7 @@ class NodalSystem(ABC):
         return self._neutral.without(displacement, self.tried) if len(self._neutral) else displacement
 
     def lowest_frequency(self) -> float | None:
-        if self._follow and not self.includes_load_stiffness:
+        if not self._knows_stability:
             return None
         return self._matrix().lowest_frequency(self._motion.inertia)
 
@@ -207,7 +236,7 @@ class NodalSystem(ABC):
         """Return the forces in the middle of the way to the present positions, under the mean of the loads of both ends.
         leaving, arriving: ends of the way; after: forces at its end."""
         ends, position = [self._before, after], self._present.copy()
-        if self._follow:
+        if self._follow and not self.has_contact:
             self._present[:] = 0.5 * (self.position + position) + 0.125 * (leaving.moved - arriving.moved)
             for end, share in enumerate((0.0, 1.0)):
                 self._renew(share)
@@ -219,7 +248,10 @@ class NodalSystem(ABC):
     def _ends_of_path(self, displacement: np.ndarray) -> tuple[Tangent, Tangent]:
         """Return the directions in which the nodes leave the last equilibrium and arrive at the present one, for the
         displacement between both [m], shape (n, 3). Where the stiffness is not positive definite, the direction
-        follows from the displacement."""
+        follows from the displacement. With contact, which begins and ends on the way, the way is straight."""
+        if self.has_contact:
+            straight = Tangent(displacement, np.zeros_like(displacement))
+            return straight, straight
         leaving, arriving = self._leaving, self._tangent(self._grown())
         stable = self.shift == 0.0
         if not self._left_stable:
@@ -240,6 +272,7 @@ class NodalSystem(ABC):
 
     def reject(self) -> None:
         self._present[:] = self.position
+        self._motion.velocity.fill(0.0)
         self._strain(self.position)
 
     def _matrix(self) -> NodalStiffness:

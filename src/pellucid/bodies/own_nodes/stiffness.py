@@ -2,6 +2,7 @@
 them. What the entries are is up to the body."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -10,6 +11,7 @@ from scipy import sparse
 
 from pellucid.bodies.own_nodes.twists import loose_twists
 from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_thread
+from pellucid.parts.elastic_system import ContactSprings
 
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
@@ -76,7 +78,13 @@ class NodalStiffness(ABC):
         return np.searchsorted(keys, one * self._n + other)
 
     def renew(
-        self, free: np.ndarray, position: np.ndarray, single: bool, added: np.ndarray | None = None, dt: float = 0.0
+        self,
+        free: np.ndarray,
+        position: np.ndarray,
+        single: bool,
+        added: np.ndarray | None = None,
+        dt: float = 0.0,
+        springs: Sequence[ContactSprings] = (),
     ) -> bool:
         """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
         enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
@@ -84,11 +92,13 @@ class NodalStiffness(ABC):
         free: mask of the components that are not prescribed, shape (n, 3); position: present positions of the nodes [m], shape
         (n, 3); single: True to try single precision first; added: further stiffness of each node against displacements, such as
         that of inertia [N/m], shape (n,); dt: time in which the displacements come about [s], for materials with history
-        variables.
+        variables; springs: springs of contact.
         """
         self._find(dt)
         if added is not None:
             self._values[self._diagonal[:, :3]] += added[:, None]
+        for spring in springs:
+            self._touch(spring)
         self._motions = len(loose_twists(position, free)) if added is None else 0
         self._free[:, :3] = free
         single = self._factored(free, single)
@@ -97,6 +107,28 @@ class NodalStiffness(ABC):
         self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
         return single
+
+    def _touch(self, springs: ContactSprings) -> None:
+        """Add springs of contact to the entries of the matrix. Products of nodes that are not linked are added to the diagonal
+        instead, which resists no less."""
+        shares, normal = springs.shares, springs.normal
+        excess = springs.across - springs.along
+        turned = sparse.csr_array(shares.T)
+        for i in range(3):
+            for j in range(3):
+                stiffness = excess * normal[:, i] * normal[:, j] + (springs.along if i == j else 0.0)
+                entries = sparse.coo_array(turned @ sparse.csr_array(shares * stiffness[:, None]))
+                one, other = entries.coords
+                at, is_linked = self._find_pairs(one, other)
+                self._values[self._entry[at[is_linked]][:, i, j]] += entries.data[is_linked]
+                lost = np.abs(entries.data[~is_linked])
+                np.add.at(self._values, self._diagonal[one[~is_linked], i], lost)
+
+    def _find_pairs(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices of the pairs of nodes (one, other) among all linked pairs, and a mask of those that are linked."""
+        at = np.minimum(self._pairs(one, other), len(self._links[1]) - 1)
+        first, linked = self._links
+        return at, (linked[at] == other) & (at >= first[one]) & (at < first[one + 1])
 
     def _factored(self, free: np.ndarray, single: bool) -> bool:
         """Factor the matrix, with stiffness on its diagonal if it is not positive definite. Arguments and result are as for

@@ -121,6 +121,13 @@ class RigidBody(RigidConstraint):
         rates = self.leads.rates
         return RigidRates(rates[:3], rates[3:], centre_of(self.body.arrays["mass"][:, None], self.body.arrays["position"]))
 
+    def set_velocities(self, moving: bool) -> None:
+        velocity, turn, centre = self.prescribed_rates()
+        factor = 1.0 if moving else 0.0
+        arrays = self.body.arrays
+        arrays["velocity"][...] = factor * (velocity + np.cross(turn, arrays["position"] - centre))
+        self._carry(factor * turn)
+
     def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
         return self.leads.shares(impulse)
 

@@ -1,0 +1,174 @@
+"""Contact by surfaces in the search for equilibria with a factored stiffness: tools that move from one load step to the next,
+contact forces at trial positions, and their works."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import inf
+
+import numpy as np
+
+from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.surface_pairs import SurfacePairs
+from pellucid.energy import StepWork, no_work
+from pellucid.parts.body import Body
+from pellucid.parts.constraint import PrescribesWhole
+from pellucid.parts.elastic_system import ContactSprings, TouchingSystem
+
+EXACT, ROUGH = 5e-4, 5e-3  # overlaps that may remain, see `ContactSearch.overlap`, at a load step and on the way to it
+STAYS = 3  # corrections in which an overlap that decreases falls to less than half
+LONG = 10.0  # ratio of a displacement to the distance at which contact acts ahead of a surface, above which it does not count
+NO_WORK = no_work(0, 0)
+AHEAD = 0.8  # largest relative displacement of two surfaces in a step of the search, in the depths at which contact is seen
+
+
+class ContactSearch:
+    """Contact of bodies with their own nodes with each other, with walls and with tools, i.e. bodies on the grid whose motion
+    is prescribed, in load steps of a search for equilibria.
+
+    contact: contact of the case; bodies: the bodies with their own nodes; tools: all other bodies.
+    """
+
+    def __init__(self, contact: SurfacePairs, bodies: Sequence[ExplicitNodes], tools: Sequence[Body]) -> None:
+        self._contact, self._bodies, self._tools = contact, bodies, tools
+        own = [body.contact_surface for body in bodies]
+        self._on_trial = [surface for surface in contact.surfaces if any(surface is other for other in own)]
+        self._time = self._dt = 0.0
+        self._kept: list[dict[str, np.ndarray]] = []  # states of the tools at the last equilibrium
+        self._begun = self.done = NO_WORK  # works of the tools under the forces of the last equilibrium
+        """Works of the tools in the last step, from the forces at both ends, with the impulses at its end."""
+        self._deepest = contact.deepest
+        self._places: list[np.ndarray] = []  # of the points of all surfaces at the last equilibrium [m]
+        self.works: Callable[[], StepWork]
+        """Function that returns the works of the bodies on the grid in the last step."""
+
+    # tools
+
+    def largest_step(self) -> float:
+        """Return the largest step of the time of the loads [s] in which prescribed motions bring no two bodies closer than
+        contact is seen."""
+        speeds = sorted(getattr(body.constraint, "top_speed", 0.0) for body in [*self._tools, *self._bodies])
+        fastest = sum(speeds[-2:])
+        return AHEAD * self._deepest / fastest if fastest > 0.0 else inf
+
+    def begin(self, start: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
+        """Move the tools over a step dt [s] of the time of the loads that begins at `start` [s]; the other bodies stay, with the
+        contact forces of the last equilibrium as loads. begin, act: as for `Clock.carry_out`."""
+        self._time, self._dt = start + dt, dt
+        self._kept = self._states()
+        for body in self._bodies:
+            body.place_surface()
+        for surface in self._contact.surfaces:
+            surface.begin()
+        self._places = [surface.place.copy() for surface in self._contact.surfaces]
+        self._contact.begin_search()
+        self._act(start, dt, begin, act)
+        self._begun = self.works()
+
+    def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
+        begin(dt)
+        self._set_velocities(moving=True)
+        self._contact.begin(time, dt)
+        for body in self._bodies:
+            body.relax(0.0, 0.0, 0.0, body.motion.gravity_share)
+        act(dt)
+
+    def _set_velocities(self, moving: bool) -> None:
+        for tool in self._tools:
+            if isinstance(tool.constraint, PrescribesWhole):
+                tool.constraint.set_velocities(moving)
+
+    def _states(self) -> list[dict[str, np.ndarray]]:
+        return [{name: array.copy() for name, array in tool.state_arrays().items()} for tool in self._tools]
+
+    def end(self, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
+        """Compute reactions and works of the tools under the forces of the equilibrium that was found. The tools do not
+        move. begin, act: as for `begin`."""
+        there = self._states()
+        self._act(self._time, self._dt, begin, act)
+        ended = self.works()
+        self.done = ended._replace(works=0.5 * (self._begun.works + ended.works))
+        self._restore(there)
+        self._set_velocities(moving=False)
+        for tool in self._tools:
+            tool.renew_totals()
+
+    def go_back(self) -> None:
+        """Move the tools back to the last equilibrium."""
+        self._restore(self._kept)
+
+    def _restore(self, states: Sequence[dict[str, np.ndarray]]) -> None:
+        for tool, state in zip(self._tools, states, strict=True):
+            tool.restore(state)
+
+    # forces on the bodies
+
+    def exert(self) -> None:
+        """Add the contact forces at the present positions of the nodes to the loads of the bodies."""
+        for body in self._bodies:
+            body.place_surface()
+        self._contact.exert_on_trial(self._time, self._dt, self._on_trial)
+
+    def springs_of(self, body: ExplicitNodes) -> list[ContactSprings]:
+        """Return the springs of the last contact forces on a body."""
+        return [] if body.contact_surface is None else self._contact.springs_of(body.contact_surface)
+
+    def correct(self, attempt: Callable[[], object]) -> None:
+        """Renew the distances ahead of the surface at which contact acts, so that less overlap remains; attempt: function that
+        computes the forces at the last trial positions."""
+        self._contact.renew_leads()
+        attempt()
+
+    def overlap(self, displacement: float) -> float:
+        """Return the mean overlap before the last correction relative to the largest `displacement` of the bodies [m], or to
+        `LONG` times the distance at which contact acts ahead of the surface if that is less."""
+        overlap, lead = self._contact.mean_overlap()
+        length = min(displacement, LONG * lead)
+        return overlap / length if overlap > 0.0 and length > 0.0 else overlap
+
+    def is_exact(self, overlaps: Sequence[float], on_the_way: bool) -> bool:
+        """Return True if no more corrections are needed, from the results of `overlap` so far: the overlap is small, or it does
+        not decrease because the corners of the surface cannot follow the other one. on_the_way: True before the end of a load
+        step."""
+        last = overlaps[-1]
+        stays = len(overlaps) > STAYS and last > 0.5 * overlaps[-1 - STAYS]
+        return last <= (ROUGH if on_the_way or stays else EXACT)
+
+    def accept(self) -> None:
+        """Take the state of the last trial as the reference for friction and initial overlaps."""
+        self._contact.reach_equilibrium()
+
+    def leave(self) -> None:
+        """Prepare contact for a relaxation."""
+        self._contact.end_search()
+
+    def moved_too_far(self) -> bool:
+        """Return True if a point near another body moved farther since the last equilibrium, relative to this body, than
+        contact is seen: it may have passed through the body unseen."""
+        pairs = list(zip(self._contact.surfaces, self._places, strict=True))
+        ends = [(np.concatenate([place, surface.place]), surface.place - place) for surface, place in pairs]
+        for one, (places, moved) in enumerate(ends):
+            for other, (others, followed) in enumerate(ends):
+                if one == other or pairs[one][0].is_hard:
+                    continue
+                near, beside = (_are_near(a, b, self._deepest) for a, b in ((places, others), (others, places)))
+                if near.any() and beside.any():
+                    apart = np.linalg.norm(moved[near] - followed[beside].mean(axis=0), axis=1)
+                    if apart.max() > self._deepest:
+                        return True
+        return False
+
+
+def _are_near(places: np.ndarray, others: np.ndarray, distance: float) -> np.ndarray:
+    """Return a mask of the points that are at the start or the end within a distance [m] of the box about other points; places,
+    others: positions of both at the start and at the end, shape (2 n, 3) [m]."""
+    inside = (places > others.min(axis=0) - distance) & (places < others.max(axis=0) + distance)
+    return np.asarray(inside.all(axis=1).reshape(2, -1).any(axis=0))
+
+
+def contact_search(contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[TouchingSystem]) -> ContactSearch:
+    """Return the contact of the bodies of a case, and pass it to the systems of those with their own nodes."""
+    own = [body for body in bodies if isinstance(body, ExplicitNodes)]
+    search = ContactSearch(contact, own, [body for body in bodies if not isinstance(body, ExplicitNodes)])
+    for body, system in zip(own, systems, strict=True):
+        system.take_contact(search.exert, partial(search.springs_of, body))
+    return search
