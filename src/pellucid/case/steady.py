@@ -30,9 +30,10 @@ class SteadyCase(Part):
     method: Literal["factored", "relaxation"] | None = parameter(
         "",
         "how equilibria are found: factored (minimum of the potential energy, with a factored stiffness; a load step in which "
-        "this fails is relaxed) or relaxation (damped motion). Default: factored in a case of one body, if it is a meshless "
-        'solid with essential = "direct" or a membrane of triangles without wrinkling, and all '
-        "conditions are supports, prescribed motions, pressures, body forces, point loads or tractions; otherwise relaxation",
+        "this fails is relaxed) or relaxation (damped motion). Default: factored if the bodies without prescribed motion are "
+        'meshless solids with essential = "direct" and membranes of triangles without wrinkling, at most one of the bodies in '
+        "contact is a membrane, and the conditions are supports, prescribed motions, pressures, body forces, point loads, "
+        "tractions, contacts and walls; otherwise relaxation",
         None,
     )
 

@@ -2,23 +2,23 @@
 detection of the overlap of the points of one surface with another surface."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_surface import FULL_CONTACT, NO_CONTACT, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING
 from pellucid.contact.following import Following
+from pellucid.contact.frozen import Beneath, FrozenSide
 from pellucid.contact.images import NO_IMAGES, Described, Feet, Images, Seam
 from pellucid.contact.implicit import Block, NormalForces
+from pellucid.contact.leads import ContactLead
 from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, Asking, Meeting, Neighbourhood, Points
-from pellucid.contact.touch import ContactLead, Touch
+from pellucid.contact.touch import Touch
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.elastic_system import ContactSprings
 
 
 class PreviousForces:
@@ -124,6 +124,8 @@ class ContactSide(ABC):
         self.feet: Feet | None = None
         self.images = NO_IMAGES
         self.lead: ContactLead | None = None
+        self.keeps_near = False
+        """True to keep points across a gap among the overlapping points, for the search of an equilibrium."""
         self.lent, self.pushed, self.given = 0.0, np.zeros(0, np.int64), PreviousForces()
 
     @abstractmethod
@@ -141,7 +143,7 @@ class ContactSide(ABC):
         """Velocities of the points of the other surface, shape (q, 3), or of the wall, shape (3,) [m/s]."""
 
     def remove_overlap(self) -> None:
-        """Add a contact lead (see `pellucid.contact.touch`) to this side, which removes the overlap in steady
+        """Add a contact lead (see `pellucid.contact.leads`) to this side, which removes the overlap in steady
         states."""
         self.lead, self.share = ContactLead(self.one), 1.0
 
@@ -176,6 +178,18 @@ class PointContact(Touch):
             self.law.lent += side.share * self.law.stiffness * side.lent
         return any(side.overlap is not None for side in self.sides)
 
+    def freeze(self, described: dict[int, Described], slips: Mapping[int, np.ndarray], dt: float) -> list[FrozenSide]:
+        for side in self.sides:
+            side.keeps_near = True
+        self.find(described)
+        found = [(side, side.overlap) for side in self.sides if side.overlap is not None]
+        for side in self.sides:
+            side.keeps_near = False
+        how = self.law.stiffness, self.law.friction
+        return [
+            FrozenSide(side.one, overlap, _beneath(side), *how, side.lead, slips[id(side.one)], dt) for side, overlap in found
+        ]
+
     def overlaps(self) -> list[Overlap]:
         return [side.overlap for side in self.sides if side.overlap is not None]
 
@@ -191,18 +205,6 @@ class PointContact(Touch):
     def begin_steady(self) -> None:
         super().begin_steady()
         self.law.is_implicit = False  # leads remove the overlap
-
-    def springs_of(self, surface: ContactSurface) -> Iterator[ContactSprings]:
-        """Yield the springs of the last forces at the points of a surface that lie inside the other surface or behind a wall,
-        and at the feet of points of the other surface."""
-        touching = [(side, side.overlap) for side in self.sides if side.overlap is not None]
-        tangents = self.law.tangents([overlap for _, overlap in touching])
-        for (side, overlap), (across, along) in zip(touching, tangents, strict=True):
-            if side.one is surface:
-                yield ContactSprings(surface.node_shares()[overlap.listed], overlap.normal, across, along)
-            elif side.feet is not None:
-                shares = side.feet.shares(len(surface.place), side.images) @ surface.node_shares()
-                yield ContactSprings(sparse.csr_array(shares), overlap.normal, across, along)
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         touching = [(side, side.overlap) for side in self.sides if side.overlap is not None]
@@ -222,6 +224,11 @@ class PointContact(Touch):
         for (side, overlap), force in zip(touching, found, strict=True):
             side.apply(overlap, force, forces)
             self.impulse += (1.0 if side.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
+
+
+def _beneath(side: ContactSide) -> Beneath | None:
+    """Return the feet of the points of a side on the other surface; None for a wall."""
+    return None if side.other is None or side.feet is None else Beneath(side.other, side.feet, side.images)
 
 
 RIM = 0.01  # largest distance of a resting edge beyond the rim of a plane, in reaches of a point
@@ -299,7 +306,10 @@ class SurfaceSide(ContactSide):
             found.depth[:n] = self.start.reduce(found.depth[:n])
         if self.lead is not None:
             found.depth[:n], self.lent = self.lead.applied(found.listed[:n], found.depth[:n], found.area[:n])
-        n, k = proximity.keep_touching(found, n, self.pushed, step, ahead) if n else (0, 0)
+        if self.keeps_near:
+            k = int(found.first[n])
+        else:
+            n, k = proximity.keep_touching(found, n, self.pushed, step, ahead) if n else (0, 0)
         if not n:
             return None
         self.feet = Feet(found.first[: n + 1], found.point[:k], found.share[:k])

@@ -3,7 +3,7 @@
 `pellucid.contact.surface_pairs` describes the method and the reasons for it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -13,7 +13,6 @@ from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.point_forces import (
-    DAMPER,
     ENTERED,
     LOST,
     N_LAW,
@@ -174,7 +173,8 @@ class OverlapLaw:
         cell: float = np.inf,
         step: float = 0.0,
     ) -> None:
-        self._friction = friction
+        self.friction = friction
+        """Coefficient of friction, or `STICKS`."""
         self._hard = all(side.is_hard for side in sides)
         self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), TINY)
         soft = [side for side in sides if self._hard or not side.is_hard]
@@ -269,7 +269,7 @@ class OverlapLaw:
             points = overlap.listed, overlap.depth, overlap.normal, overlap.area, overlap.relative, new
             results = force, given, limits, sums
             find_point_forces(self._numbers, overlap.share, *points, extra, normal_forces, drag, one.slip, dt, last, *results)
-            if self._friction > 0.0:
+            if self.friction > 0.0:
                 touched[id(one)][overlap.listed] = True
                 if self.is_steady and one.drag is None:
                     self._limits.append((one, overlap.listed, limits))
@@ -295,22 +295,6 @@ class OverlapLaw:
         spring force equals the friction limit."""
         for one, at, limits in self._limits:
             limit_slip(at, one.slip, limits)
-
-    def damp(self, is_damped: bool) -> None:
-        """Exert damper forces in the coming steps, or, in the search for an equilibrium at trial positions, exert none."""
-        self._numbers[DAMPER] = self._damping if is_damped else 0.0
-
-    def tangents(self, overlaps: Sequence[Overlap]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield for each overlap of the last call of `forces` the stiffness of its n points along the normals and along the
-        surface, shape (n,) each [N/m]; points that slide have none along the surface."""
-        for i, overlap in enumerate(overlaps):
-            across = self.stiffness * overlap.share * overlap.area
-            along = np.zeros_like(across)
-            if self._limits:
-                one, at, limits = self._limits[i]
-                sticks = limits[:, 0] * np.linalg.norm(one.slip[at], axis=1) < limits[:, 1]
-                along[sticks] = limits[sticks, 0]
-            yield across, along
 
     def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
         """Return the stiffness of the implicit normal force at each point of an overlap, shape (n,) [N/m]."""
@@ -346,9 +330,9 @@ class OverlapLaw:
         carried, drags = ([np.empty_like(overlap.normal) for overlap in overlaps] for _ in range(2))
         for of, spring, pressure, *found in zip(overlaps, springs.stiffness, springs.pressures, carried, drags, strict=True):
             points = of.listed, of.normal, of.relative, of.one.slip
-            begin_friction(*points, spring, self._friction * pressure, last, *found)
+            begin_friction(*points, spring, self.friction * pressure, last, *found)
         tangents = self._tangents(overlaps, springs, dt)
-        return carried, drags, *stop.forces_apart(overlaps, springs.pressures, drags, self._friction, tangents, dt)
+        return carried, drags, *stop.forces_apart(overlaps, springs.pressures, drags, self.friction, tangents, dt)
 
     def _forces_apart(
         self,
@@ -370,9 +354,9 @@ class OverlapLaw:
         for overlap, spring, pressure, carried, drag, extra, dragged in zip(*parts, strict=True):
             one, at, press = overlap.one, overlap.listed, np.maximum(pressure + extra, 0.0)
             force, damped = press[:, None] * overlap.normal, (press - pressure)[:, None] * overlap.normal
-            if self._friction > 0.0:
+            if self.friction > 0.0:
                 points = at, overlap.normal, overlap.relative, one.slip
-                taken += end_friction(*points, spring, self._friction * press, last, carried, drag, dragged, damped)
+                taken += end_friction(*points, spring, self.friction * press, last, carried, drag, dragged, damped)
                 force += dragged
                 touched[id(one)][at] = True
             pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))

@@ -17,7 +17,8 @@ their vibrations within a few periods and hardly affects the motion of the bodie
 hardly rebound, and their overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -26,16 +27,17 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_side import PointContact, PreviousForces, SurfaceSide
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import SETTLED
+from pellucid.contact.frozen import ContactSprings, FrozenSide
 from pellucid.contact.images import Described, Plane, Seam, describe
+from pellucid.contact.leads import ContactLead
 from pellucid.contact.moved_surfaces import MovedByNodes, MovedSurfaces
 from pellucid.contact.overlap import OverlapLaw, StartOverlap, mean_way
 from pellucid.contact.proximity import Meeting
 from pellucid.contact.sheets import find_places_beside, passes_between
-from pellucid.contact.touch import ContactLead, OverlappingStart, Touch
+from pellucid.contact.touch import OverlappingStart, Touch
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, SUPPORT, StepWork
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit import kernel
-from pellucid.parts.elastic_system import ContactSprings
 from pellucid.state import of_owner, with_owner
 from pellucid.step.part import WARNING_INTERVAL, StepPart
 
@@ -172,7 +174,8 @@ class SurfacePairs(StepPart):
         self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
         self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
-        self._pushed: Sequence[ContactSurface] = self.surfaces  # surfaces on which forces act
+        self._searches = False
+        self._frozen: list[list[tuple[Touch, FrozenSide]]] = []  # geometries of contact in a search for an equilibrium
         self._slips: dict[int, np.ndarray] = {}  # of the surfaces at the last equilibrium, in a search for the next one
         self.start_overlaps: list[OverlappingStart] = []
         """Overlaps of surfaces at the start, which exert no force until they have opened once."""
@@ -194,6 +197,9 @@ class SurfacePairs(StepPart):
 
     def exert_forces(self, dt: float) -> None:
         """Compute the contact forces of a step dt [s] and apply them to the bodies."""
+        if self._searches:
+            self.exert_on_trial(self.surfaces, dt)
+            return
         last = self._last
         for pair in self._pairs:
             pair.begin(self._time, self._passing / dt if dt > 0.0 else 0.0)
@@ -230,7 +236,7 @@ class SurfacePairs(StepPart):
             elif holds or id(surface) in self._holding:
                 _let_go(surface.slip, touched[id(surface)])
                 (self._holding.add if holds else self._holding.discard)(id(surface))
-            if id(surface) in forces and any(surface is other for other in self._pushed):
+            if id(surface) in forces:
                 on_points = described[id(surface)].fold(forces[id(surface)])
                 surface.add_forces(on_points)
                 self._moved.record_forces(surface, on_points)
@@ -320,41 +326,82 @@ class SurfacePairs(StepPart):
         for pair in self._pairs:
             pair.begin_steady()
 
-    def _damp(self, is_damped: bool) -> None:
-        """Exert damper forces in the coming steps, or none."""
-        for pair in self._pairs:
-            pair.law.damp(is_damped)
+    # the search for equilibria at trial positions
 
     def begin_search(self) -> None:
-        """Begin the search for an equilibrium from the last one, whose friction is stored; without dampers."""
-        self._slips, self._last = {id(surface): surface.slip.copy() for surface in self.surfaces}, 0.0
+        """Begin the search for an equilibrium from the last one: in steps and on trials, the forces are those of the geometry
+        of the last call of `freeze`, without dampers."""
+        self._slips, self._searches = {id(surface): surface.slip.copy() for surface in self.surfaces}, True
         for lead in self._leads():
             lead.extrapolate(True)
-        self._damp(False)
 
     def end_search(self) -> None:
         """End the search for an equilibrium: steps in time follow."""
+        self._searches = False
         for lead in self._leads():
             lead.extrapolate(False)
-        self._damp(True)
 
-    def exert_on_trial(self, time: float, dt: float, surfaces: Sequence[ContactSurface]) -> None:
-        """Compute the contact forces at trial positions of an equilibrium at a time of the loads [s], and apply them to
-        surfaces. The velocities of the surfaces are their displacements since the last equilibrium over the step dt of the
-        loads [s]; friction follows from these displacements."""
+    def freeze(self, time: float, dt: float, geometries: int = 1) -> None:
+        """Detect contact at trial positions of an equilibrium at a time of the loads [s]. The velocities of the surfaces are
+        their displacements since the last equilibrium over the step dt of the loads [s], from which friction follows.
+
+        geometries: number of the last detections whose mean gives the forces.
+        """
+        described = self._described
         for surface in self.surfaces:
-            surface.slip[...] = self._slips[id(surface)]
-        self._time, self._passing, self._last, self._pushed = time, dt, dt, surfaces
-        self.exert_forces(dt)
-        self._last, self._pushed = 0.0, self.surfaces
+            surface.begin()
+            described[id(surface)] = describe(surface, self._planes, self._seams, described.get(id(surface)))
+        found = []
+        for pair in self._pairs:
+            pair.begin(time, 1.0)
+            pair.step = dt
+            found += [(pair, side) for side in pair.freeze(described, self._slips, dt)]
+        self._frozen = [*self._frozen[len(self._frozen) - geometries + 1 :], found] if geometries > 1 else [found]
+        for _, side in chain(*self._frozen):
+            side.weight = 1.0 / len(self._frozen)
+
+    def exert_on_trial(self, surfaces: Sequence[ContactSurface], dt: float) -> None:
+        """Compute the contact forces at the present positions for the geometry of the last call of `freeze`, and apply them to
+        surfaces; dt: step in which they act [s]."""
+        described = self._described
+        forces = {id(surface): np.zeros((len(described[id(surface)].place), 3)) for surface in self.surfaces}
+        for surface in surfaces:
+            surface.begin()
+        for pair in self._pairs:
+            pair.impulse = np.zeros(3)
+        for pair, side in chain(*self._frozen):
+            pair.impulse += dt * side.exert(forces, pair.surfaces[0])
+        for surface in surfaces:
+            surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
+
+    def jump(self, time: float, dt: float, judged: Callable[[], float]) -> float:
+        """Return what `judged` returns with the geometry of contact at the present positions; afterwards the geometry is as
+        before. time, dt: as for `freeze`."""
+        kept = self._frozen
+        self.freeze(time, dt)
+        found = judged()
+        self._frozen = kept
+        return found
 
     def springs_of(self, surface: ContactSurface) -> list[ContactSprings]:
-        """Return the springs of the last contact forces at the points of a surface."""
-        return [springs for pair in self._pairs if surface in pair.surfaces for springs in pair.springs_of(surface)]
+        """Return the springs of the last contact forces at trial positions on a surface."""
+        found = [side.springs_of(surface) for _, side in chain(*self._frozen)]
+        return [springs for springs in found if springs is not None]
+
+    def store_friction(self) -> None:
+        """Take the last trial as the reference state of friction and of initial overlaps."""
+        for surface in self.surfaces:
+            surface.slip.fill(0.0)
+        for _, side in chain(*self._frozen):
+            side.store_slip()
+        for start in self._start_overlaps():
+            start.reach_equilibrium()
+
+    # steady states by relaxation
 
     def renew_leads(self) -> None:
         """Request an update of the contact leads (distances ahead of surfaces at which contact acts) at the start of the
-        next step, see `pellucid.contact.touch`."""
+        next step, see `pellucid.contact.leads`."""
         for lead in self._leads():
             lead.is_due = True
 
@@ -370,8 +417,8 @@ class SurfacePairs(StepPart):
         pressed = sum(lead.pressed for lead in leads)
         if pressed == 0.0:
             return (np.inf if self.lead_change()[0] > 0.0 else 0.0), 0.0
-        overlap, lead = (float(each) / pressed for each in sum(lead.moments for lead in leads))
-        return overlap, lead
+        overlap, length = np.sum([lead.moments for lead in leads], axis=0) / pressed
+        return float(overlap), float(length)
 
     def reach_equilibrium(self) -> None:
         """Use the current equilibrium as the reference state of friction and initial overlaps."""

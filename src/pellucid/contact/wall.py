@@ -45,7 +45,7 @@ class BehindPlane(ContactSide):
             depth = self.start.reduce(depth)
         if self.lead is not None:
             depth, self.lent = self.lead.applied(at, depth, area)
-        if not ahead:
+        if not (ahead or self.keeps_near):
             kept = depth > 0.0
             at, depth, area = at[kept], depth[kept], area[kept]
         if not len(at):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 if TYPE_CHECKING:
-    from scipy import sparse
+    from pellucid.contact.frozen import ContactSprings
 
 
 class Trial(NamedTuple):
@@ -17,15 +17,6 @@ class Trial(NamedTuple):
     residual: np.ndarray  # (n, 3) forces on the nodes [N]; 0 for prescribed components
     size: float  # sum of the norms of all internal and all external nodal forces [N]
     is_valid: bool  # False if the body is inverted at a point or a value is not finite
-
-
-class ContactSprings(NamedTuple):
-    """Springs of contact at k points of a body with n nodes, which resist displacements of these points."""
-
-    shares: "sparse.csr_array"  # (k, n) weights of the nodes in the displacements of the points
-    normal: np.ndarray  # (k, 3) unit normals of contact
-    across: np.ndarray  # (k,) stiffness along the normals [N/m]
-    along: np.ndarray  # (k,) stiffness along the surface [N/m]: 0 for points that slide
 
 
 class StiffnessSize(NamedTuple):
@@ -39,8 +30,10 @@ class StiffnessSize(NamedTuple):
 class Searched(Protocol):
     """Forces on the nodes of a body as functions of their positions, and a stiffness, for a search where the forces balance."""
 
-    rest: np.ndarray
-    """Positions of the nodes from which displacements are measured [m], shape (n, 3)."""
+    @property
+    def rest(self) -> np.ndarray:
+        """Positions of the nodes from which displacements are measured [m], shape (n, 3)."""
+
     has_potential: bool
     """True if the forces have a potential, so that they balance where the energy has a minimum."""
 
@@ -63,16 +56,18 @@ class ElasticSystem(Searched, Protocol):
     """Potential energy, forces and stiffness of a body with its own nodes, displaced from its state at rest; loads depend on
     the positions of the nodes only, and have a potential if they do not depend on the deformation."""
 
-    position: np.ndarray
-    """Positions of the nodes at the last equilibrium [m], shape (n, 3)."""
-    in_single: bool
-    """True as long as factors in single precision are accurate enough; part of the state of a run."""
-    increment: np.ndarray
-    """Increments of the prescribed displacements to the equilibrium that is sought [m], shape (n, 3); 0 for free
-    components."""
+    @property
+    def position(self) -> np.ndarray:
+        """Positions of the nodes at the last equilibrium [m], shape (n, 3)."""
 
-    tried: np.ndarray
-    """Positions of the nodes in the last trial [m], shape (n, 3)."""
+    @property
+    def increment(self) -> np.ndarray:
+        """Increments of the prescribed displacements to the equilibrium that is sought [m], shape (n, 3); 0 for free
+        components."""
+
+    @property
+    def tried(self) -> np.ndarray:
+        """Positions of the nodes in the last trial [m], shape (n, 3)."""
 
     @property
     def has_factors(self) -> bool:
@@ -97,13 +92,6 @@ class ElasticSystem(Searched, Protocol):
 
         renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes, without
         contact; follow: True if loads depend on these positions.
-        """
-
-    def take_contact(self, exert: Callable[[], None], springs: Callable[[], Sequence[ContactSprings]]) -> None:
-        """Take the contact of the body, whose forces belong to the loads that follow the deformation.
-
-        exert: function that adds the contact forces at the present positions of the nodes to the loads of all bodies; springs:
-        function that returns the springs of the last contact forces on this body.
         """
 
     def follow(self, force: np.ndarray) -> np.ndarray:
@@ -138,8 +126,18 @@ class ElasticSystem(Searched, Protocol):
         """Restore the last equilibrium."""
 
 
-class TouchingSystem(ElasticSystem, Protocol):
-    """An `ElasticSystem` of a body in contact with others that deform; `attempt` is `place`, new loads, and `judge`."""
+class BodySystem(ElasticSystem, Protocol):
+    """An `ElasticSystem` of one body; `attempt` is `place`, new loads, and `judge`."""
+
+    in_single: bool
+    """True as long as factors in single precision are accurate enough; part of the state of a run."""
+
+    def take_contact(self, exert: Callable[[], None], springs: "Callable[[], Sequence[ContactSprings]]") -> None:
+        """Take the contact of the body, whose forces belong to the loads that follow the deformation.
+
+        exert: function that adds the contact forces at the present positions of the nodes to the loads of all bodies; springs:
+        function that returns the springs of the last contact forces on this body.
+        """
 
     def place(self, position: np.ndarray) -> None:
         """Move the nodes to trial positions [m], shape (n, 3)."""
@@ -148,7 +146,7 @@ class TouchingSystem(ElasticSystem, Protocol):
         """Return energy and forces at the trial positions under the present loads."""
 
 
-class MovingSystem(ElasticSystem, Protocol):
+class MovingSystem(BodySystem, Protocol):
     """An `ElasticSystem` that also moves by its inertia, in implicit time steps (`pellucid.simulation.implicit`)."""
 
     velocity: np.ndarray
@@ -184,7 +182,7 @@ class MovingSystem(ElasticSystem, Protocol):
 class HasElasticSystem(Protocol):
     """A body whose equilibria can be found with a factored stiffness."""
 
-    def elastic_system(self) -> ElasticSystem:
+    def elastic_system(self) -> BodySystem:
         """Return energy, forces and stiffness of the body."""
 
 

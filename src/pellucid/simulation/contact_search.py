@@ -8,14 +8,16 @@ from math import inf
 import numpy as np
 
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.frozen import ContactSprings
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import StepWork, no_work
 from pellucid.parts.body import Body
 from pellucid.parts.constraint import PrescribesWhole
-from pellucid.parts.elastic_system import ContactSprings, TouchingSystem
+from pellucid.parts.elastic_system import BodySystem
 
 EXACT, ROUGH = 5e-4, 5e-3  # overlaps that may remain, see `ContactSearch.overlap`, at a load step and on the way to it
 STAYS = 3  # corrections in which an overlap that decreases falls to less than half
+MANY, MEAN = 8, 4  # corrections after which forces are those of the mean of several detections, and the number of these
 LONG = 10.0  # ratio of a displacement to the distance at which contact acts ahead of a surface, above which it does not count
 NO_WORK = no_work(0, 0)
 AHEAD = 0.8  # largest relative displacement of two surfaces in a step of the search, in the depths at which contact is seen
@@ -33,6 +35,8 @@ class ContactSearch:
         own = [body.contact_surface for body in bodies]
         self._on_trial = [surface for surface in contact.surfaces if any(surface is other for other in own)]
         self._time = self._dt = 0.0
+        self._is_due = True  # True if contact is detected at the next trial positions
+        self._corrections = 0  # in this search
         self._kept: list[dict[str, np.ndarray]] = []  # states of the tools at the last equilibrium
         self._begun = self.done = NO_WORK  # works of the tools under the forces of the last equilibrium
         """Works of the tools in the last step, from the forces at both ends, with the impulses at its end."""
@@ -51,8 +55,8 @@ class ContactSearch:
         return AHEAD * self._deepest / fastest if fastest > 0.0 else inf
 
     def begin(self, start: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
-        """Move the tools over a step dt [s] of the time of the loads that begins at `start` [s]; the other bodies stay, with the
-        contact forces of the last equilibrium as loads. begin, act: as for `Clock.carry_out`."""
+        """Move the tools over a step dt [s] of the time of the loads that begins at `start` [s]; the other bodies stay, with
+        the contact forces of the last equilibrium as loads. begin, act: as for `Clock.carry_out`."""
         self._time, self._dt = start + dt, dt
         self._kept = self._states()
         for body in self._bodies:
@@ -61,8 +65,9 @@ class ContactSearch:
             surface.begin()
         self._places = [surface.place.copy() for surface in self._contact.surfaces]
         self._contact.begin_search()
+        self._contact.freeze(start, 0.0)
         self._act(start, dt, begin, act)
-        self._begun = self.works()
+        self._begun, self._is_due, self._corrections = self.works(), True, 0
 
     def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
         begin(dt)
@@ -74,8 +79,9 @@ class ContactSearch:
 
     def _set_velocities(self, moving: bool) -> None:
         for tool in self._tools:
-            if isinstance(tool.constraint, PrescribesWhole):
-                tool.constraint.set_velocities(moving)
+            constraint: object = tool.constraint
+            if isinstance(constraint, PrescribesWhole):
+                constraint.set_velocities(moving)
 
     def _states(self) -> list[dict[str, np.ndarray]]:
         return [{name: array.copy() for name, array in tool.state_arrays().items()} for tool in self._tools]
@@ -106,17 +112,20 @@ class ContactSearch:
         """Add the contact forces at the present positions of the nodes to the loads of the bodies."""
         for body in self._bodies:
             body.place_surface()
-        self._contact.exert_on_trial(self._time, self._dt, self._on_trial)
+        if self._is_due:
+            self._contact.freeze(self._time, self._dt, MEAN if self._corrections > MANY else 1)
+            self._is_due = False
+        self._contact.exert_on_trial(self._on_trial, self._dt)
 
     def springs_of(self, body: ExplicitNodes) -> list[ContactSprings]:
         """Return the springs of the last contact forces on a body."""
         return [] if body.contact_surface is None else self._contact.springs_of(body.contact_surface)
 
-    def correct(self, attempt: Callable[[], object]) -> None:
-        """Renew the distances ahead of the surface at which contact acts, so that less overlap remains; attempt: function that
-        computes the forces at the last trial positions."""
+    def correct(self) -> None:
+        """Request also new distances ahead of the surfaces at which contact acts, so that less overlap remains."""
         self._contact.renew_leads()
-        attempt()
+        self._is_due = True
+        self._corrections += 1
 
     def overlap(self, displacement: float) -> float:
         """Return the mean overlap before the last correction relative to the largest `displacement` of the bodies [m], or to
@@ -131,11 +140,15 @@ class ContactSearch:
         step."""
         last = overlaps[-1]
         stays = len(overlaps) > STAYS and last > 0.5 * overlaps[-1 - STAYS]
-        return last <= (ROUGH if on_the_way or stays else EXACT)
+        return (stays and len(overlaps) > 2 * MANY) or last <= (ROUGH if on_the_way or stays else EXACT)
+
+    def jump(self, judged: Callable[[], float]) -> float:
+        """Return what `judged`, which attempts the present positions again, returns with the geometry of contact there."""
+        return self._contact.jump(self._time, self._dt, judged)
 
     def accept(self) -> None:
         """Take the state of the last trial as the reference for friction and initial overlaps."""
-        self._contact.reach_equilibrium()
+        self._contact.store_friction()
 
     def leave(self) -> None:
         """Prepare contact for a relaxation."""
@@ -165,7 +178,7 @@ def _are_near(places: np.ndarray, others: np.ndarray, distance: float) -> np.nda
     return np.asarray(inside.all(axis=1).reshape(2, -1).any(axis=0))
 
 
-def contact_search(contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[TouchingSystem]) -> ContactSearch:
+def contact_search(contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[BodySystem]) -> ContactSearch:
     """Return the contact of the bodies of a case, and pass it to the systems of those with their own nodes."""
     own = [body for body in bodies if isinstance(body, ExplicitNodes)]
     search = ContactSearch(contact, own, [body for body in bodies if not isinstance(body, ExplicitNodes)])

@@ -16,7 +16,7 @@ from pellucid.errors import Interrupted
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
-from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem
+from pellucid.parts.elastic_system import BodySystem, ElasticSystem, HasElasticSystem
 from pellucid.simulation.clock import renew_loads
 from pellucid.simulation.contact_search import ContactSearch, contact_search
 from pellucid.simulation.joint_system import JointSystem
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from pellucid.case.steady import SteadyCase
 
 SMALLEST = 1.0 / 64.0  # of a load step: smallest part that is tried before the relaxation
+UNSETTLED, MOST_UNSETTLED = 1e-2, 0.3
+"""Residual forces over all forces after a new detection of contact at an equilibrium: largest without a warning, and of all."""
 QUICK = 60  # iterations up to which the next part of a load step is twice as large
 
 
@@ -48,7 +50,7 @@ class FactoredClock(SteadyClock):
         bodies: Sequence[Body],
         models: Sequence[BodyModel],
         parts: StepParts,
-        systems: Sequence[ElasticSystem],
+        systems: Sequence[BodySystem],
         follows: bool,
         contact: ContactSearch | None,
     ) -> None:
@@ -56,8 +58,9 @@ class FactoredClock(SteadyClock):
         self.touching = contact
         """Contact of the body that deforms; None without contact."""
         self._parts, self._systems, self._follows = parts, systems, follows
-        joint = contact is not None and len(systems) > 1
-        self._searched = [JointSystem(systems, contact.exert)] if contact is not None and joint else systems
+        self._searched: Sequence[ElasticSystem] = systems
+        if contact is not None and len(systems) > 1:
+            self._searched = [JointSystem(systems, contact.exert)]
         self._minimisers = [Minimiser(system, steady.tolerance) for system in self._searched]
         self._share = 1.0  # of a load step that is tried next
         self._relaxing, self._prepared = False, False
@@ -141,8 +144,9 @@ class FactoredClock(SteadyClock):
         """
         iterations, overlaps = [equilibrium.iterations for equilibrium in found], list[float]()
         for number in range(1, MOST_CORRECTIONS + 1):
+            touching.correct()
             for system in self._searched:
-                touching.correct(lambda system=system: system.attempt(system.tried.copy()))
+                system.attempt(system.tried.copy())
             scale = max(minimiser.largest[0] for minimiser in self._minimisers)
             overlaps.append(touching.overlap(scale))
             is_exact = touching.is_exact(overlaps, on_the_way) or number == MOST_CORRECTIONS
@@ -153,11 +157,24 @@ class FactoredClock(SteadyClock):
                 break
         if touching.moved_too_far():
             raise NoEquilibrium("surfaces move so far in one step that they could pass through each other")
+        (minimiser,) = self._minimisers
+        left = touching.jump(minimiser.unbalanced)
+        if left > MOST_UNSETTLED:
+            raise NoEquilibrium(f"the forces of contact jump with its geometry, by {left:.2g} of all forces")
+        if left > UNSETTLED and not on_the_way:
+            self._warn_of_jump(left)
         touching.end(begin, act)
-        for system in self._searched:
-            system.attempt(system.tried.copy())
+        minimiser.unbalanced()
         touching.accept()
-        return [equilibrium._replace(iterations=n) for equilibrium, n in zip(found, iterations, strict=True)]
+        return [equilibrium._replace(iterations=n, unbalanced=left) for equilibrium, n in zip(found, iterations, strict=True)]
+
+    def _warn_of_jump(self, left: float) -> None:
+        warnings.warn(
+            f"load step {self._equilibria + 1}: at the equilibrium the forces of contact jump by {left:.2g} of all forces with "
+            "the smallest motion of a surface, because its points pass an edge or a corner of the other one. The contact "
+            "force has an error of this size. Use a finer mesh where the edge presses, or a tool with a round edge",
+            stacklevel=2,
+        )
 
     def _renew_loads(self, start: float, dt: float, share: float) -> None:
         """Compute the loads for the present positions of the bodies at a share of a step dt [s] that begins at the time `start`

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from pellucid.parts.elastic_system import TouchingSystem, Trial
+from pellucid.parts.elastic_system import BodySystem, Trial
 
 
 class JointSystem:
@@ -17,7 +17,7 @@ class JointSystem:
 
     has_potential, has_contact = False, True
 
-    def __init__(self, systems: Sequence[TouchingSystem], exert: Callable[[], None]) -> None:
+    def __init__(self, systems: Sequence[BodySystem], exert: Callable[[], None]) -> None:
         self._systems, self._exert = systems, exert
         self._ends = np.cumsum([len(system.rest) for system in systems])[:-1]
         self.rest = self._joined([system.rest for system in systems])
@@ -27,7 +27,7 @@ class JointSystem:
     def _joined(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         return np.concatenate(parts)
 
-    def _each(self, values: np.ndarray) -> Iterator[tuple[TouchingSystem, np.ndarray]]:
+    def _each(self, values: np.ndarray) -> Iterator[tuple[BodySystem, np.ndarray]]:
         """Yield each system with its rows of values, shape (n, 3)."""
         return zip(self._systems, np.split(values, self._ends), strict=True)
 

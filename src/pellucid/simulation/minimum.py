@@ -250,6 +250,12 @@ class Minimiser(Search):
         x, here, done = self._minimise(x, self._elastic.attempt(x), 0, told)
         return Equilibrium(x, done, self._error, self._unbalanced(x, here), False, False, None)
 
+    def unbalanced(self) -> float:
+        """Return the norm of the residual forces relative to the largest forces so far, under the present loads at the last
+        trial positions."""
+        x = self._elastic.tried.copy()
+        return self._unbalanced(x, self._elastic.attempt(x))
+
     def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
         """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next

@@ -186,7 +186,7 @@ class SteadyClock(Clock):
 
     def _correct_overlaps(self) -> None:
         """Near an equilibrium, remove the overlaps of bodies in contact that the compliance of the contact springs causes; see
-        `pellucid.contact.touch`."""
+        `pellucid.contact.leads`."""
         if self._contact is None:
             return
         if self._renewed:

@@ -23,7 +23,7 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
-from pellucid.parts.elastic_system import ElasticSystem, HasElasticSystem, HasMovingSystem, MovingSystem
+from pellucid.parts.elastic_system import BodySystem, HasElasticSystem, HasMovingSystem, MovingSystem
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
@@ -142,7 +142,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
             self._volume_inertia = VolumeInertia(self.solid, motion.inertia, motion.free, shear, frequency)
             self.renew_totals()
 
-    def elastic_system(self) -> ElasticSystem:
+    def elastic_system(self) -> BodySystem:
         """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
         return SolidSystem(*self._of_system(), self._take_equilibrium)
 

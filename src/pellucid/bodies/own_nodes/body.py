@@ -277,7 +277,7 @@ class ExplicitNodes(
         elif not surface.is_hard:
             self.contact_rate = surface.rate
 
-    def place_surface(self) -> None:  # noqa: B027
+    def place_surface(self) -> None:
         """Move the points of the contact surface to the present positions of the nodes, between steps."""
 
     @property

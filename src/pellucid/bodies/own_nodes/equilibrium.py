@@ -9,7 +9,8 @@ import numpy as np
 from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, NodalMotion, Tangent
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.bodies.own_nodes.twists import loose_twists, neutral_twists, no_twists
-from pellucid.parts.elastic_system import ContactSprings, Trial
+from pellucid.contact.frozen import ContactSprings
+from pellucid.parts.elastic_system import Trial
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
 DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
@@ -129,7 +130,7 @@ class NodalSystem(ABC):
         return self._matrix().shift
 
     def factor(self) -> None:
-        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single, springs=self._springs())
+        self.in_single = self._matrix().renew(self._motion.free, self.tried, self.in_single, touching=self._springs())
         self._find_neutral()
 
     def _find_neutral(self) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.bodies.own_nodes.twists import loose_twists
+from pellucid.contact.frozen import ContactSprings
 from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_thread
-from pellucid.parts.elastic_system import ContactSprings
 
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
@@ -84,7 +84,7 @@ class NodalStiffness(ABC):
         single: bool,
         added: np.ndarray | None = None,
         dt: float = 0.0,
-        springs: Sequence[ContactSprings] = (),
+        touching: Sequence[ContactSprings] = (),
     ) -> bool:
         """Compute and factor the matrix in the state of the last forces. Returns False if single precision is not accurate
         enough. If the matrix is not positive definite, stiffness is added to its diagonal, see `shift`.
@@ -92,13 +92,13 @@ class NodalStiffness(ABC):
         free: mask of the components that are not prescribed, shape (n, 3); position: present positions of the nodes [m], shape
         (n, 3); single: True to try single precision first; added: further stiffness of each node against displacements, such as
         that of inertia [N/m], shape (n,); dt: time in which the displacements come about [s], for materials with history
-        variables; springs: springs of contact.
+        variables; touching: springs of contact.
         """
         self._find(dt)
         if added is not None:
             self._values[self._diagonal[:, :3]] += added[:, None]
-        for spring in springs:
-            self._touch(spring)
+        for contact in touching:
+            self._touch(contact)
         self._motions = len(loose_twists(position, free)) if added is None else 0
         self._free[:, :3] = free
         single = self._factored(free, single)
