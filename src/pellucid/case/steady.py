@@ -125,7 +125,7 @@ class SteadyCase(Part):
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    deforming = [body for body in parts.of(BodyModel) if not _is_tool(body, parts)]
+    deforming = [body for body in parts.of(BodyModel) if not (_is_tool(body, parts) or is_driven(body.name, parts))]
     nodes = 0.0
     for body in deforming:
         if (reason := body.why_no_stiffness()) is not None:

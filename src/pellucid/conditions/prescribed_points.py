@@ -121,7 +121,8 @@ class PrescribedPoints(StepPart, RepeatedConstraint, LeadsPoints):
         return RigidRates(self._velocity[0], np.zeros(3), np.zeros(3))
 
     def set_velocities(self, moving: bool) -> None:
-        self.body.arrays["velocity"][...] = self._velocity[0] if moving else 0.0
+        rows = np.concatenate([np.zeros((1, 3)), self._velocity])[self.body.arrays["driven"]]
+        self.body.arrays["velocity"][...] = rows if moving else 0.0
 
     def shares(self, impulse: np.ndarray) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
         return {self.names[0]: self._axes[0] * impulse[:3]}, {}

@@ -181,6 +181,10 @@ class Clock:
     against_energy_error: str | None = None
     """Remedy for an energy error, if it is not a smaller step; None otherwise."""
 
+    def counts(self, body: Body) -> bool:
+        """Return True if `works_of_step` includes the works of this body with its own nodes."""
+        return False
+
     def works_of_step(self, on_grid: StepWork) -> StepWork:
         """Return the works and impulses of the bodies on the grid in the completed step; on_grid: those of its last act."""
         return on_grid

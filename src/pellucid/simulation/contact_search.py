@@ -4,13 +4,14 @@ contact forces at trial positions, and their works."""
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import inf
+from typing import TypeGuard
 
 import numpy as np
 
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.frozen import ContactSprings
 from pellucid.contact.surface_pairs import SurfacePairs
-from pellucid.energy import StepWork, no_work
+from pellucid.energy import StepWork, no_work, total_work
 from pellucid.parts.body import Body
 from pellucid.parts.constraint import PrescribesWhole
 from pellucid.parts.elastic_system import BodySystem
@@ -24,10 +25,10 @@ AHEAD = 0.8  # largest relative displacement of two surfaces in a step of the se
 
 
 class ContactSearch:
-    """Contact of bodies with their own nodes with each other, with walls and with tools, i.e. bodies on the grid whose motion
-    is prescribed, in load steps of a search for equilibria.
+    """Contact of bodies that deform with each other, with walls and with tools, i.e. bodies whose motion is prescribed, in load
+    steps of a search for equilibria.
 
-    contact: contact of the case; bodies: the bodies with their own nodes; tools: all other bodies.
+    contact: contact of the case; bodies: the bodies that deform, with their own nodes; tools: all other bodies.
     """
 
     def __init__(self, contact: SurfacePairs, bodies: Sequence[ExplicitNodes], tools: Sequence[Body]) -> None:
@@ -67,7 +68,7 @@ class ContactSearch:
         self._contact.begin_search()
         self._contact.freeze(start, 0.0)
         self._act(start, dt, begin, act)
-        self._begun, self._is_due, self._corrections = self.works(), True, 0
+        self._begun, self._is_due, self._corrections = self._works(), True, 0
 
     def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
         begin(dt)
@@ -76,6 +77,16 @@ class ContactSearch:
         for body in self._bodies:
             body.relax(0.0, 0.0, 0.0, body.motion.gravity_share)
         act(dt)
+
+    def counts(self, body: Body) -> bool:
+        """Return True if `done` includes the works of a body with its own nodes: a tool."""
+        return any(body is tool for tool in self._tools)
+
+    def _works(self) -> StepWork:
+        """Return the works of the tools in the last step."""
+        own = [tool.work() for tool in self._tools if isinstance(tool, ExplicitNodes)]
+        on_grid = self.works()
+        return total_work([on_grid, *own], len(on_grid.works))
 
     def _set_velocities(self, moving: bool) -> None:
         for tool in self._tools:
@@ -91,7 +102,7 @@ class ContactSearch:
         move. begin, act: as for `begin`."""
         there = self._states()
         self._act(self._time, self._dt, begin, act)
-        ended = self.works()
+        ended = self._works()
         self.done = ended._replace(works=0.5 * (self._begun.works + ended.works))
         self._restore(there)
         self._set_velocities(moving=False)
@@ -178,10 +189,15 @@ def _are_near(places: np.ndarray, others: np.ndarray, distance: float) -> np.nda
     return np.asarray(inside.all(axis=1).reshape(2, -1).any(axis=0))
 
 
+def deforms(body: Body) -> TypeGuard[ExplicitNodes]:
+    """Return True for a body with its own nodes that not all follow prescribed motions."""
+    return isinstance(body, ExplicitNodes) and not body.follows
+
+
 def contact_search(contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[BodySystem]) -> ContactSearch:
-    """Return the contact of the bodies of a case, and pass it to the systems of those with their own nodes."""
-    own = [body for body in bodies if isinstance(body, ExplicitNodes)]
-    search = ContactSearch(contact, own, [body for body in bodies if not isinstance(body, ExplicitNodes)])
+    """Return the contact of the bodies of a case, and pass it to the systems of those that deform."""
+    own = [body for body in bodies if deforms(body)]
+    search = ContactSearch(contact, own, [body for body in bodies if not deforms(body)])
     for body, system in zip(own, systems, strict=True):
         system.take_contact(search.exert, partial(search.springs_of, body))
     return search

@@ -18,7 +18,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import BodySystem, ElasticSystem, HasElasticSystem
 from pellucid.simulation.clock import renew_loads
-from pellucid.simulation.contact_search import ContactSearch, contact_search
+from pellucid.simulation.contact_search import ContactSearch, contact_search, deforms
 from pellucid.simulation.joint_system import JointSystem
 from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
 from pellucid.simulation.steady import BEGIN_AT, MOST_CORRECTIONS, NEARER, SteadyClock
@@ -271,6 +271,9 @@ class FactoredClock(SteadyClock):
             for minimiser in self._minimisers:
                 minimiser.forget()
 
+    def counts(self, body: Body) -> bool:
+        return not self._relaxing and self.touching is not None and self.touching.counts(body)
+
     def works_of_step(self, on_grid: StepWork) -> StepWork:
         return on_grid if self._relaxing or self.touching is None else self.touching.done
 
@@ -320,8 +323,9 @@ def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], par
     of_case = parts_of(case)
     if not steady.is_factored(of_case):
         return SteadyClock(*given)
-    systems = [body.elastic_system() for body in bodies if isinstance(body, HasElasticSystem)]
     contact = next((contact for contact in parts.of(SurfacePairs) if contact), None)
+    searched = [body for body in bodies if contact is None or deforms(body)]
+    systems = [body.elastic_system() for body in searched if isinstance(body, HasElasticSystem)]
     touching = None if contact is None else contact_search(contact, bodies, systems)
     follows = any(condition.load_kind == "follower" for condition in of_case.of(Condition))
     return FactoredClock(*given, systems, follows or touching is not None, touching)

@@ -182,7 +182,7 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Add the works and impulses of a completed step dt [s] to the balances of energy and momentum."""
-        own = [body.work() for body in self.stages.nodal_bodies]
+        own = [body.work() for body in self.stages.nodal_bodies if not self.clock.counts(body)]
         done = total_work([self.clock.works_of_step(self.works_on_grid()), *own], self._layout.n_columns)
         self.parts.run("balance", done)
         self.budget.record(done, self.parts.impulses(), dt, self.clock.weight)
