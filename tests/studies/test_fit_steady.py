@@ -8,6 +8,7 @@ from small_studies import run_members_here_as_they_are, write_csv
 import pellucid
 from pellucid.case import loads
 from pellucid.errors import UsageError
+from pellucid.references import solids
 from pellucid.studies.misfit import interpolation_warnings, read_curve
 
 EDGE = 0.01
@@ -55,6 +56,52 @@ quantity = "position"
 component = "x"
 reduce = "max"
 change = true
+"""
+BALL = """
+schema = 1
+title = "A ball is pressed into a layer of tissue"
+[grid]
+lower = [0, 0, 0]
+upper = [0.11, 0.11, 0.21]
+cell = 0.005
+[time]
+end = 1.0
+[steady]
+load_steps = 1
+tolerance = 1e-4
+[[body]]
+name = "tissue"
+field = "tissue"
+kind = "meshless-solid"
+mesh = { box = { lower = [0, 0, 0], upper = [0.1, 0.1, 0.1], cells = [9, 9, 7], grading = [3.5, 3.5, 0.2] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = "3 kPa", poisson_ratio = 0.3 }
+[[body]]
+name = "ball"
+field = "ball"
+kind = "material-points"
+rigid = true
+shape = { sphere = { centre = [0, 0, 0.1501], radius = 0.05 } }
+cut_at = ["x-lower", "y-lower"]
+points_per_cell = 8
+material = { kind = "linear-elastic", density = 1000, young_modulus = "1 GPa", poisson_ratio = 0.3 }
+[[support]]
+name = "base"
+body = "tissue"
+where = { box = { lower = [-1, -1, -1e-6], upper = [1, 1, 1e-6] } }
+[[support]]
+where = ["x-lower", "y-lower"]
+fix = "normal"
+[[motion]]
+name = "press"
+body = "ball"
+hold = ["x", "y"]
+hold_rotation = ["x", "y", "z"]
+displacement = { z = { kind = "steady", velocity = -0.0051 } }
+[[probe]]
+name = "force"
+quantity = "reaction"
+condition = "press"
+component = "z"
 """
 WAYS = 1e-3 * np.array([-0.35, -0.9, -1.3, -2.2, -2.75, -3.4, -3.9])
 """Not those of the load steps [m]."""
@@ -151,3 +198,20 @@ def test_runs_that_end_too_early_are_named(pressed, tmp_path):
     file = write_csv(tmp_path / "c.csv", ("way", "force"), ("m", "N"), *rows)
     with pytest.raises(UsageError, match=r"the measured way ranges from -0\.00585 to .* extend the run"):
         pellucid.fit(pressed, {"force": file}, {YOUNG: (25e3, 60e3)}, workers=1, out=tmp_path / "f")
+
+
+@pytest.mark.slow
+def test_a_modulus_from_the_force_on_a_ball_in_contact(monkeypatch, tmp_path):
+    """Forces of a layer, exact for small strains: 1.5 % below those of finite strain at the largest depth, a tenth of the
+    radius. With 4.5 elements in the contact radius there the force is 2.5 % too large, and more before: so is the estimate."""
+    run_members_here_as_they_are(monkeypatch)
+    radius, layer = 0.05, solids.Layer(3e3, 0.3, 0.1, True)
+    depths = np.array([0.0033, 0.005])
+    forces = [-0.25 * solids.force(layer, radius, depth) for depth in depths]
+    rows = zip((depths + 1e-4) / 0.0051, forces, strict=True)
+    measured = write_csv(tmp_path / "force.csv", ("time", "force"), ("s", "N"), *rows)
+    found = pellucid.fit(
+        loads(BALL), {"force": measured}, {"body.tissue.material.young_modulus": (2e3, 5e3)}, workers=1, out=tmp_path / "f"
+    )
+    young = found.estimates["body.tissue.material.young_modulus"].value
+    assert 0.94 * 3e3 < young < 3e3
