@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from pellucid import units
 from pellucid.units import UnitError, to_si
 
 
@@ -28,6 +29,14 @@ from pellucid.units import UnitError, to_si
 )
 def test_a_text_with_a_unit_becomes_its_si_number(text: str, unit: str, value: float) -> None:
     assert to_si(text, unit) == pytest.approx(value, rel=1e-14)
+
+
+def test_frequent_units_are_read_as_by_pint(monkeypatch: pytest.MonkeyPatch) -> None:
+    frequent = [(si, unit) for si, factors in units._FACTORS.items() for unit in factors]
+    numbers = [f"{sign}{digits}{power}" for sign in ("", "-") for digits in ("0.1", "2.7", "33", ".7") for power in ("", "e-7")]
+    read = [to_si(f"{number} {unit}", si) for si, unit in frequent for number in numbers]
+    monkeypatch.setattr(units, "_FACTORS", {})
+    assert read == [to_si(f"{number} {unit}", si) for si, unit in frequent for number in numbers], "the same bits"
 
 
 @pytest.mark.parametrize(
@@ -79,6 +88,7 @@ def test_a_text_is_parsed_and_never_calculated(text: str) -> None:
 def test_pint_is_imported_only_where_a_unit_is_met() -> None:
     source = (
         "import sys, pellucid.units; assert 'pint' not in sys.modules; "
-        "pellucid.units.to_si('1 m', 'm'); assert 'pint' in sys.modules"
+        "pellucid.units.to_si('1 mm', 'm'); assert 'pint' not in sys.modules; "
+        "pellucid.units.to_si('1 inch', 'm'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", source], check=True)

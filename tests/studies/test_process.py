@@ -1,5 +1,3 @@
-import subprocess
-import sys
 import time
 from pathlib import Path
 from threading import Thread
@@ -12,7 +10,11 @@ from pellucid.studies import pool
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, members_of, places, prepare
 from pellucid.studies.pool import allow_running, end_running, run_member
 
-SLEEP = "from pellucid.system.processes import terminated_with_parent\nterminated_with_parent()\nimport time\ntime.sleep(100)"
+SLEEP = """
+import time
+from pellucid.system.command_process import execute_commands
+execute_commands(lambda: lambda: time.sleep(100), lambda: True)
+"""
 
 
 @pytest.fixture
@@ -28,7 +30,7 @@ def commands(monkeypatch: pytest.MonkeyPatch, *statuses: int) -> list[list[str]]
     called: list[list[str]] = []
     left = list(statuses)
 
-    def call(arguments: list[str], log: Path) -> int:
+    def call(arguments: list[str], log: Path, threads: int) -> int:
         called.append(arguments)
         log.write_text("of no interest\npellucid: it is broken\n    mend it\n")
         return left.pop(0)
@@ -81,29 +83,56 @@ def test_a_member_waits_for_who_writes_in_its_folder(member: Member, monkeypatch
     assert len(called) == 1
 
 
-def test_a_command_is_a_process_whose_words_are_kept(tmp_path: Path) -> None:
+def test_a_process_runs_one_member_after_the_other(tmp_path: Path) -> None:
     allow_running()
-    log = tmp_path / "log.txt"
-    assert pool._call(["run", "no/such-case"], log) == 2
-    assert "pellucid: " in log.read_text()
+    assert pool._call(["list"], tmp_path / "1.txt", 1) == 0
+    (_, _, process), *others = pool._idle
+    assert others == []
+    assert pool._call(["doctor", "--no-such-option"], tmp_path / "2.txt", 1) == 2, "by the same process"
+    assert pool._idle == [], "which ends after a failure"
+    assert not process.is_alive
+    assert "gan2011/shock-tube" in (tmp_path / "1.txt").read_text()
+    assert "no-such-option" in (tmp_path / "2.txt").read_text()
+    end_running()
+
+
+def test_members_with_other_threads_get_other_processes(tmp_path: Path) -> None:
+    allow_running()
+    for threads in 1, 2, 1:
+        assert pool._call(["--version"], tmp_path / "log.txt", threads) == 0
+    assert sorted(threads for threads, _, _ in pool._idle) == [1, 2]
+    waiting = [process for _, _, process in pool._idle]
+    end_running()
+    assert not any(process.is_alive for process in waiting)
+
+
+def test_a_process_without_members_ends(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(pool, "IDLE", 0.1)
+    allow_running()
+    assert pool._call(["--version"], tmp_path / "log.txt", 1) == 0
+    while pool._idle:
+        time.sleep(0.01)
+
+
+def test_a_process_that_was_killed_while_it_waited_is_replaced(tmp_path: Path) -> None:
+    allow_running()
+    assert pool._call(["--version"], tmp_path / "log.txt", 1) == 0
+    process = pool._idle[0][2]._process
+    process.kill()
+    process.wait()
+    assert pool._call(["--version"], tmp_path / "log.txt", 1) == 0
+    end_running()
 
 
 def test_running_members_end_when_they_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(pool, "BEGIN", SLEEP)
+    monkeypatch.setattr(pool, "PROGRAM", SLEEP)
     allow_running()
     ended: list[int] = []
-    thread = Thread(target=lambda: ended.append(pool._call([], tmp_path / "log.txt")))
+    thread = Thread(target=lambda: ended.append(pool._call([], tmp_path / "log.txt", 1)))
     thread.start()
     while not pool._running:
         time.sleep(0.01)
     end_running()
     thread.join(timeout=20)
     assert ended == [-15]
-    assert pool._call([], tmp_path / "log.txt") == 143, "and no other begins"
-
-
-def test_a_member_ends_with_who_began_it() -> None:
-    begun = subprocess.Popen([sys.executable, "-c", SLEEP], stdin=subprocess.PIPE)
-    assert begun.stdin
-    begun.stdin.close()
-    assert begun.wait(timeout=20) == -15
+    assert pool._call([], tmp_path / "log.txt", 1) == 143, "and no other begins"

@@ -204,14 +204,14 @@ def estimated(
     deviations are known. The covariance is (JᵀJ)⁻¹, as for a linear model; if the standard deviations are not known, the
     covariance is scaled by the variance of the residuals.
     """
-    from scipy.stats import norm, t
+    from scipy.special import ndtri, stdtrit  # scipy.stats takes half a second to import
 
     left = len(residuals) - len(shares)
     chi_square = float(residuals @ residuals) / left if left > 0 else float("nan")
     _, sizes, directions = np.linalg.svd(slopes, full_matrices=False)
     with np.errstate(divide="ignore"):
         spreads = np.where(sizes > 1e-12 * max(sizes[0], 1e-300), 1.0 / sizes, np.inf)  # along the directions
-    quantile = norm.ppf(0.5 + CONFIDENCE / 2.0) if are_stated else t.ppf(0.5 + CONFIDENCE / 2.0, max(left, 1))
+    quantile = ndtri(0.5 + CONFIDENCE / 2.0) if are_stated else stdtrit(max(left, 1), 0.5 + CONFIDENCE / 2.0)
     scale = float(quantile) * (1.0 if are_stated else sqrt(chi_square) if left > 0 else np.inf)
     finite = np.where(np.isfinite(spreads), spreads, 1e6)
     covariance = (directions.T * finite**2) @ directions

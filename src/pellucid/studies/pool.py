@@ -1,8 +1,6 @@
 """Execution of the members of a study by dask.distributed: on this machine, on a cluster, or as Slurm jobs."""
 
 import logging
-import subprocess
-import sys
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,7 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
-from threading import Event, Lock
+from threading import Event, Lock, Timer
 from typing import Any
 
 from pellucid.case.memory import n_points
@@ -22,6 +20,7 @@ from pellucid.results.storage.run_folder import RunFolder
 from pellucid.running.forecast import of_case
 from pellucid.studies import need
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, Outcome, outcome, places, prepare
+from pellucid.system.command_process import SIGTERM, CommandProcess
 from pellucid.system.processes import free_cores
 
 THREADS = "threads"
@@ -140,7 +139,7 @@ class Pool:
         cluster = distributed.LocalCluster(
             n_workers=1,
             threads_per_worker=self.at_once,
-            processes=False,  # members are processes of their own
+            processes=False,  # members run in separate processes
             dashboard_address="127.0.0.1:0",  # any port that is free
             resources={THREADS: max(_cores(), self.at_once)},
             silence_logs=logging.ERROR,
@@ -179,24 +178,34 @@ def _costs(members: Sequence[Member]) -> dict[str, float]:
     return found
 
 
-BEGIN = """
-from pellucid.system.processes import terminated_with_parent
-terminated_with_parent()
-from pellucid.cli import main
-main()
+PROGRAM = """
+from pellucid.system.command_process import execute_commands
+
+def load():
+    from pellucid.cli import main
+    return main
+
+def is_clean():
+    from pellucid.users.users_code import is_loaded
+    return not is_loaded()
+
+execute_commands(load, is_clean)
 """
 PAUSE = 0.2  # s between two looks at a folder in which another process writes
 TAIL = 20  # lines of a log that hold the reason of a failure
-BAD_ARGUMENT, SIGTERM = 2, 143
+BAD_ARGUMENT = 2
+IDLE = 60.0  # s after which a process that has no member terminates
 
-_running: set[subprocess.Popen] = set()
+_running: set[CommandProcess] = set()
+_idle: list[tuple[int, float, CommandProcess]] = []
+"""Processes without a member: number of threads of their members, time at which their last member ended [s], process."""
 _changing = Lock()
 _ending = Event()
 
 
 def run_member(out: Path, digest: str, threads: int, until: float | None) -> Outcome:
     """Run a member of the study in the folder `out` in a separate process, from the start or from its last checkpoint, and
-    return its outcome; a finished member is not run again.
+    return its outcome; a finished member is not run again. A process that has completed a short member takes the next one.
 
     digest: identifies the member. until: time at which the run ends [s]; None: end of the case.
     """
@@ -209,9 +218,9 @@ def run_member(out: Path, digest: str, threads: int, until: float | None) -> Out
     options = ["--no-report", "--threads", f"{threads}", *(["--until", repr(until)] if until is not None else [])]
     anew = ["run", f"{where.case}", "--out", f"{where.run}", *options]
     begun = RunFolder(where.run).case.is_file()
-    status = _call(["resume", f"{where.run}", *options] if begun else anew, where.log)
+    status = _call(["resume", f"{where.run}", *options] if begun else anew, where.log, threads)
     if begun and status == BAD_ARGUMENT:  # it cannot go on: another version of the program began it
-        status = _call(anew, where.log)
+        status = _call(anew, where.log, threads)
     return _ended(status, where.log) if status else outcome(out, digest) or Outcome(FAILED, "the run wrote no summary")
 
 
@@ -225,11 +234,11 @@ def end_running() -> None:
     members."""
     with _changing:
         _ending.set()
-        running = list(_running)
-        for process in running:
-            if process.stdin is not None:
-                process.stdin.close()
-    for process in running:
+        processes = [*_running, *(process for _, _, process in _idle)]
+        _idle.clear()
+        for process in processes:
+            process.close()
+    for process in processes:
         process.wait()
 
 
@@ -241,22 +250,53 @@ def _is_held(folder: Path) -> bool:
     return False
 
 
-def _call(arguments: list[str], log: Path) -> int:
-    """Run a `pellucid` command with these arguments in a separate process, with output to `log`; return its exit status."""
-    command = [sys.executable, "-c", BEGIN, *arguments]
-    with log.open("wb") as said:
+def _call(arguments: list[str], log: Path, threads: int) -> int:
+    """Run a `pellucid` command with these arguments in a separate process, with output to `log`; return its exit status.
+
+    threads: number of threads of the command. Processes are shared only by commands with equal numbers, because the largest
+    number that a process can use is fixed when it starts.
+    """
+    with _changing:
+        if _ending.is_set():
+            return SIGTERM
+        process = _waiting_process(threads) or CommandProcess(PROGRAM, log)
+        _running.add(process)
+    try:
+        return process.execute(arguments, log)
+    finally:
         with _changing:
-            if _ending.is_set():
-                return SIGTERM
-            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=said, start_new_session=True)
-            _running.add(process)
-        try:
-            return process.wait()
-        finally:
-            with _changing:
-                _running.discard(process)
-                if process.stdin is not None:
-                    process.stdin.close()
+            _running.discard(process)
+            if process.is_reusable and not _ending.is_set():
+                _idle.append((threads, time.monotonic(), process))
+                timer = Timer(IDLE, _end_idle)
+                timer.daemon = True
+                timer.start()
+            else:
+                process.close()
+        if not process.is_reusable:
+            process.wait()
+
+
+def _waiting_process(threads: int) -> CommandProcess | None:
+    """Remove a process that waits for a member with this number of threads from the list and return it; None if no process
+    waits."""
+    for entry in [entry for entry in reversed(_idle) if entry[0] == threads]:
+        _idle.remove(entry)
+        if entry[2].is_alive:
+            return entry[2]
+        entry[2].wait()
+    return None
+
+
+def _end_idle() -> None:
+    """Terminate the processes that have been without a member for the time `IDLE`, since a cluster may serve others."""
+    with _changing:
+        ended = [entry for entry in _idle if time.monotonic() - entry[1] >= IDLE]
+        for entry in ended:
+            _idle.remove(entry)
+            entry[2].close()
+    for _, _, process in ended:
+        process.wait()
 
 
 def _ended(status: int, log: Path) -> Outcome:

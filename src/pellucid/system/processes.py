@@ -132,17 +132,6 @@ def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Ca
     return [answers[number] for number in range(len(jobs))]
 
 
-def terminated_with_parent() -> None:
-    """Send SIGTERM to this process when its parent closes its standard input or ends, so that a run leaves a checkpoint."""
-
-    def listen() -> None:
-        while os.read(0, 1024):
-            pass
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    Thread(target=listen, daemon=True).start()
-
-
 def free_cores() -> int:
     """Return the number of cores available to this process, minus one."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -82,6 +82,11 @@ def load_file(path: str) -> None:
     _loaded[path] = digest
 
 
+def is_loaded() -> bool:
+    """Return True if code of users, of a file or of an installed package, has been loaded in this process."""
+    return bool(_loaded) or (_installed and bool(entry_points(group=GROUP)))
+
+
 def module_name(path: str) -> str:
     """Return the name under which a file of the user is imported as a module; it is the same in every process."""
     stem = re.sub(r"\W", "_", Path(path).stem)
