@@ -32,8 +32,8 @@ class SteadyCase(Part):
         "how equilibria are found: factored (minimum of the potential energy, with a factored stiffness; a load step in which "
         "this fails is relaxed) or relaxation (damped motion). Default: factored if the bodies without prescribed motion are "
         'meshless solids with essential = "direct" and membranes of triangles without wrinkling, at most one of the bodies in '
-        "contact is a membrane, and the conditions are supports, prescribed motions, pressures, body forces, point loads, "
-        "tractions, contacts and walls; otherwise relaxation",
+        "contact is a membrane, and the conditions are supports, prescribed motions, pressures, given volumes, enclosed gases "
+        "or liquids that do not flow out, body forces, point loads, tractions, contacts and walls; otherwise relaxation",
         None,
     )
 
@@ -103,8 +103,13 @@ class SteadyCase(Part):
         if self.method == "factored" and (lacking := why_not_factored(parts)) is not None:
             yield Finding((*path, "method"), lacking, 'Set it to "relaxation", or remove this key.')
         for other, condition in parts.placed(Condition):
-            if reason := condition.why_not_steady():
+            if (reason := condition.why_not_steady()) is None:
+                continue
+            if condition.kind_of_load() != "volume":
                 yield Finding(other, *reason)
+            elif not self.is_factored(parts):
+                lacking = why_not_factored(parts) or 'steady.method is "relaxation"'
+                yield Finding(other, f"{reason.text}, and {lacking}", reason.remedy)
         for other, body in parts.placed(BodyModel):
             initial = getattr(body, "initial", None)
             velocity = any(getattr(body, "velocity", ()))
@@ -134,8 +139,10 @@ def why_not_factored(parts: Parts) -> str | None:
     if nodes > MOST_NODES:
         return f"the case has {nodes:.0f} nodes, and factors of more than {MOST_NODES} nodes can need too much memory"
     for path, condition in parts.placed(Condition):
-        if condition.load_kind == "other":
+        if condition.kind_of_load() == "other":
             return f"the factored stiffness does not include the forces of [[{path[0]}]]"
+        if (reason := condition.why_not_factored()) is not None:
+            return reason
         if isinstance(condition, Contact) and condition.is_of_one_body:
             return f"the factored stiffness does not include contact of {condition.between[0]} with itself"
     sheets = [body.name for body in parts.of(BodyModel) if body.is_surface]

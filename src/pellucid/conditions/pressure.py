@@ -143,9 +143,11 @@ class Pressure(ChangesInTime, Condition):
         the stiffness of the spring that enforces the volume. None for a prescribed pressure."""
         if self.volume is None:
             return None
-        return Reason(
-            "[steady] cannot find the equilibrium of a membrane with a prescribed volume", "use a `value`, or remove [steady]"
-        )
+        text = "the relaxation cannot find the equilibrium of a membrane with a prescribed volume"
+        return Reason(text, "use a case that can have a factored stiffness, use a `value`, or remove [steady]")
+
+    def kind_of_load(self) -> LoadKind:
+        return self.load_kind if self.volume is None else "volume"
 
     def load_channel(self) -> str:
         return "load_work"
@@ -157,6 +159,10 @@ class Pressure(ChangesInTime, Condition):
     def active(self, assembly: Assembly, number: int) -> StepPart:
         """Build the condition that applies the pressure in a run; number: index of this pressure in the case."""
         if self.volume is not None:
+            if assembly.finds_equilibria:
+                from pellucid.conditions.enclosed.steady import SteadyVolume
+
+                return SteadyVolume(self.body, self.volume, self.load_channel(), assembly)
             return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
         member, channel = assembly.bodies[self.body], self.load_channel()
         is_surface = member.body.is_surface

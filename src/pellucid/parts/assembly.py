@@ -86,6 +86,7 @@ class Assembly(NamedTuple):
     actions: Sequence[NodalActions]  # actions on the nodes of each velocity field
     layout: WorkLayout  # columns of the work channels in a row of works
     active: type = object  # class of the conditions that are being activated, for messages
+    finds_equilibria: bool = False  # True if the run finds equilibria with a factored stiffness
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
         """Return a function that adds external forces [N], shape (n, 3), in storage order, to the points of a body over a

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
-LoadKind = Literal["dead", "follower", "contact", "other"]
+LoadKind = Literal["dead", "follower", "contact", "volume", "other"]
 
 
 class Swing(NamedTuple):
@@ -32,7 +32,8 @@ class Condition(Part):
     load_kind: ClassVar[LoadKind] = "other"
     """Forces on bodies with their own nodes in an equilibrium: "dead" if they do not depend on the deformation of the bodies,
     or if there are none; "follower" if they depend on the present positions of the nodes only; "contact" if they are forces
-    between surfaces."""
+    between surfaces; "volume" if they are a pressure in a membrane, which depends on the enclosed volume
+    (`pellucid.conditions.enclosed.steady`)."""
     losses: ClassVar[Sequence[Channel]] = ()  # channels of work and losses, in addition to `load_channel`
 
     def load_channel(self) -> str | None:
@@ -61,6 +62,15 @@ class Condition(Part):
 
     def why_not_steady(self) -> Reason | None:
         """Return the reason why bodies under this condition cannot come to rest by dynamic relaxation, or None."""
+        return None
+
+    def kind_of_load(self) -> LoadKind:
+        """Return the kind of the forces of this condition in an equilibrium, by default that of all conditions of the class."""
+        return self.load_kind
+
+    def why_not_factored(self) -> str | None:
+        """Return the reason why equilibria with a pressure that depends on the enclosed volume cannot be found with a factored
+        stiffness, as a clause, or None."""
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:

@@ -27,6 +27,66 @@ class StiffnessSize(NamedTuple):
     operations: float  # number of multiplications and additions
 
 
+class Content(NamedTuple):
+    """Contents of a membrane in a volume V."""
+
+    energy: float  # potential Ψ(V) [J]
+    pressure: float  # gauge pressure p = -dΨ/dV [Pa]
+    stiffness: float  # -dp/dV [Pa/m³], not negative
+
+
+class VolumeRates(NamedTuple):
+    """Derivatives with respect to the share of a step, at one of its ends."""
+
+    volume: float  # of the enclosed volume [m³]
+    pressure: float  # of the gauge pressure [Pa]
+
+
+class VolumePressure(Protocol):
+    """A pressure in a membrane that depends on the enclosed volume."""
+
+    row: int
+    """Index of the pressure among the nodal arrays of loads of the body."""
+
+    @property
+    def sign(self) -> float:
+        """1 if the normals of the membrane point out of the volume, else -1."""
+
+    def begin_with(self, pressure: float) -> None:
+        """Take the gauge pressure that balances the tension of the membrane at the start [Pa]."""
+
+    def measure(self, places: np.ndarray, areas: np.ndarray) -> float:
+        """Return the enclosed volume [m³]; places: positions of the nodes [m], areas: their vector areas along the normals
+        [m²], shape (n, 3) each, in the order of the mesh."""
+
+    def at(self, volume: float, share: float) -> Content:
+        """Return the contents in a volume [m³] under the loads of the last equilibrium (share 0) or of the equilibrium that is
+        sought (share 1)."""
+
+    def start(self) -> None:
+        """Start the search for an equilibrium."""
+
+    def corrects(self, volume: float, tolerance: float) -> bool:
+        """Correct the pressure where forces balance if the volume [m³] is not the given one, and return True; False if it is.
+        tolerance: of the volume, relative to its change since the start."""
+
+    def compliance(self, volume: float, share: float) -> tuple[float, float] | None:
+        """Return, for a volume [m³] at the start (share 0) or end (share 1) of the step, by how much the volume of the contents
+        changes in the step under the same pressure [m³], and its derivative -dV/dp [m³/Pa]. None if `at` has the stiffness of
+        the contents; otherwise `at` is softer."""
+
+    def travel(self, before: float, after: float, leaving: VolumeRates | None, arriving: VolumeRates | None) -> float:
+        """Take the way of the volume from the last equilibrium to the present one, and return the gauge pressure in its middle
+        [Pa].
+
+        before, after: volumes [m³]; leaving, arriving: derivatives at both ends, None at an unstable equilibrium.
+        """
+
+    def done(self) -> float | None:
+        """Return the work that the gauge pressure did in the step as it follows from the energies of the contents [J]; None if
+        the pressure is that of something outside."""
+
+
 class Searched(Protocol):
     """Forces on the nodes of a body as functions of their positions, and a stiffness, for a search where the forces balance."""
 
@@ -69,6 +129,9 @@ class ElasticSystem(Searched, Protocol):
     def tried(self) -> np.ndarray:
         """Positions of the nodes in the last trial [m], shape (n, 3)."""
 
+    resistance: float
+    """Modulus times volume of the body [J]."""
+
     @property
     def has_factors(self) -> bool:
         """True if the stiffness was factored for the components that are prescribed now."""
@@ -93,6 +156,13 @@ class ElasticSystem(Searched, Protocol):
         renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes, without
         contact; follow: True if loads depend on these positions.
         """
+
+    def enclose(self, pressure: VolumePressure) -> None:
+        """Add a pressure in the body that depends on the enclosed volume."""
+
+    def corrects(self, tolerance: float) -> bool:
+        """Correct the pressures of given volumes at the last trial positions, where forces balance, and return True if the
+        search must go on; tolerance: of the volumes, relative to their changes since the start."""
 
     def follow(self, force: np.ndarray) -> np.ndarray:
         """Return the displacements under forces [N] with the last factors, including the increments of the prescribed

@@ -9,6 +9,7 @@ import numpy as np
 
 from pellucid.approximants import NO_ENDS
 from pellucid.case.probe import COLUMNS
+from pellucid.case.sections import parts_of
 from pellucid.conditions.support import on_each_face
 from pellucid.conditions.symmetry import mirrored_ends
 from pellucid.energy import (
@@ -160,7 +161,8 @@ def activate_conditions(case: "Case", built: Built, actions: Sequence[NodalActio
     for model in case.body:
         body, field = built[model.name]
         members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
-    assembly = Assembly(members, actions, layout)
+    finds_equilibria = case.steady is not None and case.steady.is_factored(parts_of(case))
+    assembly = Assembly(members, actions, layout, finds_equilibria=finds_equilibria)
     parts = StepParts()
     for kind, conditions in case.conditions().items():
         found: object = kind.activate(conditions, assembly._replace(active=kind))

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.case.sections import parts_of
+from pellucid.conditions.enclosed.steady import VolumeLoad
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import StepWork
-from pellucid.errors import Interrupted
+from pellucid.errors import CaseError, Interrupted, Problem, RunStopped
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
@@ -201,6 +202,12 @@ class FactoredClock(SteadyClock):
         number = self._equilibria + 1
         if self._share >= SMALLEST * (self._levels[number] - self._levels[number - 1]):
             return 0.5 * dt
+        if self._parts.of(VolumeLoad):
+            raise RunStopped(
+                f"load step {number}: no equilibrium was found with a factored stiffness ({reason}) after the last one, at "
+                f"{self._begun_at * self._each:.4g} s. Set more `steady.load_steps`, or loads that the body can bear; the "
+                "relaxation includes neither enclosed contents nor given volumes"
+            )
         warnings.warn(
             f"load step {number}: no equilibrium was found with a factored stiffness ({reason}); the relaxation goes on from "
             f"the last equilibrium, at {self._begun_at * self._each:.4g} s",
@@ -325,9 +332,17 @@ def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], par
         return SteadyClock(*given)
     contact = next((contact for contact in parts.of(SurfacePairs) if contact), None)
     searched = [body for body in bodies if contact is None or deforms(body)]
-    systems = [body.elastic_system() for body in searched if isinstance(body, HasElasticSystem)]
+    own = {body.name: body.elastic_system() for body in searched if isinstance(body, HasElasticSystem)}
+    for pressure in parts.of(VolumeLoad):
+        pressure.prepare(case.time.end, own[pressure.body].resistance)
+        try:
+            own[pressure.body].enclose(pressure)
+        except ValueError as error:
+            text = f"body {pressure.body}: {error}, which is not computed with a factored stiffness"
+            raise CaseError(Problem(text, remedy="Hold the rim along the normal of its lid with a [[support]].")) from None
+    systems = list(own.values())
     touching = None if contact is None else contact_search(contact, bodies, systems)
-    follows = any(condition.load_kind == "follower" for condition in of_case.of(Condition))
+    follows = any(condition.kind_of_load() == "follower" for condition in of_case.of(Condition))
     return FactoredClock(*given, systems, follows or touching is not None, touching)
 
 

@@ -175,5 +175,5 @@ def _name(number: int) -> str:
 def implicit_clock(case: "Case", bodies: Sequence[Body], parts: StepParts) -> ImplicitClock:
     """Return the clock of a case with implicit time steps."""
     systems = [body.moving_system() for body in bodies if isinstance(body, HasMovingSystem)]
-    follows = any(condition.load_kind == "follower" for condition in parts_of(case).of(Condition))
+    follows = any(condition.kind_of_load() == "follower" for condition in parts_of(case).of(Condition))
     return ImplicitClock(case.time, bodies, parts, systems, follows)

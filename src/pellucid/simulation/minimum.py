@@ -225,6 +225,9 @@ class Minimiser(Search):
         while True:
             x, here, used = self._minimise(x, here, done, told)
             done += used
+            while system.corrects(self._tolerance):
+                x, here, used = self._minimise(x, system.attempt(x), done, told)
+                done += used
             if (near := system.aligned(x)) is not x:
                 x, here = near, system.attempt(near)
             lower = self._lower(x, here) if left < MOST_LEFT else None

@@ -124,4 +124,4 @@ def test_a_membrane_has_one_given_volume_and_no_steady_states():
     with pytest.raises(ValueError, match=r"`pressure.0` already has history columns with these names"):
         case(pressure=[{"body": "skin", "volume": TWICE}] * 2)
     with pytest.raises(ValueError, match="cannot find the equilibrium of a membrane with a prescribed volume"):
-        given(steady={}, courant=0.4)
+        given(steady={"method": "relaxation"})

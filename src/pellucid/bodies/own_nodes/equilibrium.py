@@ -10,11 +10,10 @@ from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, 
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.bodies.own_nodes.twists import loose_twists, neutral_twists, no_twists
 from pellucid.contact.frozen import ContactSprings
-from pellucid.parts.elastic_system import Trial
+from pellucid.parts.elastic_system import Trial, VolumePressure
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
 DIFFERENCE = 1e-6  # displacement for differences of loads that follow, relative to the size of the body
-UNSTABLE = 1e-9  # smallest eigenvalue over the diagonal, negative, that is no error of the differences
 ROUNDING = 1e-15  # of the energy over modulus and volume: laws subtract numbers of size 1
 
 
@@ -48,6 +47,9 @@ class NodalSystem(ABC):
         self.rounding, self.in_single = ROUNDING * stiffness, True
         self.position, self.increment = position.copy(), np.zeros_like(rest)
         self._external, self.has_potential = np.zeros_like(rest), True
+        self._unpressed = np.zeros_like(rest)
+        self.resistance = stiffness
+        """Modulus times volume of the body [J]."""
         self._renew: Callable[[float], None] = lambda share: None
         self._follow, self._left_stable = False, True
         self._exert: Callable[[], None] | None = None
@@ -56,6 +58,7 @@ class NodalSystem(ABC):
         self._share = 0.0  # of the step at which the stiffness of loads is that of the tangent
         self._neutral = no_twists()  # motions as a whole on which forces do no work
         self._before, self._rates = motion.force_parts(), motion.prescribed_rates()
+        self._external_before = motion.external_forces(self._before)
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, self._stored_energy()  # at the last equilibrium
         self._stiffness: NodalStiffness | None = None
@@ -78,6 +81,7 @@ class NodalSystem(ABC):
         self.position[:], self._dt = self._present, dt
         self._stored, self._share = self._stored_energy(), 0.0
         self._before, self._rates = self._motion.force_parts(), self._motion.prescribed_rates()
+        self._external_before = self._motion.external_forces(self._before)
         self.increment[:] = dt * self._motion.at_nodes(self._rates)
 
     def take_loads(self, renew: Callable[[float], None], follow: bool) -> None:
@@ -108,9 +112,11 @@ class NodalSystem(ABC):
         energy, is_valid = self._strain(position)
         if self.has_potential:
             energy -= float(np.sum(self._external * (position - self.rest)))
-        residual = np.where(self._motion.free, internal + self._external, 0.0)
+        of_volume, pressed = self._pressed(position) if is_valid else (0.0, self._unpressed)
+        energy, external = energy + of_volume, self._external + pressed
+        residual = np.where(self._motion.free, internal + external, 0.0)
         with np.errstate(over="ignore", invalid="ignore"):
-            size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(self._external * self._external)))
+            size = float(np.sqrt(np.sum(internal * internal)) + np.sqrt(np.sum(external * external)))
         return Trial(energy, residual, size, is_valid and np.isfinite(energy) and np.isfinite(size))
 
     def _load_at(self, position: np.ndarray, share: float) -> None:
@@ -120,6 +126,28 @@ class NodalSystem(ABC):
         if self._exert is not None:
             self._motion.velocity[:] = (position - self.position) / self._dt
             self._exert()
+
+    def enclose(self, pressure: VolumePressure) -> None:
+        raise ValueError("the body encloses no volume")
+
+    def corrects(self, tolerance: float) -> bool:
+        return False
+
+    def _pressed(self, position: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the potential of pressures that depend on the enclosed volume [J], and their forces on the nodes [N], shape
+        (n, 3)."""
+        return 0.0, self._unpressed
+
+    def _pressure_growth(self) -> np.ndarray:
+        """Return by how much these forces grow in the step at the last trial positions [N], shape (n, 3)."""
+        return self._unpressed
+
+    def _arrive(self, leaving: Tangent, arriving: Tangent) -> None:  # noqa: B027
+        """Apply these forces to the nodes at the present positions; leaving, arriving: ends of the way to them."""
+
+    def _work_elsewhere(self) -> float:
+        """Return the work of these forces in the recorded step beyond that which their causes did [J]."""
+        return 0.0
 
     @property
     def has_factors(self) -> bool:
@@ -141,7 +169,9 @@ class NodalSystem(ABC):
         if self.shift == 0.0 or not self._knows_stability:
             return None
         found = self._matrix().softest()
-        return None if found is None or found[0] > -UNSTABLE else found[1] / np.abs(found[1]).max()
+        if found is None or found.is_resisted:
+            return None
+        return np.asarray(found.displacement / np.abs(found.displacement).max())
 
     @property
     def _knows_stability(self) -> bool:
@@ -225,11 +255,12 @@ class NodalSystem(ABC):
         motion, displacement = self._motion, position - self.position
         self._present[:] = position
         leaving, arriving = self._ends_of_path(displacement)
+        self._arrive(leaving, arriving)
         after = motion.force_parts()
         forces = ForcesOnTheWay(self._before, self._middle(leaving, arriving, after), after)
         motion.record_equilibrium(Moved(displacement, leaving, arriving, self._rates), forces, dt)
         if jumped or (self._motion.free != self._free).any():
-            self._motion.lose_rest(self._stored_energy() - self._stored)
+            self._motion.lose_rest(self._stored_energy() - self._stored + self._work_elsewhere())
         self._free = self._motion.free
         self._accepted(dt)
 
@@ -265,11 +296,11 @@ class NodalSystem(ABC):
     def _grown(self) -> np.ndarray:
         """Return by how much the loads on the nodes grow in the step at their present positions [N], shape (n, 3)."""
         if not self._follow:
-            return self._external - self._motion.external_forces(self._before)
+            return self._external - self._external_before + self._pressure_growth()
         self._renew(0.0)
         less = self._motion.external_forces(self._motion.force_parts())
         self._renew(1.0)
-        return self._external - less
+        return self._external - less + self._pressure_growth()
 
     def reject(self) -> None:
         self._present[:] = self.position

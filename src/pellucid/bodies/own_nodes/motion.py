@@ -420,6 +420,10 @@ class NodalMotion:
             first = self._columns + 1 + 3 * (row - 1)
             works[first : first + 3] += np.where(there, impulse, 0.0).sum(axis=0)
 
+    def work_of_load(self, row: int) -> float:
+        """Return the work in the last step of the loads with an index [J]."""
+        return float(self._work[:, FIRST_LOAD + row].sum())
+
     def lose_rest(self, stored: float) -> None:
         """Add to the heat of damping the part of the works of the last step that did not increase the stored energy by
         `stored` [J]."""

@@ -2,9 +2,9 @@
 them. What the entries are is up to the body."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -18,9 +18,21 @@ FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 factor to the next, and the largest."""
 LANCZOS = 16  # vectors
 SOFTEST = 1e-6  # error of the smallest eigenvalue plus the shift, relative: a fraction of the shift is compared with 0
+UNSTABLE = 1e-9  # smallest eigenvalue over the diagonal, negative, that is no error of the differences
+LANCZOS_ERROR = 10.0 * SOFTEST  # of an eigenvalue, over the shift
 ROUGH = 1e-2  # error of a smooth displacement up to which factors in single precision are used
+CORRECTED, MOST_CORRECTIONS = 1e-10, 200
+"""Error of solutions with springs that make the matrix positive definite, in the norm of the energy, and most iterations."""
 FREE_SHIFT = 1e-8
 """The same for bodies that can move or rotate as a whole: more than rounding, and much less than any stiffness of the body."""
+
+
+class Mode(NamedTuple):
+    """An eigenvector of the stiffness relative to its diagonal."""
+
+    eigenvalue: float
+    displacement: np.ndarray  # (n, 3)
+    is_resisted: bool  # True if the eigenvalue is positive, or 0 up to its error
 
 
 class NodalStiffness(ABC):
@@ -56,6 +68,7 @@ class NodalStiffness(ABC):
         self._slopes = self._answers = np.zeros((0, self._n, d))
         self._coupling = np.eye(0)
         self._weights = np.ones((self._n, d))  # of the components in the shift: the largest diagonal entry of each node
+        self._excess = 0.0  # stiffness in the factors beyond that of the matrix, as a fraction of the diagonal
         self._motions = 0  # number of motions as a whole that are not prevented
         self.shift = 0.0
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
@@ -106,6 +119,9 @@ class NodalStiffness(ABC):
         self._slopes = np.array(springs).reshape(-1, self._n, self._d)
         self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
+        self._excess = 0.0
+        if self.shift > 0.0 and len(springs) and (found := self.softest()) is not None and found.is_resisted:
+            self._excess, self.shift = self.shift, 0.0  # the springs make it positive definite
         return single
 
     def _touch(self, springs: ContactSprings) -> None:
@@ -159,12 +175,16 @@ class NodalStiffness(ABC):
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
 
+    def _of_motions(self) -> float:
+        """Return the largest eigenvalue, relative to the diagonal, of motions of the body as a whole that nothing resists."""
+        return 4.0 * FREE_SHIFT if self._motions else 0.0
+
     def _has_soft_mode(self, factor: Factor, free: np.ndarray, size: np.ndarray) -> bool:
         """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not a motion of the
         whole body. size: diagonal of the matrix, shape (n, 3)."""
         if self.least_pivot == 0.0:
             return False
-        least = self.least_pivot + (4.0 * FREE_SHIFT if self._motions else 0.0)
+        least = self.least_pivot + self._of_motions()
         pivots = factor.pivots().reshape(self._n, self._d)[:, :3]
         return bool(np.count_nonzero(pivots[free] < least * size[free]) > self._motions)
 
@@ -199,17 +219,20 @@ class NodalStiffness(ABC):
         given = np.pad(prescribed, extra)
 
         def resisted(moved: np.ndarray) -> np.ndarray:
-            of_springs = np.einsum("k,kij->ij", _products(self._slopes, moved[None])[:, 0], self._slopes)
-            return np.asarray((matrix @ moved.ravel()).reshape(given.shape) + of_springs)
+            return np.asarray((matrix @ moved.ravel()).reshape(given.shape) + self._of_springs(moved))
 
         found = given + self._solved(np.pad(force, extra) - resisted(given))
         return found[:, :3], resisted(found)[:, :3]
 
-    def softest(self) -> tuple[float, np.ndarray] | None:
-        """Return the smallest eigenvalue of the matrix, relative to its diagonal, and its displacement, shape (n, 3); None if
-        the Lanczos method does not find it."""
+    def softest(self) -> "Mode | None":
+        """Return the mode with the smallest eigenvalue of the matrix relative to its diagonal; None if the Lanczos method does
+        not find it."""
         shift = self.shift + (FREE_SHIFT if self._motions else 0.0)
-        return self._lowest(self._weights[:, :3].ravel(), shift, SOFTEST)
+        found = self._lowest(self._weights[:, :3].ravel(), shift, SOFTEST)
+        if found is None:
+            return None
+        error = max(UNSTABLE, LANCZOS_ERROR * shift, self._of_motions())
+        return Mode(*found, bool(found[0] > -error))
 
     def _lowest(self, weights: np.ndarray, shift: float, tolerance: float) -> tuple[float, np.ndarray] | None:
         """Return the smallest eigenvalue of the matrix relative to weights, shape (3 n,), and its displacement, shape (n, 3),
@@ -235,6 +258,24 @@ class NodalStiffness(ABC):
         return None if found is None else float(np.sqrt(found[0])) / (2.0 * np.pi)
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
+        if self._excess == 0.0:
+            return self._solved_nearly(right)
+        return conjugate_gradients(self._resisted_freely, self._solved_nearly, np.where(self._free, right, 0.0))
+
+    def _resisted_freely(self, moved: np.ndarray) -> np.ndarray:
+        """Return the forces with which the body with its springs resists displacements of the free components."""
+        matrix: Any = sparse.csr_array((self._values, self._indices, self._indptr))
+        force = (matrix @ moved.ravel()).reshape(moved.shape) + self._of_springs(moved)
+        if self._motions:
+            force[:, :3] += FREE_SHIFT * self._weights[:, :3] * moved[:, :3]
+        return np.where(self._free, force, 0.0)
+
+    def _of_springs(self, moved: np.ndarray) -> np.ndarray:
+        pulled = _products(self._slopes, moved[None])[:, 0]
+        return np.asarray(np.einsum("k,kij->ij", pulled, self._slopes))
+
+    def _solved_nearly(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution with the factors and springs, without the correction of the excess."""
         found = self._solved_without_springs(right)
         if not len(self._slopes):
             return found
@@ -247,6 +288,33 @@ class NodalStiffness(ABC):
         with on_one_thread():
             found = self._factor.solve(np.where(self._free, right, 0.0).ravel())
         return np.asarray(found.reshape(self._n, self._d))
+
+
+def conjugate_gradients(
+    product: Callable[[np.ndarray], np.ndarray], solved_nearly: Callable[[np.ndarray], np.ndarray], right: np.ndarray
+) -> np.ndarray:
+    """Return the solution x of A x = right for a positive definite matrix A by the preconditioned method of conjugate gradients
+    (Nocedal & Wright 2006, algorithm 5.3).
+
+    product: function that returns A x; solved_nearly: function that returns the solution with an approximation of A. If A is
+    not positive definite along a direction, the last approximation is returned.
+    """
+    found, residual = np.zeros_like(right), right.copy()
+    near = solved_nearly(residual)
+    direction, size = near, float(np.sum(residual * near))
+    first = size
+    for _ in range(MOST_CORRECTIONS):
+        if size <= CORRECTED**2 * first:
+            break
+        force = product(direction)
+        curvature = float(np.sum(direction * force))
+        if curvature <= 0.0:
+            break
+        found, residual = found + size / curvature * direction, residual - size / curvature * force
+        near = solved_nearly(residual)
+        before, size = size, float(np.sum(residual * near))
+        direction = near + size / before * direction
+    return found if found.any() else near
 
 
 def _products(some: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -5,7 +5,10 @@ change is recorded by its effect on the energy, so that the energy balances to r
 """
 
 from abc import ABC, abstractmethod
-from math import inf, log, sqrt
+from copy import copy
+from math import inf, log, log1p, sqrt
+
+NEWTON, CONVERGED = 50, 1e-15  # most iterations for a volume, and their last relative change
 
 
 class Contents(ABC):
@@ -22,6 +25,21 @@ class Contents(ABC):
     @abstractmethod
     def stiffness(self, volume: float) -> float:
         """Return the pressure decrease per volume increase, -dp/dV [Pa/m³], for a volume [m³]."""
+
+    def volume_on_spring(self, spring: float, volume: float, pressure: float) -> float:
+        """Return the volume W [m³] in which the contents, now in the volume V, have the pressure p_h + κ (W - V).
+
+        spring: κ [Pa/m³]; volume: V [m³]; pressure: p_h [Pa].
+        """
+        found, contents = volume, copy(self)
+        for _ in range(NEWTON):
+            beyond = contents.pressure(found) - pressure - spring * (found - volume)
+            step = beyond / (contents.stiffness(found) + spring)
+            now, found = found, max(found + step, 0.5 * found)
+            contents.expand(now, found)
+            if abs(found - now) <= CONVERGED * found:
+                break
+        return found
 
     @property
     def temperature(self) -> float | None:
@@ -176,7 +194,10 @@ class Liquid(Contents):
 
     def _energy(self, volume: float) -> float:
         rest = self.mass / self.density
-        return self.bulk_modulus * (volume - rest - rest * log(volume / rest)) if rest > 0.0 else inf
+        if rest <= 0.0:
+            return inf
+        strain = (volume - rest) / rest
+        return self.bulk_modulus * rest * (strain - log1p(strain))  # accurate for small strains
 
     def pressure(self, volume: float) -> float:
         """Return the pressure [Pa], negative if the liquid is stretched."""

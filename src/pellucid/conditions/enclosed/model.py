@@ -13,7 +13,7 @@ from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import Condition, Swing
+from pellucid.parts.condition import Condition, LoadKind, Swing
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
 
@@ -84,6 +84,7 @@ class Enclosed(Condition):
     """Gas or liquid in a membrane, given by its mass; its pressure follows from the volume."""
 
     unique_name: ClassVar[bool] = True
+    load_kind: ClassVar[LoadKind] = "volume"
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on the enclosed gas or liquid")
 
     name: str = name_parameter("name of its history columns: NAME_pressure, NAME_volume, NAME_mass ...")
@@ -188,15 +189,27 @@ class Enclosed(Condition):
 
     def why_not_steady(self) -> Reason | None:
         remedy = (
-            f"remove [steady] and set `body.{self.body}.damping`, or use [settle] instead of [steady]; a closed membrane of "
-            "triangles can have a `volume_stiffness` instead of the [[enclosed]] liquid"
+            f"use a case that can have a factored stiffness, or remove [steady] and set `body.{self.body}.damping`, or use "
+            "[settle] instead of [steady]"
         )
-        return Reason("[steady] cannot find the equilibrium of a membrane with a gas or liquid", remedy)
+        return Reason("the relaxation cannot find the equilibrium of a membrane with a gas or liquid", remedy)
+
+    def why_not_factored(self) -> str | None:
+        if self.inside:
+            return f"the factored stiffness does not include membranes inside `{self.name}`"
+        if self.lets_out or self._may_tear:
+            return f"there is no equilibrium while `{self.name}` flows out"
+        if self.inflator is not None and self.gas is not None and not self.gas.isothermal:
+            return f"the temperature of the gas `{self.name}` with an inflator depends on the way (isothermal = true has none)"
+        return None
 
     @classmethod
     def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[StepPart]:
         from pellucid.conditions.enclosed.active import ActiveEnclosed
+        from pellucid.conditions.enclosed.steady import SteadyEnclosed
 
+        if assembly.finds_equilibria:
+            return [SteadyEnclosed(enclosed, assembly) for enclosed in conditions]
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

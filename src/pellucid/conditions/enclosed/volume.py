@@ -73,6 +73,19 @@ class EnclosedVolume:
     def _membrane(self) -> Membrane:
         return self.members[0].offers(Membrane)
 
+    @property
+    def sign(self) -> float:
+        """1 if the normals of the outer membrane point out of the volume, else -1."""
+        return self._signs[0]
+
+    def enclosed(self, places: np.ndarray, areas: np.ndarray) -> float:
+        """Return the volume that the outer membrane encloses with points at other positions [m³].
+
+        places: positions of the points [m]; areas: their vector areas along the normals of the membrane [m²], shape (n, 3)
+        each, in the order of the point numbers.
+        """
+        return self._signs[0] * self._lids[0].volume(places, areas)
+
     def _of(self, number: int) -> tuple[float, np.ndarray, np.ndarray]:
         sign, member = self._signs[number], self.members[number]
         places = member.body.places()
