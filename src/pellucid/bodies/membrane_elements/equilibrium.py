@@ -99,8 +99,12 @@ class MembraneSystem(NodalSystem):
                 lacking = change - rate - compliance * (growth - stiffness * rate)
                 more = lacking / (each + compliance * (1.0 - stiffness * each))
                 found = Tangent(found.moved + more * self._without_drift(moved), found.resisted + more * resisted)
-                growth, rate = growth + more, rate + more * each
-            self._volume_rates[one] = VolumeRates(rate, growth - stiffness * rate)
+                loads = force - growth * outwards
+                across = np.where(self._motion.free, outwards, 0.0)
+                pulled = float(np.sum(across * (self._matrix().resisted_without_springs(found.moved) - loads)))
+                self._volume_rates[one] = VolumeRates(rate + more * each, pulled / float(np.sum(across * across)))
+            else:
+                self._volume_rates[one] = VolumeRates(rate, growth - stiffness * rate)
         return found
 
     def _arrive(self, leaving: Tangent, arriving: Tangent) -> None:

@@ -120,8 +120,8 @@ class NodalStiffness(ABC):
         self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
         self._excess = 0.0
-        if self.shift > 0.0 and len(springs) and (found := self.softest()) is not None and found.is_resisted:
-            self._excess, self.shift = self.shift, 0.0  # the springs make it positive definite
+        if self.shift > 0.0 and len(springs) and self._is_held_by_springs():
+            self._excess, self.shift = self.shift, 0.0
         return single
 
     def _touch(self, springs: ContactSprings) -> None:
@@ -224,6 +224,12 @@ class NodalStiffness(ABC):
         found = given + self._solved(np.pad(force, extra) - resisted(given))
         return found[:, :3], resisted(found)[:, :3]
 
+    def resisted_without_springs(self, moved: np.ndarray) -> np.ndarray:
+        """Return the forces with which the body without the springs resists displacements [m], shape (n, 3) both."""
+        matrix: Any = sparse.csr_array((self._values, self._indices, self._indptr))
+        whole = np.pad(moved, ((0, 0), (0, self._d - 3)))
+        return np.asarray((matrix @ whole.ravel()).reshape(whole.shape)[:, :3])
+
     def softest(self) -> "Mode | None":
         """Return the mode with the smallest eigenvalue of the matrix relative to its diagonal; None if the Lanczos method does
         not find it."""
@@ -231,12 +237,22 @@ class NodalStiffness(ABC):
         found = self._lowest(self._weights[:, :3].ravel(), shift, SOFTEST)
         if found is None:
             return None
-        error = max(UNSTABLE, LANCZOS_ERROR * shift, self._of_motions())
-        return Mode(*found, bool(found[0] > -error))
+        value, vector = float(found[0][0]), found[1][0]
+        return Mode(value, vector, value > -max(UNSTABLE, LANCZOS_ERROR * shift, self._of_motions()))
 
-    def _lowest(self, weights: np.ndarray, shift: float, tolerance: float) -> tuple[float, np.ndarray] | None:
-        """Return the smallest eigenvalue of the matrix relative to weights, shape (3 n,), and its displacement, shape (n, 3),
-        by the Lanczos method with the factors of the matrix and `shift` times the weights; None if it does not converge."""
+    def _is_held_by_springs(self) -> bool:
+        """Return True if the matrix with the springs is positive definite, except for motions of the body as a whole."""
+        shift = self.shift + (FREE_SHIFT if self._motions else 0.0)
+        found = self._lowest(self._weights[:, :3].ravel(), shift, SOFTEST, self._motions + 1)
+        error = max(4.0 * FREE_SHIFT, LANCZOS_ERROR * shift)
+        return found is not None and bool(found[0][0] > -error and found[0][-1] > error)
+
+    def _lowest(
+        self, weights: np.ndarray, shift: float, tolerance: float, count: int = 1
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the smallest eigenvalues of the matrix relative to weights, shape (3 n,), in ascending order, and their
+        displacements, shape (count, n, 3), by the Lanczos method with the factors of the matrix and `shift` times the weights;
+        None if it does not converge."""
         from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
         shape = (3 * self._n, 3 * self._n)
@@ -245,8 +261,10 @@ class NodalStiffness(ABC):
         start = np.random.default_rng(0).standard_normal(shape[0])
         given: dict[str, Any] = {"M": diagonal, "sigma": -shift, "OPinv": inverse, "v0": start, "tol": tolerance}
         with on_one_thread(), suppress(ArpackNoConvergence):
-            (value,), vectors = eigsh(diagonal, 1, ncv=min(LANCZOS, shape[0]), **given)  # the matrix itself is not used
-            return float(value), np.asarray(vectors[:, 0].reshape(-1, 3))
+            # the matrix itself is not used
+            values, vectors = eigsh(diagonal, count, ncv=min(max(LANCZOS, 4 * count), shape[0]), **given)
+            order = np.argsort(values)
+            return values[order], vectors.T[order].reshape(count, -1, 3)
         return None
 
     def lowest_frequency(self, mass: np.ndarray) -> float | None:
@@ -255,7 +273,7 @@ class NodalStiffness(ABC):
         if self.shift > 0.0 or self._motions > 0 or not self._free[:, :3].any():
             return None
         found = self._lowest(np.repeat(mass, 3), 0.0, 1e-3)
-        return None if found is None else float(np.sqrt(found[0])) / (2.0 * np.pi)
+        return None if found is None else float(np.sqrt(found[0][0])) / (2.0 * np.pi)
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
         if self._excess == 0.0:

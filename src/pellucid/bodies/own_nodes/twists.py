@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pellucid.linear.elimination import on_one_thread
+
 HELD = 1e-9  # resistance of prescribed components to a motion, over that of all nodes, above which the motion is prevented
 NEUTRAL = 1e-6  # change of the forces along a motion with a motion, relative to the forces, that is rounding
 ANGLE = 1e-3  # of the motions whose forces are compared, relative to the size of the body
+DEPENDENT = 1e-9  # size of a motion without its part along others, over its size, below which it is one of them
 ALIGNMENTS = 5  # iterations, which converge quadratically
 
 
@@ -46,13 +49,22 @@ class Twists:
         """Return positions that the motions have brought next to those of a reference."""
         for _ in range(ALIGNMENTS):
             motions = self.displacements(position).reshape(len(self), -1)
-            position = self.moved(np.linalg.lstsq(motions.T, (reference - position).ravel(), rcond=None)[0], position)
+            with on_one_thread():
+                amounts = np.linalg.lstsq(motions.T, (reference - position).ravel(), rcond=None)[0]
+            position = self.moved(amounts, position)
         return position
 
     def without(self, displacement: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Return displacements of nodes at these positions without their part along the motions."""
-        motions = self.displacements(position).reshape(len(self), -1)
-        for motion in np.linalg.qr(motions.T)[0].T.reshape(len(self), *position.shape):
+        others: list[np.ndarray] = []
+        for motion in self.displacements(position):
+            size = float(np.sum(motion * motion)) ** 0.5
+            for other in (*others, *others):  # twice, so that they are orthogonal up to rounding
+                motion = motion - float(np.sum(other * motion)) * other
+            left = float(np.sum(motion * motion)) ** 0.5
+            if left > DEPENDENT * size:
+                others.append(motion / left)
+        for motion in others:
             displacement = displacement - float(np.sum(motion * displacement)) * motion
         return displacement
 

@@ -28,10 +28,11 @@ if TYPE_CHECKING:
     from pellucid.conditions.enclosed.model import Enclosed
 
 FIRM = 100.0
-"""Stiffness κ of a given volume over modulus times volume of the membrane divided by the square of the enclosed volume: the
-held pressure is then exact to a hundredth after each correction, and κ affects the search little."""
-GROWN = 2.0  # ratio of volumes after which κ is chosen again
-LEAST = 0.1  # of the largest given volume: volume for which κ is chosen, at least, since a membrane may start flat
+"""Stiffness κ of a given volume over that of the membrane: the held pressure is then exact to a hundredth after each
+correction, and κ affects the search little."""
+CHANGED = 8.0  # ratio of stiffnesses of the membrane from which κ is chosen again
+LEAST_VOLUME = 0.1  # of the largest given volume: least volume for which the first κ is chosen; a membrane may start flat
+LEAST_STIFFNESS = 1e-6  # of the membrane, over modulus times volume divided by the square of the enclosed volume
 MOST_CORRECTIONS = 12  # of the held pressure in a step
 EXACT = 1e-13  # error of a volume, relative to the volume, that is rounding
 
@@ -260,20 +261,15 @@ class SteadyVolume(VolumeLoad, ActiveVolume):  # type: ignore[misc]
         self.body, self.row = body, assembly.load_column(body, channel) - FIRST_LOAD
         self._target = self._start
         self._held = 0.0  # in the equilibrium that is sought [Pa]; at the last one the pressure itself
-        self._chosen_at, self._scale, self._corrections = 0.0, 0.0, 0
+        self._scale, self._corrections = 0.0, 0
 
     def prepare(self, end: float, stiffness: float) -> None:
         self._scale = stiffness
-        self._choose(self._start)
+        largest = max(self._given.rows[1]) * (1.0 if self._given.ratios is None else self._start)
+        self._spring = FIRM * self._scale / max(self._start, LEAST_VOLUME * largest) ** 2
 
     def begin_with(self, pressure: float) -> None:
         self._pressure = pressure
-
-    def _choose(self, volume: float) -> None:
-        """Choose the stiffness κ for a volume [m³]."""
-        unit = 1.0 if self._given.ratios is None else self._start
-        self._chosen_at = max(volume, LEAST * unit * max(self._given.rows[1]))
-        self._spring = FIRM * self._scale / self._chosen_at**2
 
     def begin(self, time: float, dt: float) -> None:
         self._target = self._given.at(time, self._start)[0]
@@ -299,17 +295,13 @@ class SteadyVolume(VolumeLoad, ActiveVolume):  # type: ignore[misc]
         return self._target - self._now.volume, 0.0
 
     def end(self, dt: float) -> None:
-        self._now = self._space.now()
-        self._pressure = self.at(self._now.volume, 1.0).pressure
-        if not 1.0 / GROWN < self._now.volume / self._chosen_at < GROWN:
-            self._choose(self._now.volume)
-
-    def state_numbers(self) -> dict[str, Any]:
-        return super().state_numbers() | {"chosen_at": self._chosen_at}
-
-    def restore(self, numbers: Mapping[str, Any]) -> None:
-        super().restore(numbers)
-        self._chosen_at = numbers["chosen_at"]
+        before, pressure, now = self._now.volume, self._pressure, self._space.now()
+        self._pressure, self._now = self.at(now.volume, 1.0).pressure, now
+        stiffness = max(abs(self._pressure), LEAST_STIFFNESS * self._scale / now.volume) / now.volume
+        if now.volume != before:
+            stiffness = max(stiffness, abs((self._pressure - pressure) / (now.volume - before)))
+        if not 1.0 / CHANGED < self._spring / (FIRM * stiffness) < CHANGED:
+            self._spring = FIRM * stiffness
 
 
 def _both_known(first: VolumeRates | None, last: VolumeRates | None, change: VolumeRates) -> tuple[VolumeRates, VolumeRates]:
