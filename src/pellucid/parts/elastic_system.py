@@ -129,9 +129,6 @@ class ElasticSystem(Searched, Protocol):
     def tried(self) -> np.ndarray:
         """Positions of the nodes in the last trial [m], shape (n, 3)."""
 
-    resistance: float
-    """Modulus times volume of the body [J]."""
-
     @property
     def has_factors(self) -> bool:
         """True if the stiffness was factored for the components that are prescribed now."""
@@ -156,9 +153,6 @@ class ElasticSystem(Searched, Protocol):
         renew: function that computes the loads at a share of the step, 0 to 1, for the present positions of the nodes, without
         contact; follow: True if loads depend on these positions.
         """
-
-    def enclose(self, pressure: VolumePressure) -> None:
-        """Add a pressure in the body that depends on the enclosed volume."""
 
     def corrects(self, tolerance: float) -> bool:
         """Correct the pressures of given volumes at the last trial positions, where forces balance, and return True if the
@@ -199,8 +193,13 @@ class ElasticSystem(Searched, Protocol):
 class BodySystem(ElasticSystem, Protocol):
     """An `ElasticSystem` of one body; `attempt` is `place`, new loads, and `judge`."""
 
+    resistance: float
+    """Modulus times volume of the body [J]."""
     in_single: bool
     """True as long as factors in single precision are accurate enough; part of the state of a run."""
+
+    def enclose(self, pressure: VolumePressure) -> None:
+        """Add a pressure in the body that depends on the enclosed volume."""
 
     def take_contact(self, exert: Callable[[], None], springs: "Callable[[], Sequence[ContactSprings]]") -> None:
         """Take the contact of the body, whose forces belong to the loads that follow the deformation.

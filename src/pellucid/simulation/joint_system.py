@@ -86,6 +86,10 @@ class JointSystem:
     def lowest_frequency(self) -> None:
         return None
 
+    def corrects(self, tolerance: float) -> bool:
+        corrected = [system.corrects(tolerance) for system in self._systems]  # of all, not up to the first
+        return any(corrected)
+
     def aligned(self, position: np.ndarray) -> np.ndarray:
         return position  # contact may hold a body that nothing else holds
 

@@ -223,11 +223,7 @@ class Minimiser(Search):
             raise NoEquilibrium("the linear estimate inverts a point")
         left, done = 0, 0
         while True:
-            x, here, used = self._minimise(x, here, done, told)
-            done += used
-            while system.corrects(self._tolerance):
-                x, here, used = self._minimise(x, system.attempt(x), done, told)
-                done += used
+            x, here, done = self._balance(x, here, done, told)
             if (near := system.aligned(x)) is not x:
                 x, here = near, system.attempt(near)
             lower = self._lower(x, here) if left < MOST_LEFT else None
@@ -240,6 +236,18 @@ class Minimiser(Search):
             left += 1
             x, here = lower
 
+    def _balance(
+        self, x: np.ndarray, here: Trial, done: int, told: Callable[[int, float], None]
+    ) -> tuple[np.ndarray, Trial, int]:
+        """Iterate from positions x [m], with energy and forces there, to an equilibrium with given volumes; arguments and
+        result as for `_minimise`, with the number of all iterations."""
+        x, here, used = self._minimise(x, here, done, told)
+        done += used
+        while self._elastic.corrects(self._goal[0]):
+            x, here, used = self._minimise(x, self._elastic.attempt(x), done, told)
+            done += used
+        return x, here, done
+
     def _aim(self, tolerance: float) -> None:
         """Set the limits of the errors of a search, see `find`."""
         larger = max(tolerance / self._tolerance, 1.0)
@@ -250,7 +258,7 @@ class Minimiser(Search):
         factors of the last equilibrium serve."""
         self._aim(tolerance)
         x = self._elastic.tried.copy()
-        x, here, done = self._minimise(x, self._elastic.attempt(x), 0, told)
+        x, here, done = self._balance(x, self._elastic.attempt(x), 0, told)
         return Equilibrium(x, done, self._error, self._unbalanced(x, here), False, False, None)
 
     def unbalanced(self) -> float:
