@@ -34,16 +34,18 @@ _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*\*?\s*(?P<unit>{_FACTOR}(?:
 _PINT_RAISES = (ArithmeticError, AssertionError, AttributeError, SyntaxError, TokenError, TypeError, ValueError)
 
 _FACTORS: dict[str, dict[str, float]] = {
-    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "nm": 1e-9, "km": 1000.0},
-    "s": {"s": 1.0, "ms": 0.001, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "km": 1000.0},
+    "s": {"s": 1.0, "ms": 0.001, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "kg": {"kg": 1.0, "g": 0.001, "mg": 1e-6},
-    "N": {"N": 1.0, "kN": 1000.0, "mN": 0.001, "uN": 1e-6},
+    "N": {"N": 1.0, "kN": 1000.0, "mN": 0.001, "uN": 1e-6, "µN": 1e-6, "nN": 1e-9, "pN": 1e-12},
+    "N/m": {"N/m": 1.0, "mN/m": 0.001, "uN/m": 1e-6},
     "Pa": {"Pa": 1.0, "kPa": 1000.0, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "mbar": 100.0},
     "Pa*s": {"Pa*s": 1.0, "mPa*s": 0.001},
     "J": {"J": 1.0, "kJ": 1000.0, "mJ": 0.001},
     "m/s": {"m/s": 1.0, "mm/s": 0.001},
     "m/s^2": {"m/s^2": 1.0},
     "kg/m^3": {"kg/m^3": 1.0},
+    "m^3": {"m^3": 1.0},
 }
 """Factors of frequent units by SI unit, equal to those of pint: most cases are read without the half second that pint needs to
 start."""
