@@ -6,6 +6,7 @@ from typing import Any
 from pellucid.conditions.enclosed.active import PressedNodes
 from pellucid.conditions.no_slip_walls import FluidSums
 from pellucid.conditions.open_faces.pressure_face import EndNodes
+from pellucid.conditions.pressure_on_walls import WalledNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
@@ -36,6 +37,7 @@ SETS: dict[type[Any], str] = {
     EvenCells: "",
     BodySums: "of a rigid body on the grid",
     FluidSums: "of fluids beside walls at the shapes of supports",
+    WalledNodes: "",
     PressedNodes: "of a membrane with contents in liquids with implicit pressure",
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",

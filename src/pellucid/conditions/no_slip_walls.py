@@ -11,7 +11,8 @@ where u is the velocity profile that is zero on the surface and passes through t
 on the normal (see `pellucid.conditions.rigid.no_slip`). The momentum that the fluid loses to the wall thus equals the
 viscous flux of the profile, for any position of the surface between the nodes. No node near the surface has a prescribed
 velocity along it, which would drag the fluid beyond. Nodes in the region and within half a cell of it have the velocity of
-the wall normal to the surface. Points do not fill the last layer of cells: a node with less mass than fluid would have in
+the wall normal to the surface. On the other nodes that the surface reaches, the wall exerts the pressure of the fluid, see
+`pellucid.conditions.pressure_on_walls`. Points do not fill the last layer of cells: a node with less mass than fluid would have in
 the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
 The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
@@ -47,6 +48,7 @@ import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
 from pellucid.conditions.narrow_layers import IsInWall, NarrowLayers, face_walls
+from pellucid.conditions.pressure_on_walls import FluidAtNodes, FluidAtWalls, WallPressure, inner_axes
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.wall_surface import CutNodes, WallMaker, find_wall
 from pellucid.conditions.walls_of_bodies import BodyAsWall, EnclosedFluids, find_region
@@ -106,12 +108,14 @@ class NodalFluid(StepPart):
         self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self._is_alone else ["of_fluids"]))
         self._clear = Clearing(STEP, grid.rows, self._sums)
         self._outside = CutNodes(np.zeros(0, int), np.zeros(0))
+        self.at_walls = FluidAtWalls(self._fluids, grid)
 
     def leave_out(self, walls: Sequence[CutNodes]) -> None:
         """Set the parts of the volumes of nodes that walls fill, where no fluid can be. walls: nodes near each wall."""
         node, at = np.unique(np.concatenate([wall.node for wall in walls]), return_inverse=True)
         filled = np.bincount(at, np.concatenate([wall.filled for wall in walls]), len(node))
         self._outside = CutNodes(node, np.minimum(filled, 1.0))
+        self.at_walls.mark([wall.node for wall in walls])
 
     def open_shares(self, node: np.ndarray) -> np.ndarray:
         """Return the parts of the volumes of nodes with the numbers `node` that lie outside walls, shape (n,)."""
@@ -122,7 +126,8 @@ class NodalFluid(StepPart):
         return np.where(cut[at] == node, 1.0 - filled[at], 1.0)
 
     def before_momentum(self, dt: float) -> None:
-        """Sum mass and viscosity over the points, for their positions in this step."""
+        """Sum mass, viscosity and pressure over the points, for their positions in this step."""
+        self.at_walls.sum()
         if self._is_alone:
             return
         self._clear()
@@ -207,6 +212,8 @@ class NoSlipWall(StepPart):
         self._wall = wall = find_wall(self._no_slip, self._actions, self._maker, self._faces, self._others)
         self._marks = self._field.grid.nodes.constrained[wall.node].copy()
         self._in_window = np.searchsorted(wall.window.node, wall.node)
+        room = self._field.grid.cell_volume * wall.share * (1.0 - wall.filled)
+        self._pressure = WallPressure(wall.node, wall.into, room, inner_axes(self._field.grid, wall.place))
         self._acts, self._taken = np.zeros(len(wall.node), bool), np.zeros((len(wall.node), 3))
         if isinstance(self._maker, BodyAsWall):
             self._maker.stand(wall.feet[wall.known], wall.surface.normal[wall.known])
@@ -270,7 +277,8 @@ class NoSlipWall(StepPart):
         self._across = wall.across * self._acts[:, None]
         if self.slips:
             self._mass = domain.of_nodes(nodes.mass[at], at)
-            self._old = self._drag = self._lag = np.zeros((len(at), 3))
+            self._old = self._lag = np.zeros((len(at), 3))
+            self._drag = self._push(dt)
             self._yields = self._yielding(wall.surface.certainty)
             return
         of_window, momentum = (domain.of_nodes(values[window.node], window.node) for values in (nodes.mass, nodes.momentum))
@@ -295,7 +303,7 @@ class NoSlipWall(StepPart):
         slope = no_slip.slope_of_profile(wall.surface._replace(certainty=sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
         drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope * self._axes, 0.0)
-        self._drag = self._keep_from_light(drag, fluid[self._in_window], full)
+        self._drag = self._keep_from_light(drag, fluid[self._in_window], full) + self._push(dt)
         lag = viscosity * dt * wall.area * sure * self._acts / self._field.grid.lattice.cell * self._delays
         self._lag = lag[:, None] * self._axes
 
@@ -303,6 +311,12 @@ class NoSlipWall(StepPart):
         """Return the part of their velocities relative to the wall that nodes keep, shape (n, 3): less than 1 for nodes of the
         region for which distance and normal are not reliable; sure: their reliability, between 0 and 1, shape (n,)."""
         return 1.0 - self._axes * np.where(self._wall.held & self._acts, 1.0 - sure, 0.0)[:, None]
+
+    def _push(self, dt: float) -> np.ndarray:
+        """Return the impulses of the pressure of the wall over the step dt [s] on the nodes [N s], shape (n, 3); without the
+        part along which a node does not move relative to the wall."""
+        push = dt * self._pressure.forces(self._fluid.at_walls) * self._axes * self._acts[:, None]
+        return np.asarray(push - np.sum(push * self._across, axis=1)[:, None] * self._across)
 
     def constrain(self, rows: ViscousRows) -> None:
         """Take the wall into account in the equations of implicit viscosity: masses, initial velocities and velocities without
@@ -365,11 +379,14 @@ class NoSlipWall(StepPart):
             self._ended = EndVelocities(at[has_mass], domain.of_nodes(nodes.velocity[at], at)[has_mass])
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        return {"node": self._ended.node, "velocity": self._ended.velocity} if self._delays and not self.slips else {}
+        found = self._pressure.found
+        ended = {"node": self._ended.node, "velocity": self._ended.velocity} if self._delays and not self.slips else {}
+        return ended if found is None else ended | found._asdict()
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         if self._delays and not self.slips:
             self._ended = EndVelocities(arrays["node"], arrays["velocity"])
+        self._pressure.found = FluidAtNodes(*(arrays[name] for name in FluidAtNodes._fields)) if "ends" in arrays else None
 
     def work(self) -> StepWork:
         """Return the reaction of the wall and its work; the impulse is counted as a reaction of the support or of the motions

@@ -65,6 +65,7 @@ class WallSurface(NamedTuple):
     surface: Surface  # distance from the surface, normal and curvature at the nodes
     filled: np.ndarray  # (n,) fraction of the volume of each node that the region fills
     share: np.ndarray  # (n,) part of each node within faces that the surface meets
+    into: np.ndarray  # (n, 3) unit vectors into the wall, along ∮ N n dA of the node; zero where the wall stops no fluid
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
     window: Window  # box of nodes around `node`, for interpolation at `samples`
     heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
@@ -131,7 +132,8 @@ def find_wall(
     if not maker.rows:  # no support constrains nodes that lie deeper
         keep |= held[chosen]
     chosen, filled, slope, steepness = chosen[keep], filled[keep], slope[keep], steepness[keep]
-    normal, most = -slope / np.maximum(steepness, LEAST_SLOPE)[:, None], half * cell * np.sqrt(len(axes))
+    normal = -slope / np.maximum(steepness, LEAST_SLOPE)[:, None]
+    into, most = -normal, half * cell * np.sqrt(len(axes))
     distance, found = find_distances(contains, place[chosen], normal, most)
     # few samples fill nodes far outside: the normal is found again on the surface
     slope = _find_shares(no_slip, contains, place[chosen] - distance[:, None] * normal, cell, half, active)[1]
@@ -165,9 +167,11 @@ def find_wall(
     stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
     across = normal * np.array(maker.axes)
     size = np.linalg.norm(across, axis=1)
+    stops = wet & (size >= LEAST_HELD)
+    into[~stops] = 0.0
     across[~stopped | (size < LEAST_HELD)] = 0.0
     across /= np.maximum(size, LEAST_HELD)[:, None]
-    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, area, window)
+    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, into, area, window)
     sides = (heights, facing, opposite.velocity, opposite.body, on_surface, found)
     return WallSurface(*state, *sides, list(samples), list(signs), neighbours, cut)
 

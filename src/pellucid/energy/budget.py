@@ -399,8 +399,8 @@ case without motion, the rounding of sums must not count as an error: half a uni
 of the energy at stake then."""
 
 ROUNDING_STRAIN = 1e-7
-"""Strain whose energy covers the rounding of the strain energy of solids and membranes. Many laws compute the energy of a
-small strain as a difference of numbers of the size of the moduli, such as tr b - 3 - 2 ln J. Half a unit in the last place
+"""Strain whose energy covers the rounding of the energy of small strains. Many laws compute this energy, or the pressure of a
+liquid, as a difference of numbers of the size of the moduli, such as tr b - 3 - 2 ln J. Half a unit in the last place
 of these numbers is about 5e-17 m c²: as much as a strain of 1e-8 stores. It is 1 % of the energy of this strain, m c²/2
 times its square."""
 
@@ -414,8 +414,9 @@ def energy_at_stake(bodies: Sequence[Balanced], gravity: tuple[float, float, flo
     """
     strain = 0.0
     for body, speed in zip(bodies, wave_speeds, strict=True):
+        strain += 0.5 * float(body.stored_field("mass").sum()) * (speed * ROUNDING_STRAIN) ** 2
         if body.energy_kind == "strain":
-            strain += abs(body.totals.stored) + 0.5 * float(body.stored_field("mass").sum()) * (speed * ROUNDING_STRAIN) ** 2
+            strain += abs(body.totals.stored)
     internal = sum(abs(body.totals.stored) for body in bodies if body.energy_kind != "strain")
     masses = [body.stored_field("mass") for body in bodies]
     heights = [-np.sum(body.stored_field("position") * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]

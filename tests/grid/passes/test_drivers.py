@@ -19,6 +19,7 @@ BY_COLOUR = {
     "bodies/membrane_points/surface.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
+    "conditions/pressure_on_walls.py",
     "conditions/surface_tension/colour.py",
     "contact/detection.py",
     "grid/even_points.py",
