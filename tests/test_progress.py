@@ -1,5 +1,6 @@
 import sys
 import warnings
+from math import isnan
 
 import pytest
 
@@ -105,14 +106,37 @@ def test_more_kernels_than_expected_are_not_counted_against_fewer(terminal: Term
     terminal.stop()
 
 
-def test_the_pace_is_that_of_steps_without_compilation() -> None:
+def test_the_pace_is_that_of_steps_since_the_last_compilation() -> None:
+    """A step during which kernels are compiled takes more time than their compilation."""
     pace = Pace()
-    assert pace.time_left(1.0) != pace.time_left(1.0), "not known yet"
+    assert isnan(pace.time_left(1.0))
     pace.add(0.0, 1, 0.01)
-    pace.leave_out(50.0)
-    pace.add(51.0, 11, 0.11)
+    pace.add(0.2, 2, 0.02)
+    pace.start_again()
+    pace.add(61.0, 3, 0.03)
+    assert isnan(pace.time_left(1.0))
+    for step in range(1, 11):
+        pace.add(61.0 + 0.1 * step, 3 + step, 0.03 + 0.01 * step)
+        assert pace.is_known == (step == 10)
     assert pace.steps_per_second() == pytest.approx(10.0)
-    assert pace.time_left(1.11) == pytest.approx(10.0)
+    assert pace.time_left(1.13) == pytest.approx(10.0)
+
+
+def test_one_slow_step_has_no_influence_on_the_typical_time_left() -> None:
+    pace = Pace()
+    assert isnan(pace.typical_time_left(1.0))
+    for step in range(21):
+        pace.add(0.1 * step + (30.0 if step >= 2 else 0.0), step, 0.01 * step)
+    assert pace.typical_time_left(1.2) == pytest.approx(10.0)
+    assert pace.time_left(1.2) > 100.0
+
+
+def test_slow_steps_are_measured_over_more_than_the_window() -> None:
+    pace = Pace()
+    for step in range(30):
+        pace.add(7.0 * step, step, 0.01 * step)
+    assert pace.steps_per_second() == pytest.approx(1.0 / 7.0)
+    assert len(pace._samples) == 11
 
 
 def test_the_pace_is_that_of_the_last_seconds() -> None:

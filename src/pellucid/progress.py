@@ -5,11 +5,13 @@ import warnings
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from statistics import median
 from time import monotonic
 from typing import Any
 
 BETWEEN_LINES = 10.0  # s of wall-clock time between lines about a search if the output is not a terminal
 WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimated
+FEWEST_STEPS = 10  # from which they are estimated at least: first steps also load kernels and allocate memory
 
 
 class Progress:
@@ -122,7 +124,8 @@ class TerminalProgress(Progress):
         self._bar.update(self._task, description="compiling", state=f"kernel {number}{of}, {kernel}")
 
     def compiled(self) -> None:
-        self._pace.leave_out(self._book(self._paused))
+        self._book(self._paused)
+        self._pace.start_again()
         self._bar.update(self._task, description=self._phase, state="")
 
     def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
@@ -170,37 +173,59 @@ class TerminalProgress(Progress):
 
 
 class Pace:
-    """Speed of a run in steps per second and its remaining time, estimated from the last WINDOW seconds of wall-clock time,
-    without compilation."""
+    """Speed of a run in steps per second and its remaining time, estimated from the last WINDOW seconds of wall-clock time, and
+    at least FEWEST_STEPS steps, since the last compilation."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int, float]] = deque()
-        self._excluded = 0.0
+        self._starts = False
 
-    def leave_out(self, seconds: float) -> None:
-        """Exclude a wall-clock time [s] that was not spent in steps, such as compilation, from the speed of the run."""
-        self._excluded += seconds
+    def start_again(self) -> None:
+        """Measure from the next recorded step on, because time since the last one was not spent in steps, such as that of a
+        compilation."""
+        self._starts = True
 
     def add(self, now: float, step: int, time: float) -> None:
         """Record that a run has done `step` steps up to the simulated time `time` [s] at the wall-clock time `now` [s]."""
-        self._samples.append((now - self._excluded, step, time))
-        while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
+        if self._starts:
+            self._samples.clear()
+            self._starts = False
+        self._samples.append((now, step, time))
+        while len(self._samples) > 2 and self._is_enough(self._samples[1]) and now - self._samples[1][0] >= WINDOW:
             self._samples.popleft()
 
+    def _is_enough(self, since: tuple[float, int, float]) -> bool:
+        return self._samples[-1][1] - since[1] >= FEWEST_STEPS
+
+    @property
+    def is_known(self) -> bool:
+        """True if enough steps have been recorded."""
+        return len(self._samples) > 0 and self._is_enough(self._samples[0])
+
     def seconds(self) -> float:
-        """Return the wall-clock time between the first and the last recorded step [s], without compilation."""
+        """Return the wall-clock time between the first and the last recorded step [s]."""
         (begun, _, _), (now, _, _) = self._ends()
         return now - begun
 
     def steps_per_second(self) -> float:
-        """Return the number of steps per second of wall-clock time; NaN before the first measurement."""
+        """Return the number of steps per second of wall-clock time; NaN before it is known."""
         (begun, first, _), (now, last, _) = self._ends()
-        return (last - first) / (now - begun) if now > begun else float("nan")
+        return (last - first) / (now - begun) if self.is_known and now > begun else float("nan")
 
     def time_left(self, end: float) -> float:
-        """Return the remaining wall-clock time to the simulated time `end` [s]; NaN if it is not known yet."""
+        """Return the remaining wall-clock time to the simulated time `end` [s]; NaN before it is known."""
         (begun, _, first), (now, _, last) = self._ends()
-        return (end - last) * (now - begun) / (last - first) if last > first else float("nan")
+        return (end - last) * (now - begun) / (last - first) if self.is_known and last > first else float("nan")
+
+    def typical_time_left(self, end: float) -> float:
+        """Return the remaining wall-clock time to the simulated time `end` [s] like `time_left`, but from the median time per
+        step between records, on which single slow steps have no influence."""
+        (_, begun, first), (_, done, last) = self._ends()
+        if not self.is_known or not last > first:
+            return float("nan")
+        pairs = zip(self._samples, list(self._samples)[1:], strict=False)
+        each = median((now - before) / (step - earlier) for (before, earlier, _), (now, step, _) in pairs if step > earlier)
+        return each * (end - last) * (done - begun) / (last - first)
 
     def _ends(self) -> tuple[tuple[float, int, float], tuple[float, int, float]]:
         none = (0.0, 0, 0.0)

@@ -4,6 +4,7 @@ import pytest
 from small_cases import GAS, SOLID, box, case
 
 from pellucid.errors import UsageError
+from pellucid.progress import Progress
 from pellucid.running.forecast import Foretold, Paces, StepTime, ToldOnTheWay, lines, pace_of, size_of
 
 UNKNOWN = (
@@ -110,21 +111,39 @@ def test_of_a_relaxation_the_time_of_a_step_is_told():
     assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
 
 
-def test_what_was_not_known_is_told_after_a_second(monkeypatch):
-    class Notes:
+def told_on_the_way(monkeypatch, *events):
+    """Return the notes of a run with steps of 0.1 s that reports after each event: wall-clock seconds of steps, or "compiling"
+    before the step that follows."""
+
+    class Notes(Progress):
         def __init__(self):
             self.texts = []
 
-        def begin(self, phase, total=None): ...
-        def update(self, **where): ...
         def note(self, text):
             self.texts.append(text)
 
-    notes, now = Notes(), [0.0]
-    monkeypatch.setattr("pellucid.running.forecast.monotonic", lambda: now[0])
+    notes, now, step = Notes(), 0.0, 0
     progress = ToldOnTheWay(notes)
     progress.begin("running", 10.0)
-    for step in range(12):
-        now[0] = 0.2 * step
+    for event in events:
+        if event == "compiling":
+            progress.compiling("kernel", 1, 1)
+            progress.compiled()
+            continue
+        now, step = now + event, step + 1
+        monkeypatch.setattr("pellucid.running.forecast.monotonic", lambda at=now: at)
         progress.update(step=step, time=0.1 * step, dt=0.1, points=1, energy_error=0.0)
-    assert notes.texts == ["time: about 19.0 s remaining, estimated from the first 5 steps"]
+    return notes.texts
+
+
+def test_what_was_not_known_is_told_after_a_second_and_some_steps(monkeypatch):
+    assert not told_on_the_way(monkeypatch, *[0.05] * 15)
+    assert not told_on_the_way(monkeypatch, *[0.5] * 10)
+    (text,) = told_on_the_way(monkeypatch, *[0.5] * 20)
+    assert text == "time: about 44.5 s remaining, estimated at step 11"
+
+
+def test_compilation_and_the_steps_in_which_it_falls_are_left_out(monkeypatch):
+    first = ["compiling", 60.0, 0.2, "compiling", 25.0, 8.0]
+    (text,) = told_on_the_way(monkeypatch, *first, *[0.2] * 20)
+    assert text == "time: about 17.4 s remaining, estimated at step 13"

@@ -202,29 +202,30 @@ def _cost_of_pressure(case: "Case", step: float) -> float:
 
 
 ENOUGH = 1.0
-"""Duration of the measured steps after which the run time is reported [s]."""
+"""Duration of the measured steps after which the run time is reported [s], if these steps are enough for it
+(`pellucid.progress.FEWEST_STEPS`)."""
 RUNNING = "running"
 
 
 class ToldOnTheWay(Progress):
     """Progress display that forwards all reports of a run to another display `progress`, and also shows the expected
-    remaining run time once the time per step has been measured for a second. Used if no earlier run predicts the run time."""
+    remaining run time once the time per step has been measured for a second and enough steps since the last compilation. Used
+    if no earlier run predicts the run time."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._pace = progress, Pace()
-        self._phase, self._end, self._since, self._told = "", 0.0, 0.0, False
+        self._phase, self._end, self._told = "", 0.0, False
 
     def begin(self, phase: str, total: float | None = None) -> None:
         self._phase, self._end, self._pace = phase, total or 0.0, Pace()
         self._progress.begin(phase, total)
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
-        self._since = monotonic()
         self._progress.compiling(kernel, number, expected)
 
     def compiled(self) -> None:
-        """Exclude the time of the compilation from the time per step."""
-        self._pace.leave_out(monotonic() - self._since)
+        """Measure the time per step again from the next step on."""
+        self._pace.start_again()
         self._progress.compiled()
 
     def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float, search: str = "") -> None:
@@ -232,10 +233,10 @@ class ToldOnTheWay(Progress):
         if self._told or self._phase != RUNNING:
             return
         self._pace.add(monotonic(), step, time)
-        if self._pace.seconds() >= ENOUGH:
+        if self._pace.is_known and self._pace.seconds() >= ENOUGH:
             self._told = True
-            left = clock(self._pace.time_left(self._end))
-            self._progress.note(f"time: about {left} remaining, estimated from the first {step} steps")
+            left = clock(self._pace.typical_time_left(self._end))
+            self._progress.note(f"time: about {left} remaining, estimated at step {step}")
 
     def count(self, done: int) -> None:
         self._progress.count(done)
