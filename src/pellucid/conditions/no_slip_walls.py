@@ -12,8 +12,8 @@ on the normal (see `pellucid.conditions.rigid.no_slip`). The momentum that the f
 viscous flux of the profile, for any position of the surface between the nodes. No node near the surface has a prescribed
 velocity along it, which would drag the fluid beyond. Nodes in the region and within half a cell of it have the velocity of
 the wall normal to the surface. On the other nodes that the surface reaches, the wall exerts the pressure of the fluid, see
-`pellucid.conditions.pressure_on_walls`. Points do not fill the last layer of cells: a node with less mass than fluid would have in
-the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
+`pellucid.conditions.pressure_on_walls`. Points do not fill the last layer of cells: a node with less mass than fluid would
+have in the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
 The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
 grid, some of these nodes lie in the wall. Each is therefore compared with the part of its volume outside all walls.
