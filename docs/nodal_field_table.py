@@ -10,6 +10,7 @@ from pellucid.conditions.pressure_on_walls import WalledNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.detection import NumberedNodes, SharedNodes
+from pellucid.grid.consistent_mass import MappedNodes
 from pellucid.grid.even_points import EvenCells
 from pellucid.grid.lattice import NodeFlags, Nodes
 from pellucid.grid.momentum import AdvancedNodes
@@ -29,6 +30,7 @@ SETS: dict[type[Any], str] = {
     ExternalAction: "of what acts on the nodes",
     AdvancedNodes: "",
     YieldingWalls: "of walls that rub or open",
+    MappedNodes: "of the consistent mass matrix",
     NodeFlags: "by which nodes are listed",
     ViscousRows: "of implicit viscosity",
     SurfaceFields: "of a fluid with surface tension",

@@ -82,8 +82,9 @@ def test_a_half_follows_the_whole(functions, transfer, material):
 
 @pytest.mark.parametrize("scheme", ["usl", "usf"])
 @pytest.mark.parametrize("planes", [["x-upper"], ["x-lower", "y-upper"], ["x-upper", "y-lower"]])
-def test_a_part_follows_the_whole_at_any_end(planes, scheme):
-    how = {"functions": "quadratic-bspline", "transfer": "apic", "step": 0.02, "scheme": scheme}
+@pytest.mark.parametrize("mass_matrix", ["lumped", "consistent"])
+def test_a_part_follows_the_whole_at_any_end(planes, scheme, mass_matrix):
+    how = {"functions": "quadratic-bspline", "transfer": "apic", "step": 0.02, "scheme": scheme, "mass_matrix": mass_matrix}
     assert_follows(planes, 20, body={"material": OIL}, extent=IN_FREE_SPACE, **how)
 
 

@@ -39,7 +39,7 @@ CASES = [
     f"{STEPS.with_name('stream.toml')}:20",  # a liquid with implicit pressure and a membrane in it
     f"{STEPS.with_name('capsule.toml')}:8",  # an enclosed volume, whose pressure is solved for with that of the liquid
     f"{STEPS.with_name('bag.toml')}:6",  # contents of membranes, pressure in a region
-    f"{STEPS.with_name('drop.toml')}:30",  # surface tension, at a wall
+    f"{STEPS.with_name('drop.toml')}:30",  # surface tension, at a wall; consistent masses
     f"{STEPS.with_name('paddle.toml')}:130",  # rigid bodies in a fluid, across the rows, and angular momentum
     f"{STEPS.with_name('duct.toml')}:40",  # points that come in and leave, led and pushed
     f"{STEPS.with_name('blood.toml')}:30",  # a yield stress with implicit pressure, in and out through faces

@@ -134,7 +134,7 @@ COLUMNS = (
     *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
     *("bending_energy", "constraint_energy", "staggering_energy"),
     *(channel.name for channel in FIXED_COLUMNS),
-    *("inflow_energy", "inflow_work", "inflow_points", "inflow_mass"),
+    *("mass_matrix_work", "inflow_energy", "inflow_work", "inflow_points", "inflow_mass"),
     *("outflow_energy", "outflow_work", "outflow_points", "outflow_mass"),
     *("artificial_heat", "transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
 )

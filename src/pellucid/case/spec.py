@@ -39,6 +39,7 @@ from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
+from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.model import InputFile, Model, Vector, check, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
@@ -78,6 +79,12 @@ class TimeCase(Part):
     flip_fraction: float = parameter(
         "", 'fraction of FLIP in the transfers "blend" and "aflip"; the rest is PIC', 0.99, ge=0, le=1
     )
+    mass_matrix: Literal["lumped", "consistent"] = parameter(
+        "",
+        "masses in the momentum equation of the grid: lumped at its nodes, or the consistent mass matrix, approximated by one "
+        'iteration, with the transfers "apic" and "aflip"',
+        "lumped",
+    )
 
     def reached(self, time: float) -> bool:
         """Return True if a time [s] is at or beyond the end of the run."""
@@ -109,6 +116,8 @@ class TimeCase(Part):
             yield Finding((*path, "step"), text, "Set a time step that resolves the processes in the body.")
         if self.method == "implicit":
             yield from self._implicit_problems(path, parts)
+        if self.mass_matrix == "consistent" and (reason := self._why_lumped(parts)) is not None:
+            yield Finding((*path, "mass_matrix"), *reason)
         if self.step is not None and self.end / self.step > MOST_STEPS:
             text = (
                 f"{self.end / self.step:.3g} steps would be needed until time.end = "
@@ -138,6 +147,31 @@ class TimeCase(Part):
                     f"Set `time.step` to at most {0.8 * limit.step:.2g} s, or remove it: `time.courant` then sets the step."
                 )
                 yield Finding((*path, "step"), text, remedy)
+
+    def _why_lumped(self, parts: Parts) -> tuple[str, str] | None:
+        """Return the reason why the masses of the nodes must be lumped and a remedy, or None. parts: all valid parts (tables)
+        of the case."""
+        if self.transfer not in AFFINE:
+            text = f'"consistent" requires velocities of the nodes that the transfer "{self.transfer}" smooths'
+            return text, 'Set `time.transfer` to "aflip" or "apic", or remove this key.'
+        if parts.grid is not None and not parts.grid.is_smooth:
+            text = f'"consistent" is not available with {parts.grid.functions} shape functions'
+            return text, 'Set `grid.functions` to "quadratic-bspline", or remove this key.'
+        of_explicit = '"consistent" corrects the momentum equation of explicit forces'
+        if parts.one(SteadyCase) is not None:
+            return f"{of_explicit}; steady states do not depend on masses", "Remove this key."
+        for body in parts.of(BodyModel):
+            if body.implicit_stress is not None:
+                return f"{of_explicit}, but body {body.name} has implicit viscosity or pressure", "Remove this key."
+            if body.is_rigid:
+                return f'"consistent" does not include rigid bodies, such as {body.name}', "Remove this key."
+        for path, condition in parts.placed(Condition):
+            if isinstance(condition, Motion):
+                return '"consistent" does not include points with a prescribed motion', "Remove this key, or the [[motion]]."
+            if isinstance(condition, Support) and (condition.stick or condition.opens or condition.friction is not None):
+                wall = ".".join(map(str, path))
+                return f'"consistent" does not include walls that rub or open, such as `{wall}`', "Remove this key."
+        return None
 
     def _implicit_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Yield a finding for a missing step, and for bodies, conditions and tables that implicit steps do not include. path:

@@ -23,6 +23,7 @@ from pellucid.energy.works import (
     INFLOW_ENERGY,
     INFLOW_WORK,
     INTERNAL,
+    MASS_MATRIX_WORK,
     MOTION,
     MOTION_WORK,
     OUTFLOW_ENERGY,

@@ -47,6 +47,9 @@ OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 left."""
 INFLOW_ENERGY = Channel("inflow_energy")
 """Energy of points that entered through a face of the grid. The balance adds it after the points entered."""
+MASS_MATRIX_WORK = Channel("mass_matrix_work")
+"""Work of the impulses that replace the lumped masses of the nodes by the consistent mass matrix: energy of the affine fields
+of points, beyond that of the motion of the points."""
 INFLOW_WORK, OUTFLOW_WORK = Channel("inflow_work"), Channel("outflow_work")
 """Work of the prescribed flow at open faces, and work of the pressure there."""
 FIXED_COLUMNS: Mapping[Channel, int] = {

@@ -70,13 +70,15 @@ class Mapped(Protocol):
 class PlaneImpulses(StepPart):
     """Impulses of planes of symmetry on the points of the bodies of a velocity field, in addition to those on nodes.
 
-    n_supports: number of supports, whose impulses the works of a step contain.
+    n_supports: number of supports, whose impulses the works of a step contain; flip: share of FLIP, default that of the
+    transfer of each body.
     """
 
-    def __init__(self, bodies: Sequence[Mapped], n_supports: int) -> None:
+    def __init__(self, bodies: Sequence[Mapped], n_supports: int, flip: float | None = None) -> None:
         self._bodies, self._given = bodies, np.zeros((n_supports + 1, 3))
         self._n_supports = n_supports
-        self._points = [Bundle(PointsAtPlanes(body.mapped, body.transfer.flip)) for body in bodies]
+        shares = [body.transfer.flip if flip is None else flip for body in bodies]
+        self._points = [Bundle(PointsAtPlanes(body.mapped, share)) for body, share in zip(bodies, shares, strict=True)]
 
     def after_momentum(self) -> None:
         self._given[:] = 0.0

@@ -98,8 +98,9 @@ def coarse_drops(case: Case) -> Iterator[str]:
         if beside and radius < FEWEST_OF_A_DROP:
             yield (
                 f"body {drop.name} has {radius:.2g} cells in its radius, fewer than {FEWEST_OF_A_DROP:g}. If it oscillates in "
-                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 4 to 7 % "
-                'too long, with 15 cells 0 to 4 %, the smaller values with time.transfer = "aflip". Set a smaller grid.cell.'
+                f"{beside[0]}, it does so too slowly, and damped too much: with 7.5 cells per radius the period is 2 to 8 % "
+                'too long, with 15 cells up to 4 %, the smaller values with time.transfer = "aflip" and time.mass_matrix = '
+                '"consistent". Set these keys, and a smaller grid.cell.'
             )
 
 

@@ -18,6 +18,7 @@ from pellucid.energy import (
     FIXED_COLUMNS,
     INFLOW_ENERGY,
     INFLOW_WORK,
+    MASS_MATRIX_WORK,
     OUTFLOW_ENERGY,
     OUTFLOW_WORK,
     TRANSFER_HEAT,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 
-STANDARD = frozenset({*FIXED_COLUMNS, INFLOW_ENERGY, INFLOW_WORK, OUTFLOW_ENERGY, OUTFLOW_WORK})
+STANDARD = frozenset({*FIXED_COLUMNS, MASS_MATRIX_WORK, INFLOW_ENERGY, INFLOW_WORK, OUTFLOW_ENERGY, OUTFLOW_WORK})
 """Channels whose names are reserved for the conditions of the package."""
 NAME, LOAD_NAME = re.compile(r"[a-z][a-z0-9_]*_(work|heat|energy)"), re.compile(r"[a-z][a-z0-9_]*_work")
 POINTS_PER_THREAD = 10_000  # points per thread, for the initial number of threads of a run
@@ -119,6 +120,7 @@ def work_layout(case: "Case") -> WorkLayout:
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
+    columns += [MASS_MATRIX_WORK] if case.time.mass_matrix == "consistent" else []
     columns += [channel for body in case.body for channel in body.channels()]
     every = [condition for several in case.conditions().values() for condition in several]
     for condition in every:

@@ -15,6 +15,7 @@ from pellucid.case.spec import required
 from pellucid.energy import EnergyBudget, StepWork, energy_at_stake, total_work
 from pellucid.errors import UsageError
 from pellucid.grid.actions import NodalActions
+from pellucid.grid.consistent_mass import consistent_mass
 from pellucid.grid.even_points import even_points
 from pellucid.grid.full_cells import cell_pressures
 from pellucid.grid.implicit_viscosity import implicit_viscosity
@@ -120,6 +121,8 @@ class Simulation:
             self.parts.add(implicit_viscosity(field, bodies, layout, cells))
             self.parts.add(even_points(field, bodies, layout.n_supports))
             self.parts.add(plane_impulses(field, bodies, layout.n_supports))
+            if case.time.mass_matrix == "consistent":
+                self.parts.add(consistent_mass(field, bodies, layout), first=True)
         self.parts.add(contact_parts(case, built, self.velocity_fields, layout, start))
         if self._on_grid:
             self.parts.add([TransferHeat(self._on_grid, self.parts, case.time.scheme != "usf")])

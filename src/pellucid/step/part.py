@@ -246,9 +246,9 @@ class StepParts:
         self._governing = list[AddedStiffness]()
         self.add(parts)
 
-    def add(self, parts: Iterable[StepPart]) -> None:
-        """Add parts, which act after those added before."""
-        self._all += parts
+    def add(self, parts: Iterable[StepPart], first: bool = False) -> None:
+        """Add parts, which act after those added before, or before these if `first`."""
+        self._all = [*parts, *self._all] if first else [*self._all, *parts]
         self._at.clear()
 
     def of(self, kind: type[Kind]) -> list[Kind]:
