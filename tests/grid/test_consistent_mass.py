@@ -16,6 +16,7 @@ from small_cases import (
 )
 
 from pellucid.grid.consistent_mass import apply_mass_matrix
+from pellucid.running.forecast import limit_of_model
 from pellucid.simulation.simulation import Simulation
 
 LIQUID = {"kind": "fluid", "density": 1.0, "eos": {"kind": "tait", "sound_speed": 1.0, "carries_tension": True}}
@@ -124,6 +125,17 @@ def test_the_largest_steps_are_stable(how):
     begun = sim.budget.kinetic
     finished(sim)
     assert sim.budget.kinetic < begun
+
+
+def test_the_stable_step_is_known_before_the_run():
+    """1/√2 of that with lumped masses, or half of it with much viscosity."""
+    for viscosity, share in ((0.0, 0.5**0.5), (10.0, 0.5)):
+        lumped, consistent = (some_liquid(viscosity, mass_matrix=kind) for kind in ("lumped", "consistent"))
+        limit = lumped.step_limit()[0]
+        assert consistent.step_limit()[0].step == pytest.approx(share * limit.step, rel=1e-12)
+        assert limit_of_model(consistent.case).step == pytest.approx(share * limit_of_model(lumped.case).step, rel=1e-12)
+        with pytest.raises(ValueError, match=r"largest stable step.*with the consistent mass matrix"):
+            some_liquid(viscosity, step=0.9 * limit.step)
 
 
 def test_threads_do_not_change_a_bit():

@@ -46,9 +46,9 @@ def test_the_period_in_a_liquid(transfer):
 @pytest.mark.slow
 def test_the_consistent_mass_matrix_shortens_the_period():
     """With lumped masses and AFLIP the motion of the surface is smoothed by two quadratic B-splines, whose variance h²/2 makes
-    the exact period 3.9 % longer with 7.5 cells per radius (`reference.py smoothing`). The consistent matrix corrects waves that
-    are long compared with a cell, a part of this. Single periods vary by 1.4 % between grids, since the surface energy varies
-    as the surface passes cells, but by the same amount with both matrices."""
+    the exact period 3.9 % longer with 7.5 cells per radius (`reference.py smoothing`). The consistent matrix corrects a
+    part of this: the waves that are long compared with a cell. Single periods vary by 1.4 % between grids, since the surface
+    energy varies as the surface passes cells, but by the same amount with both matrices."""
     for cell in (CELL, 0.5 / 22):
         lumped, consistent = (errors_of_the_period(cell, "aflip", kind) for kind in ("lumped", "consistent"))
         assert np.all(consistent < lumped - 0.01)

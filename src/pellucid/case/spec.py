@@ -41,9 +41,10 @@ from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.grid.velocity_transfer import AFFINE
 from pellucid.model import InputFile, Model, Vector, check, parameter
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
+from pellucid.step.limit import with_consistent_mass
 from pellucid.users.users_code import ExtensionError, load_file, load_installed
 
 ZERO = (0.0, 0.0, 0.0)
@@ -141,6 +142,8 @@ class TimeCase(Part):
         for body in bodies:
             aware = body.with_others(bodies) if names.issuperset(body.excluded_bodies()) else body
             limit = aware.step_limit(cell, is_driven(body.name, parts))
+            if limit is not None and self.mass_matrix == "consistent" and not body.owns_nodes(is_alone(body, parts)):
+                limit = with_consistent_mass(limit)
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
                 text = f"exceeds {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
                 remedy = (

@@ -28,7 +28,6 @@ and Nairn 2026, arXiv:2604.07307 (the series as FMPM(k), for transfers without a
 """
 
 from collections.abc import Sequence
-from math import sqrt
 from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -45,7 +44,7 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.ranks.domain import domain
-from pellucid.step.limit import StepLimit, tightest
+from pellucid.step.limit import StepLimit, tightest, with_consistent_mass
 from pellucid.step.part import StepPart
 
 
@@ -120,16 +119,9 @@ class ConsistentMass(StepPart):
         return self._done
 
     def step_limit(self) -> StepLimit:
-        return tightest(_limit_of(body.step_limit()) for body in self._bodies)
+        return tightest(with_consistent_mass(body.step_limit()) for body in self._bodies)
 
 
 def consistent_mass(field: VelocityField, bodies: Sequence[Any], layout: WorkLayout) -> list[ConsistentMass]:
     """Return the correction of a velocity field to the consistent mass matrix in a list; arguments: see `ConsistentMass`."""
     return [ConsistentMass(field, bodies, layout)]
-
-
-def _limit_of(lumped: StepLimit) -> StepLimit:
-    """Return the limit of the step if the accelerations by given forces double: squares of frequencies and decay rates of
-    velocities are then twice as large. lumped: limit with lumped masses."""
-    share = 0.5 if lumped.cause == "viscous" else sqrt(0.5)
-    return lumped._replace(step=share * lumped.step, reason=f"{lumped.reason}, with the consistent mass matrix")

@@ -25,10 +25,20 @@ from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 from pellucid.materials.contract import PointMaterial
+from pellucid.parts.body_model import is_alone
 from pellucid.parts.condition import Condition, conditions_in_case, is_driven
 from pellucid.progress import Pace, Progress, clock
 from pellucid.set_up.even_densities import accepts, in_words, settings_for_even_densities
-from pellucid.step.limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
+from pellucid.step.limit import (
+    NO_LIMIT,
+    StepLimit,
+    fall_through_cells,
+    motion_in_cells,
+    swings,
+    tightest,
+    time_to_fall,
+    with_consistent_mass,
+)
 
 if TYPE_CHECKING:
     from pellucid.case.steady import SteadyCase
@@ -366,7 +376,9 @@ def _limits(case: "Case") -> Limits:
     driven = {body.name for body in case.body if is_driven(body.name, parts)}
     found = Limits()
     for body in (model.with_others(case.body) for model in case.body):
-        found[body.name, ""] = body.limit_in_motion(cell, body.name in driven)
+        own = body.limit_in_motion(cell, body.name in driven)
+        consistent = case.time.mass_matrix == "consistent" and not body.owns_nodes(is_alone(body, parts))
+        found[body.name, ""] = with_consistent_mass(own) if consistent and own is not None else own
     for condition in conditions_in_case(parts):
         for body in case.body:
             if (own := found[body.name, ""]) is not None:

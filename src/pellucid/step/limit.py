@@ -147,6 +147,13 @@ def time_to_fall(cell: float, gravity: float) -> float:
     return sqrt(2.0 * cell / gravity)
 
 
+def with_consistent_mass(lumped: StepLimit) -> StepLimit:
+    """Return the step limit with the consistent mass matrix (`pellucid.grid.consistent_mass`), which may double accelerations
+    by given forces, and thus squares of frequencies and decay rates of velocities; lumped: limit with lumped masses."""
+    share = 0.5 if lumped.cause == "viscous" else sqrt(0.5)
+    return lumped._replace(step=share * lumped.step, reason=f"{lumped.reason}, with the consistent mass matrix")
+
+
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
     """Return the step limit 1/rate [s] for a rate computed in a run [1/s], with the cause and reason of the tightest of several
     limits."""
