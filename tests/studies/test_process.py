@@ -5,7 +5,9 @@ from threading import Thread
 import pytest
 from small_studies import SPEED, case, run_members_here
 
+from pellucid.case import Case
 from pellucid.results.storage.files import lock_held
+from pellucid.running.launch import run_case
 from pellucid.studies import pool
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, members_of, places, prepare
 from pellucid.studies.pool import allow_running, end_running, run_member
@@ -136,3 +138,23 @@ def test_running_members_end_when_they_are_told(monkeypatch: pytest.MonkeyPatch,
     thread.join(timeout=20)
     assert ended == [-15]
     assert pool._call([], tmp_path / "log.txt", 1) == 143, "and no other begins"
+
+
+def test_members_in_one_process_have_the_bits_of_single_runs(tmp_path: Path) -> None:
+    table = {"schema": 1, "title": "A sheet", "time": {"end": 1.0}, "steady": {}}
+    surface = {"disc": {"centre": [0, 0, 0], "normal": [0, 0, 1], "radius": 1, "rings": 3}}
+    law = {"kind": "linear-membrane", "density": 1000, "young_modulus": 1e9, "poisson_ratio": 0.3}
+    body = {"name": "sheet", "kind": "membrane-elements", "elements": "triangles", "surface": surface, "thickness": 1e-3}
+    support, pressure = {"body": "sheet", "where": "boundary"}, {"body": "sheet", "value": 100}
+    sheet = Case.model_validate(table | {"body": [body | {"material": law}], "support": [support], "pressure": [pressure]})
+    members = members_of(sheet, [{"pressure.0.value": value} for value in (50.0, 100.0)])
+    prepare(tmp_path, members)
+    allow_running()
+    for member in members:
+        assert run_member(tmp_path, member.digest, 1, None).state == "done"
+        assert len(pool._idle) == 1
+    end_running()
+    for member in members:
+        run_case(member.case, tmp_path / "alone", threads=1, report=False)
+        alone = (tmp_path / "alone" / "history.csv").read_bytes()
+        assert (places(tmp_path, member.digest).run / "history.csv").read_bytes() == alone
