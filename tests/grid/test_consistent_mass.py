@@ -15,7 +15,7 @@ from small_cases import (
     simulation,
 )
 
-from pellucid.grid.consistent_mass import apply_mass_matrix
+from pellucid.grid.transfer import apply_mass_matrix
 from pellucid.running.forecast import limit_of_model
 from pellucid.simulation.simulation import Simulation
 

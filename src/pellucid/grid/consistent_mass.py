@@ -37,12 +37,10 @@ from pellucid.grid.folding import Mirrored
 from pellucid.grid.nodal_conditions import MASS_EPS
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate
 from pellucid.grid.plane_impulses import PlaneImpulses
-from pellucid.grid.points import place_of
-from pellucid.grid.stencil import add_vector, gather, stencil
+from pellucid.grid.transfer import apply_mass_matrix
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.ranks.domain import domain
 from pellucid.step.limit import StepLimit, tightest, with_consistent_mass
 from pellucid.step.part import StepPart
@@ -54,22 +52,6 @@ class MappedNodes(NamedTuple):
     mapped_momentum: Annotated[
         np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "momentum of the velocity increments, mapped to the points and back")
     ]
-
-
-@parallel_loop_by_colour(gives="target")
-def apply_mass_matrix(s, mapped, velocity, target):
-    """Add Σ_J M_IJ v_J of the points of slab s (see `Slabs`), M_IJ = Σ_p m_p N_I N_J, to row I of `target` [kg m/s], shape
-    (nodes, 3).
-
-    mapped: the points (`MappedPoints`); velocity: velocities v of the nodes [m/s], shape (nodes, 3).
-    """
-    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
-    x, slabs = mapped.points.position, mapped.slabs
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        about, m = stencil(functions, lattice, x, p), mapped.points.mass[p]
-        v = gather(about, lattice, velocity)
-        add_vector(about, lattice, target, (m * v[0], m * v[1], m * v[2]))
 
 
 class Mapped(Protocol):

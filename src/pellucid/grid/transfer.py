@@ -128,6 +128,22 @@ def scatter_vectors(s, mapped, values, target):
 
 
 @parallel_loop_by_colour(gives="target")
+def apply_mass_matrix(s, mapped, velocity, target):
+    """Add Σ_J M_IJ v_J of the points of slab s (see `Slabs`), M_IJ = Σ_p m_p N_I N_J, to row I of `target` [kg m/s], shape
+    (nodes, 3).
+
+    mapped: the points (`MappedPoints`); velocity: velocities v of the nodes [m/s], shape (nodes, 3).
+    """
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about, m = stencil(functions, lattice, x, p), mapped.points.mass[p]
+        v = gather(about, lattice, velocity)
+        add_vector(about, lattice, target, (m * v[0], m * v[1], m * v[2]))
+
+
+@parallel_loop_by_colour(gives="target")
 def scatter_numbers(s, mapped, values, target):
     """As `scatter_vectors`, for three numbers of each point that are no components of a vector, such as masses."""
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
