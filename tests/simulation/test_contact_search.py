@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pellucid.case import Case
+from pellucid.errors import Interrupted
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.simulation.simulation import Simulation
 
@@ -107,6 +108,34 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit():
     assert (whole.bodies[0].arrays["position"] == parts.bodies[0].arrays["position"]).all()
     assert whole.n_steps == parts.n_steps
     assert whole.budget.energy_error() == parts.budget.energy_error()
+
+
+def test_a_search_that_is_ended_leaves_the_last_equilibrium():
+    """A signal in the second load step, after offsets of contact and tool were changed: the run goes on with the same bits."""
+    case = Case.model_validate(under_tool(BALL, steady={"load_steps": 2}))
+    whole, ended = Simulation(case, threads=1), Simulation(case, threads=1)
+    for simulation in (whole, ended):
+        while simulation.time == 0.0:
+            simulation.step()
+    calls = 0
+
+    def interrupt():
+        nonlocal calls
+        calls += 1
+        if calls == 25:
+            raise Interrupted("a signal")
+
+    ended.clock.on_the_way = interrupt
+    with pytest.raises(Interrupted):
+        while True:
+            ended.step()
+    assert ended.clock.touching.overlap(1.0) < np.inf, "offsets were changed"
+    resumed = Simulation(case, threads=1)
+    resumed.restore({name: array.copy() for name, array in ended.state_arrays().items()}, ended.state_numbers())
+    for simulation in (whole, resumed):
+        while not simulation.clock.finished(None):
+            simulation.step()
+    assert (whole.bodies[0].arrays["position"] == resumed.bodies[0].arrays["position"]).all()
 
 
 def test_the_number_of_threads_changes_nothing():

@@ -175,6 +175,7 @@ class SurfacePairs(StepPart):
         self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
         self._searches = False
+        self._kept_leads: list[list[object]] = []  # of the last equilibrium
         self._frozen: list[list[tuple[Touch, FrozenSide]]] = []  # geometries of contact in a search for an equilibrium
         self._slips: dict[int, np.ndarray] = {}  # of the surfaces at the last equilibrium, in a search for the next one
         self.start_overlaps: list[OverlappingStart] = []
@@ -332,8 +333,14 @@ class SurfacePairs(StepPart):
         """Begin the search for an equilibrium from the last one: in steps and on trials, the forces are those of the geometry
         of the last call of `freeze`, without dampers."""
         self._slips, self._searches = {id(surface): surface.slip.copy() for surface in self.surfaces}, True
+        self._kept_leads = [lead.state_numbers() for lead in self._leads()]
         for lead in self._leads():
             lead.extrapolate(True)
+
+    def cancel_search(self) -> None:
+        """Return to the leads of the last equilibrium, for another search or a checkpoint."""
+        for lead, kept in zip(self._leads(), self._kept_leads, strict=True):
+            lead.restore(kept)
 
     def end_search(self) -> None:
         """End the search for an equilibrium: steps in time follow."""

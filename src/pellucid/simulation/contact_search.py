@@ -110,8 +110,9 @@ class ContactSearch:
             tool.renew_totals()
 
     def go_back(self) -> None:
-        """Move the tools back to the last equilibrium."""
+        """Return to the last equilibrium, with the tools where they were."""
         self._restore(self._kept)
+        self._contact.cancel_search()
 
     def _restore(self, states: Sequence[dict[str, np.ndarray]]) -> None:
         for tool, state in zip(self._tools, states, strict=True):
