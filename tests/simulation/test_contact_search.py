@@ -50,9 +50,13 @@ def under_wall(depth=0.02, side=0.0, friction=None, steady=None, **more):
 def finished(data, threads=1):
     case = Case.model_validate(data)
     simulation = Simulation(case, threads=threads)
+    go_on(simulation)
+    return simulation
+
+
+def go_on(simulation):
     while not simulation.clock.finished(None):
         simulation.step()
-    return simulation
 
 
 def forces(simulation):
@@ -103,8 +107,7 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit():
     kept = {name: array.copy() for name, array in whole.state_arrays().items()}, whole.state_numbers()
     parts.restore(*kept)
     for simulation in (whole, parts):
-        while not simulation.clock.finished(None):
-            simulation.step()
+        go_on(simulation)
     assert (whole.bodies[0].arrays["position"] == parts.bodies[0].arrays["position"]).all()
     assert whole.n_steps == parts.n_steps
     assert whole.budget.energy_error() == parts.budget.energy_error()
@@ -127,14 +130,12 @@ def test_a_search_that_is_ended_leaves_the_last_equilibrium():
 
     ended.clock.on_the_way = interrupt
     with pytest.raises(Interrupted):
-        while True:
-            ended.step()
+        go_on(ended)
     assert ended.clock.touching.overlap(1.0) < np.inf, "offsets were changed"
     resumed = Simulation(case, threads=1)
     resumed.restore({name: array.copy() for name, array in ended.state_arrays().items()}, ended.state_numbers())
     for simulation in (whole, resumed):
-        while not simulation.clock.finished(None):
-            simulation.step()
+        go_on(simulation)
     assert (whole.bodies[0].arrays["position"] == resumed.bodies[0].arrays["position"]).all()
 
 
