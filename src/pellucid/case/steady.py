@@ -127,12 +127,16 @@ class SteadyCase(Part):
                 )
 
 
+def deforming_bodies(parts: Parts) -> list[BodyModel]:
+    """Return the bodies whose equilibria are sought: all but those whose motion is prescribed. parts: all parts of the case."""
+    return [body for body in parts.of(BodyModel) if not (_is_tool(body, parts) or is_driven(body.name, parts))]
+
+
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    deforming = [body for body in parts.of(BodyModel) if not (_is_tool(body, parts) or is_driven(body.name, parts))]
     nodes = 0.0
-    for body in deforming:
+    for body in deforming_bodies(parts):
         if (reason := body.why_no_stiffness()) is not None:
             return reason
         nodes += body.n_points(None)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pellucid.case import Case
 from pellucid.case.memory import PROGRAM_BYTES, memory_estimate
 from pellucid.case.sections import parts_of
+from pellucid.case.steady import deforming_bodies
 from pellucid.compilation.reporting import kernel_key
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
@@ -362,7 +363,7 @@ def _implicit_steps(case: "Case", now: float, until: float | None = None) -> For
 
 def _factors(case: "Case") -> str:
     """Return a text on the size of the factored stiffness of a case and the time of a factorisation."""
-    sizes = [size for body in case.body if (size := body.stiffness_size()) is not None]
+    sizes = [size for body in deforming_bodies(parts_of(case)) if (size := body.stiffness_size()) is not None]
     unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
     seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
     known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
