@@ -47,6 +47,7 @@ CASES = [
     f"{STEPS.with_name('slit.toml')}:12",  # walls of regions, two liquids with implicit pressure and a membrane
     f"{STEPS.with_name('cavity.toml')}:15",  # even points in a closed box with implicit pressure
     f"{STEPS.with_name('shelf.toml')}:40",  # clamps of membranes that bend, at a support and by a motion
+    f"{STEPS.with_name('press.toml')}:2",  # a search for equilibria, with a rigid tool in contact
 ]
 
 
