@@ -47,8 +47,7 @@ _FACTORS: dict[str, dict[str, float]] = {
     "kg/m^3": {"kg/m^3": 1.0},
     "m^3": {"m^3": 1.0},
 }
-"""Factors of frequent units by SI unit, equal to those of pint: most cases are read without the half second that pint needs to
-start."""
+"""Factors of frequent units by SI unit, equal to those of pint, which takes half a second to start."""
 
 
 class UnitError(ValueError):

@@ -100,7 +100,8 @@ class SteadyCase(Part):
             yield Finding(
                 (*path, "at"), text, f"Remove {wrong:g} from the list" + ", or set a later `time.end`" * (wrong > 0.0) + "."
             )
-        if self.method == "factored" and (lacking := why_not_factored(parts)) is not None:
+        of_volumes = any(condition.kind_of_load() == "volume" for condition in parts.of(Condition))  # they are told below
+        if self.method == "factored" and not of_volumes and (lacking := why_not_factored(parts)) is not None:
             yield Finding((*path, "method"), lacking, 'Set it to "relaxation", or remove this key.')
         for other, condition in parts.placed(Condition):
             if (reason := condition.why_not_steady()) is None:
@@ -109,7 +110,7 @@ class SteadyCase(Part):
                 yield Finding(other, *reason)
             elif not self.is_factored(parts):
                 lacking = why_not_factored(parts) or 'steady.method is "relaxation"'
-                yield Finding(other, f"{reason.text}, and {lacking}", reason.remedy)
+                yield Finding(other, *(condition.why_not_factored() or (f"{reason.text}, and {lacking}", reason.remedy)))
         for other, body in parts.placed(BodyModel):
             initial = getattr(body, "initial", None)
             velocity = any(getattr(body, "velocity", ()))
@@ -145,8 +146,8 @@ def why_not_factored(parts: Parts) -> str | None:
     for path, condition in parts.placed(Condition):
         if condition.kind_of_load() == "other":
             return f"the factored stiffness does not include the forces of [[{path[0]}]]"
-        if (reason := condition.why_not_factored()) is not None:
-            return reason
+        if (own := condition.why_not_factored()) is not None:
+            return own.text
         if isinstance(condition, Contact) and condition.is_of_one_body:
             return f"the factored stiffness does not include contact of {condition.between[0]} with itself"
     sheets = [body.name for body in parts.of(BodyModel) if body.is_surface]
@@ -193,11 +194,11 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
     along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
     about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
     free = sorted(along.difference(*(motion.axes() for motion in motions)))
-    remedy = "replace the body by a meshless solid of a stiff material, which is relaxed"
+    remedy = "replace the body by a meshless solid of a stiff material"
     if free:
         axes = listed(["xyz"[axis] for axis in free])
         held = ", ".join(f'"{"xyz"[axis]}"' for axis in free)
-        text = f"[steady]: the rigid body {body.name} is free along {axes}, but the relaxation does not move rigid bodies"
+        text = f"[steady]: the rigid body {body.name} is free along {axes}, but [steady] does not move rigid bodies"
         add = f"Add hold = [{held}] or a `displacement` along {axes} to" if motions else f"Add hold = [{held}] in"
         yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}.")
         return
@@ -208,7 +209,7 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
             axes = ", ".join(f'"{"xyz"[axis]}"' for axis in sorted({*turned, *("xyz".index(a) for a in motion.held_turns)}))
             about_axes = listed(["xyz"[axis] for axis in sorted(turned)])
             text = (
-                f"[steady]: the rigid body {body.name} is free to rotate about {about_axes}, but the relaxation does "
-                "not rotate bodies"
+                f"[steady]: the rigid body {body.name} is free to rotate about {about_axes}, but [steady] does not "
+                "rotate rigid bodies"
             )
             yield Finding((*path, "rigid"), text, f"Set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}.")

@@ -30,9 +30,13 @@ class ContactSprings(NamedTuple):
 class Pressed(NamedTuple):
     """Forces at the n points of a `FrozenSide`."""
 
+    depth: np.ndarray  # (n,) depths with the contact leads [m], negative across a gap
     press: np.ndarray  # (n,) normal forces [N]
     drag: np.ndarray  # (n, 3) friction forces [N]
     sticks: np.ndarray  # (n,) mask of the points that do not slide
+
+
+TOUCHING = 1e-3  # gap, relative to the reach of a point, below which the point counts as touching for the stiffness
 
 
 class Beneath(NamedTuple):
@@ -99,7 +103,7 @@ class FrozenSide:
         size = np.sqrt(np.sum(pull * pull, axis=1))
         sticks = size <= most
         drag = np.where(sticks, 1.0, most / np.where(size > 0.0, size, 1.0))[:, None] * pull
-        return Pressed(press, drag, sticks & (self._friction > 0.0))
+        return Pressed(depth, press, drag, sticks & (self._friction > 0.0))
 
     def exert(self, forces: Mapping[int, np.ndarray], of: ContactSurface) -> np.ndarray:
         """Add the forces at the present places of both surfaces to `forces`, forces on their points and images [N], shape (m,
@@ -118,10 +122,13 @@ class FrozenSide:
         self._one.slip[self._listed[pressed]] += -self.last.drag[pressed] / self._stiffness[pressed, None]
 
     def springs_of(self, surface: ContactSurface) -> ContactSprings | None:
-        """Return the springs of the last forces at the points, or at their feet, on a surface; None if it is neither."""
-        pressed = np.flatnonzero(self.last.press > 0.0)
+        """Return the springs of the last forces on a surface: at the points if it is theirs, at their feet if it is the other
+        one; None for any other surface."""
+        pressed = np.flatnonzero(self.last.depth >= -TOUCHING * self._one.reach[self._listed])
         across = self.weight * self._stiffness[pressed]
-        along = np.where(self.last.sticks[pressed], across, 0.0)
+        # points without pressure may stick as soon as they are pressed
+        holds = self.last.sticks | ((self._friction > 0.0) & (self.last.press == 0.0))
+        along = np.where(holds[pressed], across, 0.0)
         if surface is self._one:
             shares = surface.node_shares()[self._listed[pressed]]
         elif self._beneath is not None and surface is self._beneath.surface:

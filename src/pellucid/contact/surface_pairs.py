@@ -175,6 +175,7 @@ class SurfacePairs(StepPart):
         self._stops = any(pair.law.stop is not None for pair in pairs)
         self._is_steady = False
         self._searches = False
+        self._from_outside = 0.0
         self._kept_leads: list[list[object]] = []  # of the last equilibrium
         self._frozen: list[list[tuple[Touch, FrozenSide]]] = []  # geometries of contact in a search for an equilibrium
         self._slips: dict[int, np.ndarray] = {}  # of the surfaces at the last equilibrium, in a search for the next one
@@ -268,6 +269,8 @@ class SurfacePairs(StepPart):
         """
         if self._column is not None:
             from_outside = sum(pair.external_work() for pair in self._pairs)
+            if self._searches:
+                from_outside = 0.5 * (from_outside + self._from_outside)
             done.works[CONTACT] += done.works[self._column] - from_outside
             done.works[SUPPORT] += from_outside
             done.works[self._column] = 0.0
@@ -337,6 +340,11 @@ class SurfacePairs(StepPart):
         for lead in self._leads():
             lead.extrapolate(True)
 
+    def note_external_work(self) -> None:
+        """Note the work of moving walls over the step under the forces of the last equilibrium; the work of the step is the
+        mean of this and of that under the forces of the next one."""
+        self._from_outside = sum(pair.external_work() for pair in self._pairs)
+
     def cancel_search(self) -> None:
         """Return to the leads of the last equilibrium, for another search or a checkpoint."""
         for lead, kept in zip(self._leads(), self._kept_leads, strict=True):
@@ -363,7 +371,7 @@ class SurfacePairs(StepPart):
             pair.begin(time, 1.0)
             pair.step = dt
             found += [(pair, side) for side in pair.freeze(described, self._slips, dt)]
-        self._frozen = [*self._frozen[len(self._frozen) - geometries + 1 :], found] if geometries > 1 else [found]
+        self._frozen = [*self._frozen[1 - geometries :], found] if geometries > 1 else [found]
         for _, side in chain(*self._frozen):
             side.weight = 1.0 / len(self._frozen)
 

@@ -68,9 +68,9 @@ class Condition(Part):
         """Return the kind of the forces of this condition in an equilibrium, by default that of all conditions of the class."""
         return self.load_kind
 
-    def why_not_factored(self) -> str | None:
+    def why_not_factored(self) -> Reason | None:
         """Return the reason why equilibria with a pressure that depends on the enclosed volume cannot be found with a factored
-        stiffness, as a clause, or None."""
+        stiffness, or None."""
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:

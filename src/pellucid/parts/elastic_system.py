@@ -71,13 +71,13 @@ class VolumePressure(Protocol):
         tolerance: of the volume, relative to its change since the start."""
 
     def compliance(self, volume: float, share: float) -> tuple[float, float] | None:
-        """Return, for a volume [m³] at the start (share 0) or end (share 1) of the step, by how much the volume of the contents
-        changes in the step under the same pressure [m³], and its derivative -dV/dp [m³/Pa]. None if `at` has the stiffness of
-        the contents; otherwise `at` is softer."""
+        """Return two properties of the contents for a volume [m³] at the start (share 0) or end (share 1) of the step: the
+        change of their volume in the step at constant pressure [m³], and the derivative -dV/dp [m³/Pa]. None if `at` has the
+        stiffness of the contents; otherwise `at` is softer."""
 
     def travel(self, before: float, after: float, leaving: VolumeRates | None, arriving: VolumeRates | None) -> float:
-        """Take the way of the volume from the last equilibrium to the present one, and return the gauge pressure in its middle
-        [Pa].
+        """Store the path of the volume from the last equilibrium to the present one, and return the gauge pressure in the
+        middle of the step [Pa].
 
         before, after: volumes [m³]; leaving, arriving: derivatives at both ends, None at an unstable equilibrium.
         """
@@ -135,8 +135,8 @@ class ElasticSystem(Searched, Protocol):
 
     @property
     def has_contact(self) -> bool:
-        """True if contact forces act. Their stiffness begins and ends with them, so that factors do not serve for the next
-        load step, and whether an equilibrium is stable is not known."""
+        """True if contact forces act. The stiffness is then factored in each load step, because that of contact changes where
+        surfaces touch or separate; whether an equilibrium is stable is not known."""
 
     @property
     def shift(self) -> float:

@@ -68,6 +68,7 @@ class ContactSearch:
         self._contact.begin_search()
         self._contact.freeze(start, 0.0)
         self._act(start, dt, begin, act)
+        self._contact.note_external_work()
         self._begun, self._is_due, self._corrections = self._works(), True, 0
 
     def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
@@ -140,8 +141,8 @@ class ContactSearch:
         self._corrections += 1
 
     def overlap(self, displacement: float) -> float:
-        """Return the mean overlap before the last correction relative to the largest `displacement` of the bodies [m], or to
-        `LONG` times the distance at which contact acts ahead of the surface if that is less."""
+        """Return the mean overlap before the last correction, relative to a length: the largest `displacement` of the bodies
+        [m], but at most `LONG` times the mean distance at which contact acts ahead of the surface."""
         overlap, lead = self._contact.mean_overlap()
         length = min(displacement, LONG * lead)
         return overlap / length if overlap > 0.0 and length > 0.0 else overlap
@@ -155,7 +156,8 @@ class ContactSearch:
         return (stays and len(overlaps) > 2 * MANY) or last <= (ROUGH if on_the_way or stays else EXACT)
 
     def jump(self, judged: Callable[[], float]) -> float:
-        """Return what `judged`, which attempts the present positions again, returns with the geometry of contact there."""
+        """Return the residual forces at the present positions with contact detected again there: by how much the forces jump.
+        judged: function that attempts these positions and returns the residual forces relative to all forces."""
         return self._contact.jump(self._time, self._dt, judged)
 
     def accept(self) -> None:

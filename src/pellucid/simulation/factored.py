@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 SMALLEST = 1.0 / 64.0  # of a load step: smallest part that is tried before the relaxation
 UNSETTLED, MOST_UNSETTLED = 1e-2, 0.3
-"""Residual forces over all forces after a new detection of contact at an equilibrium: largest without a warning, and of all."""
+"""Limits of the residual forces over all forces after a new detection of contact at an equilibrium: from the first on a
+warning, from the second on the load step is divided."""
 QUICK = 60  # iterations up to which the next part of a load step is twice as large
 
 
@@ -41,7 +42,7 @@ class FactoredClock(SteadyClock):
     at the end of a load step, or in between if a whole load step failed.
 
     steady, time, bodies, models, parts: as for `SteadyClock`; systems: energy, forces and stiffness of the bodies that relax;
-    follows: True if loads depend on the deformation; contact: contact of the body that deforms, None without contact.
+    follows: True if loads depend on the deformation; contact: contact of the bodies, None without contact.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class FactoredClock(SteadyClock):
     ) -> None:
         super().__init__(steady, time, bodies, models, parts)
         self.touching = contact
-        """Contact of the body that deforms; None without contact."""
+        """Contact of the bodies; None without contact."""
         self._parts, self._systems, self._follows = parts, systems, follows
         self._searched: Sequence[ElasticSystem] = systems
         if contact is not None and len(systems) > 1:
@@ -65,6 +66,7 @@ class FactoredClock(SteadyClock):
         self._minimisers = [Minimiser(system, steady.tolerance) for system in self._searched]
         self._share = 1.0  # of a load step that is tried next
         self._relaxing, self._prepared = False, False
+        self._was_search = False  # True if the last step was one of the search, not of the relaxation
         self._iterations = 0  # of this load step
         self._residual: float | None = None  # residual forces over all forces if the last step was not one of the relaxation
         self.relaxed: list[int] = []
@@ -129,7 +131,9 @@ class FactoredClock(SteadyClock):
                 self._reject()
                 raise
             self._accept(found, dt)
+            self._was_search = True
             return dt
+        self._was_search = False
         return super().carry_out(super().next_step(self._bodies), begin, act)
 
     def _without_overlap(
@@ -160,7 +164,7 @@ class FactoredClock(SteadyClock):
             raise NoEquilibrium("surfaces move so far in one step that they could pass through each other")
         (minimiser,) = self._minimisers
         left = touching.jump(minimiser.unbalanced)
-        if left > MOST_UNSETTLED:
+        if left > MOST_UNSETTLED and not on_the_way:  # at the first touch all forces are small, and on the way nothing is lost
             raise NoEquilibrium(f"the forces of contact jump with its geometry, by {left:.2g} of all forces")
         if left > UNSETTLED and not on_the_way:
             self._warn_of_jump(left)
@@ -205,7 +209,7 @@ class FactoredClock(SteadyClock):
         if self._parts.of(VolumeLoad):
             raise RunStopped(
                 f"load step {number}: no equilibrium was found with a factored stiffness ({reason}) after the last one, at "
-                f"{self._begun_at * self._each:.4g} s. Set more `steady.load_steps`, or loads that the body can bear; the "
+                f"{self._begun_at * self._each:.4g} s. Set more `steady.load_steps`, or smaller loads; the "
                 "relaxation includes neither enclosed contents nor given volumes"
             )
         warnings.warn(
@@ -279,10 +283,10 @@ class FactoredClock(SteadyClock):
                 minimiser.forget()
 
     def counts(self, body: Body) -> bool:
-        return not self._relaxing and self.touching is not None and self.touching.counts(body)
+        return self._was_search and self.touching is not None and self.touching.counts(body)
 
     def works_of_step(self, on_grid: StepWork) -> StepWork:
-        return on_grid if self._relaxing or self.touching is None else self.touching.done
+        return self.touching.done if self._was_search and self.touching is not None else on_grid
 
     adds_works_of_load_steps = True
 

@@ -146,7 +146,7 @@ class NodalSystem(ABC):
         """Apply these forces to the nodes at the present positions; leaving, arriving: ends of the way to them."""
 
     def _work_elsewhere(self) -> float:
-        """Return the work of these forces in the recorded step beyond that which their causes did [J]."""
+        """Return the recorded work of these forces minus that which follows from the energies of the contents [J]."""
         return 0.0
 
     @property
@@ -280,7 +280,7 @@ class NodalSystem(ABC):
     def _ends_of_path(self, displacement: np.ndarray) -> tuple[Tangent, Tangent]:
         """Return the directions in which the nodes leave the last equilibrium and arrive at the present one, for the
         displacement between both [m], shape (n, 3). Where the stiffness is not positive definite, the direction
-        follows from the displacement. With contact, which begins and ends on the way, the way is straight."""
+        follows from the displacement. With contact the path is straight, because surfaces touch and separate on it."""
         if self.has_contact:
             straight = Tangent(displacement, np.zeros_like(displacement))
             return straight, straight

@@ -194,13 +194,17 @@ class Enclosed(Condition):
         )
         return Reason("the relaxation cannot find the equilibrium of a membrane with a gas or liquid", remedy)
 
-    def why_not_factored(self) -> str | None:
+    def why_not_factored(self) -> Reason | None:
+        in_time = "remove [steady], or use [settle] instead of it"
         if self.inside:
-            return f"the factored stiffness does not include membranes inside `{self.name}`"
+            text = f"the factored stiffness does not include membranes inside `{self.name}`"
+            return Reason(text, f"remove `inside`; or {in_time}")
         if self.lets_out or self._may_tear:
-            return f"there is no equilibrium while `{self.name}` flows out"
+            text = f"there is no equilibrium while `{self.name}` flows out"
+            return Reason(text, f"remove its vents and leaks, and damage of the membrane; or {in_time}")
         if self.inflator is not None and self.gas is not None and not self.gas.isothermal:
-            return f"the temperature of the gas `{self.name}` with an inflator depends on the way (isothermal = true has none)"
+            text = f"the temperature of the gas `{self.name}` depends on how fast the inflator fills it"
+            return Reason(text, f"set isothermal = true for the gas; or {in_time}")
         return None
 
     @classmethod
