@@ -155,9 +155,7 @@ class TimeCase(Part):
         """Return the reason why the masses of the nodes must be lumped and a remedy, or None. parts: all valid parts (tables)
         of the case."""
         if self.transfer not in AFFINE:
-            text = (
-                f'"consistent" requires nodal velocities that are not smoothed, but the transfer "{self.transfer}" smooths them'
-            )
+            text = f'"consistent" requires nodal velocities without smoothing, but the transfer "{self.transfer}" smooths them'
             return text, 'Set `time.transfer` to "aflip" or "apic", or remove this key.'
         if parts.grid is not None and not parts.grid.is_smooth:
             text = f'"consistent" is not available with {parts.grid.functions} shape functions'

@@ -33,7 +33,7 @@ from pellucid.conditions.rigid.no_slip import DEGREES, NoSlip
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.folding import add_to_component
 from pellucid.grid.lattice import Grid
-from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate
+from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, allocate
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, number_at, stencil
 from pellucid.jit.loops import parallel_loop_by_colour
@@ -49,6 +49,7 @@ class WalledNodes(NamedTuple):
     pressed: Annotated[
         np.ndarray, NodalField(5, SUM, STEP, "m², m³, Pa m³", "Σ V ∇N of fluids; their volume; their volume times pressure")
     ]
+    near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 if a stencil that starts here may contain a wall", np.uint8)]
 
 
 @parallel_loop_by_colour(gives="pressed")
@@ -95,23 +96,22 @@ class FluidAtWalls:
         self._fluids, self._grid, self._no_slip = fluids, grid, NoSlip(grid)
         self._sums = allocate(WalledNodes, grid.n_nodes)
         self._clear = Clearing(STEP, grid.rows, self._sums)
-        self._near = np.zeros(grid.n_nodes, bool)
 
     def mark(self, walls: Sequence[np.ndarray]) -> None:
         """Set the nodes at which the sums are needed; walls: numbers of the nodes near each wall."""
-        self._near[:] = False
+        self._sums.near[:] = 0
         reach = DEGREES[self._grid.case.functions] + 1
         steps = [range(-reach, reach + 1) if on else [0] for on in self._grid.active_axes]
         node = np.unique(np.concatenate(walls))
         for by in np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3):
             there, inside = self._no_slip.find_next(node, by)
-            self._near[there[inside]] = True
+            self._sums.near[there[inside]] = 1
 
     def sum(self) -> None:
         """Sum over the points, for their positions and stresses in this step."""
         self._clear()
         for fluid in self._fluids:
-            _sum_near(fluid.n_slabs, fluid.mapped, self._near, self._sums.pressed)
+            _sum_near(fluid.n_slabs, fluid.mapped, self._sums.near, self._sums.pressed)
 
     def at(self, node: np.ndarray) -> FluidAtNodes:
         """Return the fluid at nodes with the ascending numbers `node`, shape (n,)."""

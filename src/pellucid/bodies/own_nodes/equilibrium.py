@@ -304,7 +304,8 @@ class NodalSystem(ABC):
 
     def reject(self) -> None:
         self._present[:] = self.position
-        self._motion.velocity.fill(0.0)
+        if self.has_contact:
+            self._motion.velocity.fill(0.0)  # those of the last trial
         self._strain(self.position)
 
     def _matrix(self) -> NodalStiffness:
