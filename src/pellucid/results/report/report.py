@@ -138,10 +138,14 @@ def _balance(run: Run) -> str:
 
     head = ("entry", "start [J]", "end [J]", "change [J]", "largest absolute value [J]")
     error, limits = run.history["energy_error"], run.stored.energy
+    told = f"warning above {number(limits.warn)}"
+    if run.summary.get("steady", {}).get("method") == "factored":
+        told += "; works of equilibria are sums over load steps, whose error affects nothing else"
+    else:
+        told += f", stop above {number(limits.stop)}; it is not meaningful in the first steps, when the exchanged energy is small"
     verdict = (
         f"<p>Relative error of the energy balance: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
-        f"{number(float(np.nanmax(np.abs(error))), 3)} during the run (warning above {number(limits.warn)}, stop above "
-        f"{number(limits.stop)}; it is not meaningful in the first steps, when the exchanged energy is small).</p>"
+        f"{number(float(np.nanmax(np.abs(error))), 3)} during the run ({told}).</p>"
     )
     moving = [name for name in figures.energy_columns(run) if np.any(run.history[name] != 0.0)]
     return table_of(head, map(row, moving), "numbers") + verdict
