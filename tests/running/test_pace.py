@@ -3,6 +3,7 @@
 import pytest
 from small_cases import GAS, SOLID, box, case
 
+from pellucid.case import load
 from pellucid.errors import UsageError
 from pellucid.progress import Progress
 from pellucid.running.forecast import Foretold, Paces, StepTime, ToldOnTheWay, lines, pace_of, size_of
@@ -109,6 +110,12 @@ def test_steps_and_time_are_said_in_two_lines(each, words):
 def test_of_a_relaxation_the_time_of_a_step_is_told():
     steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
     assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
+
+
+def test_of_a_factored_search_no_time_is_told():
+    """The time of a step of an earlier run can be that of a relaxation."""
+    _, time = lines(load("basics/shelf"), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
+    assert time == "time: not known in advance; the run shows load step, iteration and estimated error"
 
 
 def told_on_the_way(monkeypatch, *events):
