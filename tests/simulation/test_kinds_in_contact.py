@@ -10,7 +10,8 @@ from pellucid.bodies.models import BODIES
 from pellucid.conditions.contact import why_no_self_contact
 from pellucid.conditions.wall import why_no_wall
 from pellucid.contact.pairs import ContactPairs
-from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
+from pellucid.contact.surface_pair import SurfacePair
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.simulation.simulation import Simulation
 

@@ -17,7 +17,8 @@ from pellucid.contact.images import Plane, Seam
 from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pairs import ContactPair, ContactPairs
-from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
+from pellucid.contact.surface_pair import SurfacePair
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.contact.touch import Touch
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.contact.wall import WallContact

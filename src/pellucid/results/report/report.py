@@ -142,7 +142,7 @@ def _balance(run: Run) -> str:
     if run.summary.get("steady", {}).get("method") == "factored":
         told += "; works of equilibria are sums over load steps, whose error affects nothing else"
     else:
-        told += f", stop above {number(limits.stop)}; it is not meaningful in the first steps, when the exchanged energy is small"
+        told += f", stop above {number(limits.stop)}; not meaningful in the first steps, when the exchanged energy is small"
     verdict = (
         f"<p>Relative error of the energy balance: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
         f"{number(float(np.nanmax(np.abs(error))), 3)} during the run ({told}).</p>"
