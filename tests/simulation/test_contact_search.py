@@ -69,6 +69,7 @@ def steady(simulation):
     return simulation.facts()["steady"]
 
 
+@pytest.mark.slow
 def test_both_methods_find_the_same_force():
     """The relaxation leaves changes of 0.02 of the distance at which contact acts ahead: tenths of a percent of the force."""
     data = under_wall(friction={"kind": "stick"})
@@ -98,6 +99,7 @@ def test_a_wall_does_the_work_that_the_block_stores():
     assert abs(works["contact_work"]) < 5e-3 * stored
 
 
+@pytest.mark.slow
 def test_reactions_after_a_relaxed_load_step_are_those_of_its_end(monkeypatch):
     """The second load step has no success with a factored stiffness."""
     flat = {"box": {"lower": [-0.01, -0.01, EDGE], "upper": [EDGE + 0.01, EDGE + 0.01, EDGE + 0.04]}}
