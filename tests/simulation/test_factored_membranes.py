@@ -364,3 +364,18 @@ def test_random_loads_on_every_law(law, shape):
     assert found["estimated_error"] <= 1e-5
     assert found["unbalanced_force"] < 1e-4
     assert found["relaxed_load_steps"] == []
+
+
+def test_a_body_whose_motion_is_prescribed_needs_no_factored_stiffness():
+    """A sheet of quadrilaterals, which a factored stiffness does not include, moves as a whole."""
+    rectangle = {"corner": [0, 0, 0], "first_edge": [0.1, 0, 0], "second_edge": [0, 0.1, 0], "points": [4, 4]}
+    law = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+    sheet = {"name": "sheet", "kind": "membrane-elements", "surface": {"rectangle": rectangle}, "thickness": 1e-3}
+    up = {"z": {"kind": "steady", "velocity": 0.01}}
+    motion = {"name": "led", "body": "sheet", "hold": ["x", "y"], "displacement": up}
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {}, "motion": [motion]}
+    simulation = Simulation(Case.model_validate(table | {"body": [sheet | {"material": law}]}), threads=1)
+    while not simulation.clock.finished(None):
+        simulation.step()
+    assert simulation.bodies[0].field("position")[:, 2] == pytest.approx(0.01)
+    assert "method" not in simulation.facts()["steady"]

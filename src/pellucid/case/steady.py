@@ -136,8 +136,10 @@ def deforming_bodies(parts: Parts) -> list[BodyModel]:
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    nodes = 0.0
-    for body in deforming_bodies(parts):
+    nodes, deforming = 0.0, deforming_bodies(parts)
+    if not deforming:
+        return "the motion of every body is prescribed"
+    for body in deforming:
         if (reason := body.why_no_stiffness()) is not None:
             return reason
         nodes += body.n_points(None)
