@@ -25,7 +25,7 @@ AFFINE = [{"transfer": "apic"}, {"transfer": "aflip", "flip_fraction": 1.0}]
 
 
 def frequency(n, mass_matrix, **how):
-    """That of a standing wave of sound over n cells, over the exact one: from its first zero to its third."""
+    """Frequency of a standing wave of sound over n cells, from its first zero to its third, over the exact frequency."""
     k = 2.0 * np.pi / n
     wave = {"kind": "sine-wave", "amplitude": (1e-4, 0, 0), "wave_vector": (k, 0, 0)}
     body = box((0, 0, 0), (n, 1, 1), LIQUID, (4, 1, 1), "liquid", initial=[wave])

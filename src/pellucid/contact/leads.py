@@ -114,9 +114,9 @@ class Extrapolation:
         if self._last is not None:
             former_result, former = self._last
             grew = float(np.sum(step * step)) > float(np.sum(former * former))
-            self._changes = [] if grew else [*self._changes[1 - EXTRAPOLATED :], (result - former_result, step - former)]
-            if (step == former).all():
-                self._changes = []
+            stays = bool((step == former).all())
+            last = result - former_result, step - former
+            self._changes = [] if grew or stays else [*self._changes[1 - EXTRAPOLATED :], last]
         self._last = result, step
         if not self._changes:
             return result

@@ -28,11 +28,18 @@ class ContactSearch:
     """Contact of bodies that deform with each other, with walls and with tools, i.e. bodies whose motion is prescribed, in load
     steps of a search for equilibria.
 
-    contact: contact of the case; bodies: the bodies that deform, with their own nodes; tools: all other bodies.
+    contact: contact of the case; bodies: the bodies that deform, with their own nodes; tools: all other bodies; works_on_grid:
+    function that returns the works of the bodies on the grid in the last step.
     """
 
-    def __init__(self, contact: SurfacePairs, bodies: Sequence[ExplicitNodes], tools: Sequence[Body]) -> None:
-        self._contact, self._bodies, self._tools = contact, bodies, tools
+    def __init__(
+        self,
+        contact: SurfacePairs,
+        bodies: Sequence[ExplicitNodes],
+        tools: Sequence[Body],
+        works_on_grid: Callable[[], StepWork],
+    ) -> None:
+        self._contact, self._bodies, self._tools, self._works_on_grid = contact, bodies, tools, works_on_grid
         own = [body.contact_surface for body in bodies]
         self._on_trial = [surface for surface in contact.surfaces if any(surface is other for other in own)]
         self._time = self._dt = 0.0
@@ -43,8 +50,6 @@ class ContactSearch:
         """Works of the tools in the last step, from the forces at both ends, with the impulses at its end."""
         self._deepest = contact.deepest
         self._places: list[np.ndarray] = []  # of the points of all surfaces at the last equilibrium [m]
-        self.works: Callable[[], StepWork]
-        """Function that returns the works of the bodies on the grid in the last step."""
 
     # tools
 
@@ -86,7 +91,7 @@ class ContactSearch:
     def _works(self) -> StepWork:
         """Return the works of the tools in the last step."""
         own = [tool.work() for tool in self._tools if isinstance(tool, ExplicitNodes)]
-        on_grid = self.works()
+        on_grid = self._works_on_grid()
         return total_work([on_grid, *own], len(on_grid.works))
 
     def _set_velocities(self, moving: bool) -> None:
@@ -197,10 +202,13 @@ def deforms(body: Body) -> TypeGuard[ExplicitNodes]:
     return isinstance(body, ExplicitNodes) and not body.follows
 
 
-def contact_search(contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[BodySystem]) -> ContactSearch:
-    """Return the contact of the bodies of a case, and pass it to the systems of those that deform."""
+def contact_search(
+    contact: SurfacePairs, bodies: Sequence[Body], systems: Sequence[BodySystem], works_on_grid: Callable[[], StepWork]
+) -> ContactSearch:
+    """Return the contact of the bodies of a case, and pass it to the systems of those that deform; works_on_grid: as for
+    `ContactSearch`."""
     own = [body for body in bodies if deforms(body)]
-    search = ContactSearch(contact, own, [body for body in bodies if not deforms(body)])
+    search = ContactSearch(contact, own, [body for body in bodies if not deforms(body)], works_on_grid)
     for body, system in zip(own, systems, strict=True):
         system.take_contact(search.exert, partial(search.springs_of, body))
     return search

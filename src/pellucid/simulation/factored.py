@@ -328,8 +328,11 @@ class FactoredClock(SteadyClock):
             system.in_single = in_single
 
 
-def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts) -> SteadyClock:
-    """Return the clock of a steady analysis for its method; steady: its settings."""
+def steady_clock(
+    case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts, works_on_grid: Callable[[], StepWork]
+) -> SteadyClock:
+    """Return the clock of a steady analysis for its method. steady: its settings; works_on_grid: function that returns the
+    works of the bodies on the grid in the last step."""
     given = steady, case.time, bodies, case.body, parts
     of_case = parts_of(case)
     if not steady.is_factored(of_case):
@@ -345,7 +348,7 @@ def steady_clock(case: "Case", steady: "SteadyCase", bodies: Sequence[Body], par
             text = f"body {pressure.body}: {error}, which is not computed with a factored stiffness"
             raise CaseError(Problem(text, remedy="Hold the rim along the normal of its lid with a [[support]].")) from None
     systems = list(own.values())
-    touching = None if contact is None else contact_search(contact, bodies, systems)
+    touching = None if contact is None else contact_search(contact, bodies, systems, works_on_grid)
     follows = any(condition.kind_of_load() == "follower" for condition in of_case.of(Condition))
     return FactoredClock(*given, systems, follows or touching is not None, touching)
 

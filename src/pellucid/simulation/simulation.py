@@ -42,7 +42,7 @@ from pellucid.simulation.assembly import (
 )
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contact_parts
-from pellucid.simulation.factored import FactoredClock, steady_clock
+from pellucid.simulation.factored import steady_clock
 from pellucid.simulation.implicit import implicit_clock
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.loop import Observer
@@ -165,10 +165,7 @@ class Simulation:
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            clock = steady_clock(case, case.steady, self.bodies, self.parts)
-            if isinstance(clock, FactoredClock) and clock.touching is not None:
-                clock.touching.works = self.works_on_grid
-            return clock
+            return steady_clock(case, case.steady, self.bodies, self.parts, self.works_on_grid)
         if case.time.method == "implicit":
             return implicit_clock(case, self.bodies, self.parts)
         pull = case.largest_gravity

@@ -102,8 +102,8 @@ class NodalSystem(ABC):
         return self.judge()
 
     def place(self, position: np.ndarray) -> None:
-        self.tried[:] = self._present[:] = position
-        self._motion.velocity[:] = (position - self.position) / self._dt  # of which friction uses the displacement
+        self.tried[:] = position
+        self._move_to(position)
 
     def judge(self) -> Trial:
         internal, position = self._motion.internal, self.tried
@@ -121,11 +121,15 @@ class NodalSystem(ABC):
 
     def _load_at(self, position: np.ndarray, share: float) -> None:
         """Move the nodes to these positions [m], shape (n, 3), and compute the loads there, at a share of the step."""
-        self._present[:] = position
+        self._move_to(position)
         self._renew(share)
         if self._exert is not None:
-            self._motion.velocity[:] = (position - self.position) / self._dt
             self._exert()
+
+    def _move_to(self, position: np.ndarray) -> None:
+        self._present[:] = position
+        if self.has_contact:
+            self._motion.velocity[:] = (position - self.position) / self._dt  # of which friction uses the displacement
 
     def enclose(self, pressure: VolumePressure) -> None:
         raise ValueError("the body encloses no volume")
