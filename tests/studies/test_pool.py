@@ -74,3 +74,9 @@ def test_members_run_as_jobs_of_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path:
     short = pellucid.load("basics/colliding-discs").quick_variant()
     table = pellucid.sweep(short, {"time.courant": [0.3, 0.4]}, out=tmp_path / "s", until=0.1, workers=1, slurm=slurm)
     assert list(table["state"]) == ["done", "done"]
+
+
+def test_a_job_of_slurm_may_start_slowly() -> None:
+    """A worker that gives up is not replaced: with the minute that dask_jobqueue allows, a study on busy nodes never ended."""
+    with pool._slurm({"cores": "1", "memory": "1GB", "interface": "lo"}) as cluster:
+        assert "--death-timeout 600" in cluster.job_script()

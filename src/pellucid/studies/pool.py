@@ -25,6 +25,7 @@ from pellucid.system.processes import free_cores
 
 THREADS = "threads"
 WAIT = 60  # s for a scheduler to answer
+START = 600  # s in which a job of Slurm must reach the study; one that gives up is not replaced, and the study would wait for ever
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ class Pool:
 def _slurm(options: Mapping[str, str]) -> Any:
     numbers = {key: int(value) if value.isdecimal() else value for key, value in options.items()}
     try:
-        return need("dask_jobqueue").SLURMCluster(**{"processes": 1, **numbers})
+        return need("dask_jobqueue").SLURMCluster(**{"processes": 1, "death_timeout": START, **numbers})
     except (TypeError, ValueError) as error:
         raise UsageError(f"--slurm {','.join(f'{key}={value}' for key, value in options.items())}: {error}") from None
 

@@ -139,7 +139,7 @@ def _balance(run: Run) -> str:
     head = ("entry", "start [J]", "end [J]", "change [J]", "largest absolute value [J]")
     error, limits = run.history["energy_error"], run.stored.energy
     told = f"warning above {number(limits.warn)}"
-    if run.summary.get("steady", {}).get("method") == "factored":
+    if run.so_far.get("steady", {}).get("method") == "factored":
         told += "; works of equilibria are sums over load steps, whose error affects nothing else"
     else:
         told += f", stop above {number(limits.stop)}; not meaningful in the first steps, when the exchanged energy is small"
