@@ -12,8 +12,9 @@ from pellucid.studies.members import members_of
 from pellucid.studies.pool import Workers, read_slurm
 
 SBATCH = """#!{python}
-import subprocess, sys
-subprocess.Popen(["bash", sys.argv[-1]], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+import pathlib, subprocess, sys
+with (pathlib.Path(__file__).parent / "job.log").open("a") as log:
+    subprocess.Popen(["bash", sys.argv[-1]], stdout=log, stderr=log, start_new_session=True)
 print("Submitted batch job 1")
 """
 
@@ -72,7 +73,10 @@ def test_members_run_as_jobs_of_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path:
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
     slurm = {"cores": "1", "memory": "1GB", "interface": "lo"}
     short = pellucid.load("basics/colliding-discs").quick_variant()
-    table = pellucid.sweep(short, {"time.courant": [0.3, 0.4]}, out=tmp_path / "s", until=0.1, workers=1, slurm=slurm)
+    try:
+        table = pellucid.sweep(short, {"time.courant": [0.3, 0.4]}, out=tmp_path / "s", until=0.1, workers=1, slurm=slurm)
+    finally:
+        print((tmp_path / "job.log").read_text())  # shown where the test fails
     assert list(table["state"]) == ["done", "done"]
 
 
