@@ -25,7 +25,8 @@ from pellucid.system.processes import free_cores
 
 THREADS = "threads"
 WAIT = 60  # s for a scheduler to answer
-START = 600  # s in which a job of Slurm must reach the study; one that gives up is not replaced, and the study would wait for ever
+START = 600
+"""Time in which a job of Slurm must reach the study [s]. One that gives up is not replaced: the study would wait for ever."""
 
 
 @dataclass(frozen=True)
