@@ -7,6 +7,8 @@ from pydantic import ValidationError
 
 from pellucid.geometry.checks.quality import dihedral_angles
 from pellucid.geometry.checks.solid_checks import solid_faults
+from pellucid.geometry.meshes.cells import outer_faces, vector_areas
+from pellucid.geometry.region import Shape
 from pellucid.geometry.solid_meshes.fill import stuffed
 from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
 
@@ -56,6 +58,38 @@ def test_faces_of_the_lattices_box_are_flat_and_end_sharp():
     rim = at_face[np.unique(faces[~at_face[faces].all(axis=1)])]
     on_rim = mesh.nodes[np.unique(faces[~at_face[faces].all(axis=1)])][rim]
     assert np.linalg.norm(on_rim, axis=1) == pytest.approx(1.0, abs=1e-10)
+
+
+TURN = [{"angle": 30}, {"axis": [1, 0, 0], "angle": 45}]
+PIPE = {"pipe": {"centre": (0, 0, 0), "outer_radius": 2.0, "inner_radius": 1.0, "height": 1.0, "axis": "z"}}
+PLANE_ENDS = {
+    "box": (SHAPES["box"], 2 * (1.0 * 1.5 + 1.0 * 0.77 + 1.5 * 0.77)),
+    "turned box": (SHAPES["box"] | {"rotate": TURN}, 2 * (1.0 * 1.5 + 1.0 * 0.77 + 1.5 * 0.77)),
+    "cylinder": (SHAPES["cylinder"], 5 * np.pi),
+    "turned cylinder": (SHAPES["cylinder"] | {"rotate": TURN}, 5 * np.pi),
+    "pipe": (PIPE, 12 * np.pi),
+    "surface": ({"inside": {"surface": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 2), "points": (2, 2, 2)}}}}, 10.0),
+}
+
+
+@pytest.mark.parametrize("name", PLANE_ENDS)
+@pytest.mark.filterwarnings("error")
+def test_sharp_edges_of_plane_ends_are_kept(name):
+    """Cut edges took 5 % of the area of the box; the sides of the polygons within round shapes err with their square."""
+    data, area = PLANE_ENDS[name]
+    shape = Shape(**data)
+    for size in (0.3, 0.13):
+        mesh = SolidMesh(fill={"shape": data, "size": size}).mesh()
+        found = float(np.linalg.norm(vector_areas(mesh.nodes, outer_faces(mesh.cells)), axis=1).sum())
+        slack = 0.1 * size**2 if "box" not in name and name != "surface" else 1e-12
+        assert found == pytest.approx(area, rel=slack)
+        assert mesh.volumes.sum() == pytest.approx(shape.geometry().measure((True, True, True)), rel=slack)
+
+
+def test_edges_that_are_cut_off_are_named():
+    oblique = {"cylinder": {"start": (0, 0, 0), "end": (1, 1, 1), "radius": 0.5, "rings": 4, "along": 5}}
+    with pytest.warns(UserWarning, match=r"`fill` cuts off sharp edges of the shape, 6\.\d* m in total, .*Use the mesh"):
+        SolidMesh(fill={"shape": {"inside": {"surface": oblique}}, "size": 0.141})
 
 
 @pytest.mark.parametrize(

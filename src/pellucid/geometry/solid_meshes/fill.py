@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
 from math import prod
@@ -19,6 +20,8 @@ from pellucid.geometry.meshes.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.region import Shape
+from pellucid.geometry.shapes.contract import Geometry, SharpEdges
+from pellucid.geometry.shapes.rotation import Rotated
 from pellucid.geometry.solid_meshes.box import Counts, box_mesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.surfaces.surface import Inside, Surface, closed_triangles
@@ -29,8 +32,12 @@ SPACE = (True, True, True)
 MOST_OFF = 0.1  # largest relative error of the volume
 
 
+TOUCH = 1e-6  # of the extent: largest distance of a sharp edge from a plane in which it lies; files have single precision
+
+
 class FillMesh(Tetrahedral):
-    """A shape filled by a lattice of tetrahedra whose outer nodes are moved to its boundary; sharp edges are cut off."""
+    """A shape filled by a lattice of tetrahedra whose outer nodes are moved to its boundary. Sharp edges in a plane face that
+    is perpendicular to an axis are kept if the shape does not extend beyond the plane; others are cut off."""
 
     shape: Shape = parameter("", "shape that is filled, as for material points")
     size: float = parameter(
@@ -49,20 +56,59 @@ class FillMesh(Tetrahedral):
         return 2.0 * prod(extent / self.size + 1.0 for extent in (upper - lower).tolist())
 
     def make(self) -> SimplexMesh:
-        """Return the mesh; the lattice is centred on the shape. Raises ValueError if the lattice is too coarse or too fine."""
+        """Return the mesh, built before the rotation of the shape. Warns if sharp edges are cut off. Raises ValueError if the
+        lattice is too coarse or too fine."""
         geometry, chosen = self.shape.geometry(), self.shape.chosen()
         if isinstance(chosen, Inside):
             closed_triangles(chosen.surface)
-        lower, upper = geometry.bounds()
-        n = np.ceil((upper - lower) / self.size).astype(int) + 1  # margin of half a cube at both ends
-        counts = int(n[0]), int(n[1]), int(n[2])
-        start = 0.5 * (lower + upper - self.size * n)
-        mesh = stuffed(lambda points: geometry.contains(points, SPACE), start, counts, self.size)
-        share = float(mesh.volumes.sum()) / geometry.measure(SPACE)
+        own = geometry.shape if isinstance(geometry, Rotated) else geometry
+        lower, upper = own.bounds()
+        edges = own.sharp_edges(SPACE, self.size)
+        ends = edges.corner[edges.edge]
+        slack = TOUCH * float((upper - lower).max())
+        in_face = np.stack([np.abs(ends - bound).max(axis=1) <= slack for bound in (lower, upper)])  # (2, edges, axes)
+        mesh = stuffed(*_lattice(own, np.asarray(in_face.any(axis=1)), self.size, 4.0 * slack))
+        share = float(mesh.volumes.sum()) / own.measure(SPACE)
         if abs(share - 1.0) > MOST_OFF:
             text = f"with `size` = {self.size:g} m the mesh has {100.0 * share:.0f} % of the volume of the shape"
             raise Refusal(f"{text}; the error must be at most {100.0 * MOST_OFF:.0f} %", "decrease `size`")
-        return mesh
+        cut = np.logical_not(in_face.any(axis=(0, 2)))
+        if cut.any():
+            _warn_of_cut_edges(geometry.sharp_edges(SPACE, self.size), cut, self.size)
+        return SimplexMesh(geometry.turn.forth(mesh.nodes), mesh.cells) if isinstance(geometry, Rotated) else mesh
+
+
+def _lattice(shape: Geometry, flat: np.ndarray, size: float, depth: float) -> "_Lattice":
+    """Return the arguments of `stuffed` for a shape: the lattice ends at its bounds where these are plane faces, and has a
+    margin of half a cube elsewhere.
+
+    flat: True where the lower and upper bound along each axis is a plane face, shape (2, 3); size: edge of the cubes [m];
+    between two plane faces the nearest edge that fits; depth: the shape at a plane face is its section at this depth [m].
+    """
+    lower, upper = shape.bounds()
+    extent, spacing = upper - lower, np.full(3, size)
+    n = np.ceil(extent / size - 0.5 * flat.sum(axis=0)).astype(int) + 1
+    both = flat.all(axis=0)
+    n[both] = np.maximum(np.round(extent / size), 1.0).astype(int)[both]
+    spacing[both] = (extent / n)[both]
+    start = np.select([flat[0], flat[1]], [lower, upper - spacing * n], 0.5 * (lower + upper - spacing * n))
+    low, high = np.where(flat[0], lower + depth, -np.inf), np.where(flat[1], upper - depth, np.inf)
+    counts = int(n[0]), int(n[1]), int(n[2])
+    return lambda points: shape.contains(np.clip(points, low, high), SPACE), start, counts, spacing
+
+
+def _warn_of_cut_edges(edges: SharpEdges, cut: np.ndarray, size: float) -> None:
+    """Warn of the sharp edges in the mask `cut`, shape (e,), that a lattice with cubes of edge `size` [m] cuts off."""
+    ends = edges.corner[edges.edge[cut]]
+    length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+    place = ", ".join(f"{x:.4g}" for x in ends[0].mean(axis=0))
+    text = (
+        f"the mesh `fill` cuts off sharp edges of the shape, {length:.3g} m in total, such as one at ({place}) m, by up to "
+        f"`size` = {size:g} m: faces that meet there lose area, and a load on one of them is too small. Use the mesh `inside`, "
+        "which keeps all edges of a closed surface, or place the shape so that its plane faces are perpendicular to the axes "
+        "(`rotate` can turn it afterwards)"
+    )
+    warnings.warn(text, stacklevel=2)
 
 
 REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
@@ -161,13 +207,13 @@ def _refusal(surface: Triangulation, said: str) -> Refusal:
 
 
 Contains = Callable[[np.ndarray], np.ndarray]
+_Lattice = tuple[Contains, np.ndarray, Counts, np.ndarray]
 Corners = tuple[np.ndarray, ...]
 
 HALVINGS = 36  # bisections of an edge that crosses the boundary, which locate the crossing to 1e-11 of its length
 NEAR_LONG, NEAR_SHORT = 0.24999, 0.41189
 """Nodes closer to the boundary are moved there: fractions of a cube edge and of an edge from a corner to a centre (Labelle
 & Shewchuk 2007, for the best bound on dihedral angles)."""
-LONG = 0.9  # of a cube edge: longer lattice edges are cube edges, the others have a length of 0.87
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
@@ -180,9 +226,9 @@ class _Cuts(NamedTuple):
     share: np.ndarray  # (k,) distance of the crossing from the inner node, as a fraction of the edge
 
 
-def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) -> SimplexMesh:
+def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float | np.ndarray) -> SimplexMesh:
     """Return a tetrahedral mesh of the part of a region that lies in a box of cubes with edge `size` [m], whose lower corner
-    is `lower` [m]; counts: number of cubes along each axis.
+    is `lower` [m]; counts: number of cubes along each axis. With three sizes, shape (3,), the cubes are cuboids.
 
     `contains` returns a mask of the points [m], shape (n, 3), that lie inside, shape (n,). Boundary nodes lie on the
     boundary of the region. Its sharp edges are cut off within a cube; the faces of the box stay flat with sharp edges.
@@ -194,10 +240,11 @@ def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) 
     lattice = box_mesh(lower, lower + size * np.array(counts), counts)
     nodes, sign = lattice.nodes.copy(), np.where(contains(lattice.nodes), 1, -1)
     if not (sign > 0).any():
-        raise Refusal(f"`size` = {size:g} m is too large: no node of the lattice lies inside the region", "decrease `size`")
+        text = f"`size` = {np.max(size):g} m is too large: no node of the lattice lies inside the region"
+        raise Refusal(text, "decrease `size`")
     cuts = _cuts(contains, nodes, lattice.cells, sign)
     places = np.round((nodes - lower) / (0.5 * size)).astype(int)
-    _move(nodes, sign, cuts, _limits(nodes, cuts, size), (places == 0, places == 2 * np.array(counts)))
+    _move(nodes, sign, cuts, _limits(places, cuts), (places == 0, places == 2 * np.array(counts)))
     left = (sign[cuts.inner] != 0) & (sign[cuts.outer] != 0)
     cuts = _Cuts(*(part[left] for part in cuts))
     cells = lattice.cells[(sign[lattice.cells] > 0).any(axis=1)]
@@ -224,11 +271,11 @@ def _cuts(contains: Contains, nodes: np.ndarray, cells: np.ndarray, sign: np.nda
     return _Cuts(inner, outer, start + share[:, None] * edge, share)
 
 
-def _limits(nodes: np.ndarray, cuts: _Cuts, size: float) -> np.ndarray:
+def _limits(places: np.ndarray, cuts: _Cuts) -> np.ndarray:
     """Return, for each edge in `cuts`, the distance from the boundary within which an end of the edge is moved to the
-    boundary, as a fraction of the edge, shape (k,). nodes [m], shape (n, 3); size: edge of the cubes [m]."""
-    length = np.linalg.norm(nodes[cuts.outer] - nodes[cuts.inner], axis=1)
-    return np.where(length > LONG * size, NEAR_LONG, NEAR_SHORT)
+    boundary, as a fraction of the edge, shape (k,). places: nodes of the lattice in halves of a cube, shape (n, 3)."""
+    from_centre = (places[cuts.outer] != places[cuts.inner]).all(axis=1)
+    return np.where(from_centre, NEAR_SHORT, NEAR_LONG)
 
 
 def _move(nodes: np.ndarray, sign: np.ndarray, cuts: _Cuts, limits: np.ndarray, faces: tuple[np.ndarray, np.ndarray]) -> None:
