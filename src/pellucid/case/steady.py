@@ -1,21 +1,28 @@
 """Steady states of a case: load steps, method and tolerance, and the checks of bodies and conditions for them."""
 
 from bisect import bisect_left
-from collections.abc import Iterator
-from math import inf
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, sqrt
 from typing import Literal
 
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.prescribed_motion import Motion
+from pellucid.conditions.wall import Wall
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition, is_driven
+from pellucid.parts.elastic_system import LARGEST_FACTORS, StiffnessSize
 from pellucid.parts.part import Part, Parts
 
-MOST_NODES = 20_000
-"""Largest number of nodes with a factored stiffness: the factors of a compact solid of 2e4 nodes need some 3 GB, and their
-memory grows with the power 1.5 of the number."""
+LARGEST_APPROXIMATE = 2e9
+"""Largest number of entries of approximate factors, 8 GB in single precision: those of a compact solid of 2e5 nodes with an
+averaged volume ratio."""
+STIFFEST = 500.0
+"""Largest ratio of bulk and shear modulus for which approximate factors serve, that of a Poisson's ratio of 0.499: the volumes
+of tetrahedra differ from those of the solid, and the number of iterations grows with the ratio."""
+FEW_NODES = sqrt(2.0 * LARGEST_FACTORS) / 4.0
+"""Number of nodes up to which no factors are too large: not even a dense matrix of four unknowns per node is."""
 SAME_LEVEL = 1e-6
 """Smallest difference of the times of two equilibria, as a fraction of the end time of the loads."""
 
@@ -136,15 +143,14 @@ def deforming_bodies(parts: Parts) -> list[BodyModel]:
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
-    nodes, deforming = 0.0, deforming_bodies(parts)
+    deforming = deforming_bodies(parts)
     if not deforming:
         return "the motion of every body is prescribed"
     for body in deforming:
         if (reason := body.why_no_stiffness()) is not None:
             return reason
-        nodes += body.n_points(None)
-    if nodes > MOST_NODES:
-        return f"the case has {nodes:.0f} nodes, and factors of more than {MOST_NODES} nodes can need too much memory"
+    if (reason := _why_too_large(deforming, parts)) is not None:
+        return reason
     for path, condition in parts.placed(Condition):
         if condition.kind_of_load() == "other":
             return f"the factored stiffness does not include the forces of [[{path[0]}]]"
@@ -158,6 +164,35 @@ def why_not_factored(parts: Parts) -> str | None:
     return None
 
 
+def _why_too_large(bodies: Sequence[BodyModel], parts: Parts) -> str | None:
+    """Return the reason why the factors of the stiffness of these bodies are too large for the case, as a clause, or None."""
+    if sum(body.n_points(None) for body in bodies) <= FEW_NODES:
+        return None
+    sizes = {body.name: size for body in bodies if (size := body.stiffness_size()) is not None}
+    exact = sum(size.numbers for size in sizes.values() if not size.is_approximate)
+    if exact > LARGEST_FACTORS:
+        return f"the factors of the stiffness need {exact * 8e-9:.2g} GB, and at most {LARGEST_FACTORS * 8e-9:.2g} GB are used"
+    approximate = sum(size.numbers for size in sizes.values() if size.is_approximate)
+    if approximate > LARGEST_APPROXIMATE:
+        least = f"even approximate factors of the stiffness need {approximate * 4e-9:.2g} GB"
+        return f"{least}, and at most {LARGEST_APPROXIMATE * 4e-9:.2g} GB are used"
+    if approximate > 0.0 and not parts.lacks_grid and (len(parts.of(BodyModel)) > 1 or parts.of(Wall)):
+        return f"contact needs the factors of the stiffness itself, and those of body {_too_large(sizes)} are too large"
+    for body in bodies:
+        speeds = body.wave_speeds()
+        if sizes[body.name].is_approximate and speeds is not None and (speeds[0] / speeds[1]) ** 2 - 4.0 / 3.0 > STIFFEST:
+            return (
+                f"body {body.name} is nearly incompressible (bulk modulus more than {STIFFEST:g} times the shear modulus), and "
+                "the factors of its stiffness are too large"
+            )
+    return None
+
+
+def _too_large(sizes: Mapping[str, StiffnessSize]) -> str:
+    """Return the name of the body with the most entries of its approximate factors."""
+    return max(sizes, key=lambda name: sizes[name].numbers * sizes[name].is_approximate)
+
+
 def why_not_implicit(parts: Parts) -> str | None:
     """Return the reason why the bodies of a case cannot move in implicit time steps, as a clause, or None. parts: all parts of
     the case."""
@@ -166,7 +201,12 @@ def why_not_implicit(parts: Parts) -> str | None:
     for body in parts.of(BodyModel):
         if (reason := body.why_no_implicit_steps()) is not None:
             return reason
-    return why_not_factored(parts)
+    if (reason := why_not_factored(parts)) is not None:
+        return reason
+    for body in parts.of(BodyModel):
+        if body.n_points(None) > FEW_NODES and (size := body.stiffness_size()) is not None and size.is_approximate:
+            return f"implicit steps need the factors of the stiffness itself, and those of body {body.name} are too large"
+    return None
 
 
 def _why_not_relaxed(body: BodyModel, alone: bool) -> Finding | None:

@@ -19,12 +19,18 @@ class Trial(NamedTuple):
     is_valid: bool  # False if the body is inverted at a point or a value is not finite
 
 
+LARGEST_FACTORS = 3e8
+"""Largest number of entries of the factors of a stiffness, 2.4 GB: that of a compact solid of 2e4 nodes, or of 1.4e4 with an
+averaged volume ratio; it grows with the power 1.5 of the number of nodes."""
+
+
 class StiffnessSize(NamedTuple):
     """Size of the factored stiffness of a body, and effort of a factorisation."""
 
     unknowns: int  # number of displacement components of the nodes
     numbers: float  # number of entries of the factors
     operations: float  # number of multiplications and additions
+    is_approximate: bool = False  # True if the factors are those of a simpler stiffness, in single precision
 
 
 class Content(NamedTuple):
@@ -96,6 +102,9 @@ class Searched(Protocol):
 
     has_potential: bool
     """True if the forces have a potential, so that they balance where the energy has a minimum."""
+    is_approximate: bool
+    """True if the factored stiffness is only an approximation, which needs more iterations. Whether an equilibrium is stable is
+    then not known."""
 
     @property
     def rounding(self) -> float:

@@ -366,10 +366,17 @@ def _implicit_steps(case: "Case", now: float, until: float | None = None) -> For
 def _factors(case: "Case") -> str:
     """Return a text on the size of the factored stiffness of a case and the time of a factorisation."""
     sizes = [size for body in deforming_bodies(parts_of(case)) if (size := body.stiffness_size()) is not None]
-    unknowns, memory = sum(size.unknowns for size in sizes), 8e-6 * sum(size.numbers for size in sizes)
+    unknowns = sum(size.unknowns for size in sizes)
+    memory = sum((4e-6 if size.is_approximate else 8e-6) * size.numbers for size in sizes)
     seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
     known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
-    return f"{unknowns} unknowns: {memory:.2g} MB and {known} for each factorisation"
+    text = f"{unknowns} unknowns: {memory:.2g} MB and {known} for each factorisation"
+    if not any(size.is_approximate for size in sizes):
+        return text
+    return (
+        f"{text} (approximate, that of the linear tetrahedra of the mesh, since its own factors are too large: stability and "
+        "lowest frequencies are not computed)"
+    )
 
 
 def _limits(case: "Case") -> Limits:

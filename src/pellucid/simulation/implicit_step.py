@@ -32,7 +32,7 @@ class ImplicitStep:
     system: energy, forces, stiffness and inertia of the body.
     """
 
-    has_potential = False
+    has_potential = is_approximate = False
     rounding = 0.0
 
     def __init__(self, system: MovingSystem) -> None:

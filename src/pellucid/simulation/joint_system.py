@@ -15,7 +15,7 @@ class JointSystem:
     loads of all bodies.
     """
 
-    has_potential, has_contact = False, True
+    has_potential, has_contact, is_approximate = False, True, False
 
     def __init__(self, systems: Sequence[BodySystem], exert: Callable[[], None]) -> None:
         self._systems, self._exert = systems, exert

@@ -192,7 +192,9 @@ class Search:
             self._system.factor()
         except np.linalg.LinAlgError:
             raise NoEquilibrium("the stiffness is far from positive definite") from None
-        self._changes, self.has_factors = [], True
+        if not (self._renewed and self._system.is_approximate):  # of these new factors are hardly better than old ones
+            self._changes = []
+        self.has_factors = True
 
 
 class Minimiser(Search):
@@ -213,7 +215,7 @@ class Minimiser(Search):
         self._aim(tolerance)
         system = self._elastic
         here = system.attempt(system.position)
-        if not (self.has_factors and system.has_factors) or system.has_contact:
+        if not (self.has_factors and system.has_factors) or system.has_contact or system.is_approximate:
             self._factor()
         self._changes, self._renewed = [], False
         soft = system.shift > 0.0  # then a linear estimate means little: the length of the first step is searched too
@@ -270,12 +272,12 @@ class Minimiser(Search):
     def _lower(self, x: np.ndarray, here: Trial) -> tuple[np.ndarray, Trial] | None:
         """Return positions with a lower energy beside an equilibrium at positions x [m] if it is unstable, and energy and
         forces there; None if it is stable. The stiffness is factored at the equilibrium, and its factors serve for the next
-        load step, except with contact.
+        load step, except with contact or approximate factors.
 
         The energy decreases along the direction of the smallest eigenvalue of the stiffness.
         """
         system = self._elastic
-        if system.has_contact:
+        if system.has_contact or system.is_approximate:
             return None
         self._factor()
         direction = system.unstable_direction()

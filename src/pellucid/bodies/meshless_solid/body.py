@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.equilibrium import MovingSolid, SolidSystem
 from pellucid.bodies.meshless_solid.functions import SolidFunctions, quadrature_places
+from pellucid.bodies.meshless_solid.linear_stiffness import LinearTetrahedra
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces, ViscousForces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
@@ -144,7 +145,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
 
     def elastic_system(self) -> BodySystem:
         """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
-        return SolidSystem(*self._of_system(), self._take_equilibrium)
+        of_nodes = LinearTetrahedra(self.mesh, self._functions.at_nodes)
+        tetrahedra = of_nodes if self._case.approximates_stiffness else None
+        return SolidSystem(*self._of_system(), self._take_equilibrium, tetrahedra)
 
     def moving_system(self) -> MovingSystem:
         """Return energy, forces, stiffness and inertia for implicit time steps; only for nodal values that are prescribed

@@ -5,19 +5,22 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pellucid.bodies.meshless_solid.linear_stiffness import ACCURACY, LinearStiffness, LinearTetrahedra
 from pellucid.bodies.meshless_solid.material_forces import ElasticForces
 from pellucid.bodies.meshless_solid.solid import LEAST_J
 from pellucid.bodies.meshless_solid.step_forces import in_rows
 from pellucid.bodies.meshless_solid.stiffness import SolidStiffness
-from pellucid.bodies.own_nodes.equilibrium import NodalSystem, Strained
-from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.bodies.own_nodes.equilibrium import DIFFERENCE, NodalSystem, Strained
+from pellucid.bodies.own_nodes.motion import NodalMotion, Tangent
+from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.parts.elastic_system import Trial
 
 
 class SolidSystem(NodalSystem):
     """An `ElasticSystem` of a meshless solid whose nodal values are prescribed directly.
 
-    rest, position, motion, stiffness, accepted: as for `NodalSystem`; forces: internal forces of the solid.
+    rest, position, motion, stiffness, accepted: as for `NodalSystem`; forces: internal forces of the solid; tetrahedra:
+    linear tetrahedra whose stiffness is factored, as an approximation; None: the stiffness of the solid is factored.
     """
 
     def __init__(
@@ -28,8 +31,11 @@ class SolidSystem(NodalSystem):
         motion: NodalMotion,
         stiffness: float,
         accepted: Callable[[float], None],
+        tetrahedra: LinearTetrahedra | None = None,
     ) -> None:
-        self._forces = forces
+        self._forces, self._tetrahedra = forces, tetrahedra
+        if tetrahedra is not None:
+            self.is_approximate, self.settled = True, 10.0 * ACCURACY
         super().__init__(rest, position, motion, stiffness, accepted)
 
     def _strain(self, position: np.ndarray) -> Strained:
@@ -43,8 +49,26 @@ class SolidSystem(NodalSystem):
     def _stored_energy(self) -> float:
         return self._forces.stored()
 
-    def _new_stiffness(self) -> SolidStiffness:
+    def _new_stiffness(self) -> NodalStiffness:
+        if self._tetrahedra is not None:
+            return LinearStiffness(self._forces.solid, self._tetrahedra, self._resisted)
         return SolidStiffness(self._forces.solid, self.rest)
+
+    def _resisted(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the forces with which the solid resists displacements from the last trial positions [m], by differences [N],
+        shape (n, 3) both. Leaves the strains there."""
+        size = float(np.abs(displacement).max())
+        if size == 0.0:
+            return np.zeros_like(displacement)
+        step, force = DIFFERENCE * float(np.ptp(self.rest, axis=0).max()) / size, np.empty_like(displacement)
+        self._forces.find(self.tried + step * displacement - self.rest, force, 0.0)
+        return (self._motion.internal - force) / step
+
+    def _linear(self, force: np.ndarray) -> Tangent:
+        found = super()._linear(force)
+        if self.is_approximate:
+            self._strain(self.tried)
+        return found
 
 
 class MovingSolid(SolidSystem):

@@ -27,7 +27,7 @@ from pellucid.materials.point_state import initial_arrays
 from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, Standing, is_alone
-from pellucid.parts.elastic_system import StiffnessSize
+from pellucid.parts.elastic_system import LARGEST_FACTORS, StiffnessSize
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -127,14 +127,21 @@ class MeshlessSolidCase(DampedModel):
         return self.why_no_stiffness()
 
     def stiffness_size(self) -> StiffnessSize:
-        """Return the size of the factored stiffness. It is estimated for shape functions of the nodes of a cell, or of
-        all cells around a cell, such as the default ones; functions with a radius may need more."""
-        from pellucid.linear.elimination import factor_size
+        """Return the size of the factored stiffness: that of the solid, or of its linear tetrahedra where the former has larger
+        factors than `LARGEST_FACTORS`. It is estimated for shape functions of the nodes of a cell, or of all cells around a
+        cell, such as the default ones; functions with a radius may need more."""
+        return _stiffness_size(self.mesh.mesh(), self.approximant.follows_cells, self._n_unknowns, LARGEST_FACTORS)
 
-        mesh = self.mesh.mesh()
-        near = mesh.incidence if self.approximant.follows_cells else mesh.neighbours @ mesh.incidence
-        size = factor_size(near @ near.T, mesh.nodes, 4 if self.averages_volume else 3)
-        return StiffnessSize(3 * len(mesh.nodes), size.numbers, size.operations)
+    @property
+    def approximates_stiffness(self) -> bool:
+        """True if the factored stiffness is that of the linear tetrahedra of the mesh, in place of that of the solid."""
+        dense = 0.5 * (self._n_unknowns * len(self.mesh.mesh().nodes)) ** 2
+        return dense > LARGEST_FACTORS and self.stiffness_size().is_approximate
+
+    @property
+    def _n_unknowns(self) -> int:
+        """Number of unknowns of a node in the factored stiffness."""
+        return 4 if self.averages_volume else 3
 
     @property
     def deforms_in_contact(self) -> bool:
@@ -267,3 +274,23 @@ def _selectable(mesh: SimplexMesh) -> Selectable:
     times.
     """
     return Selectable.of_solid(mesh)
+
+
+@lru_cache(maxsize=8)
+def _stiffness_size(mesh: SimplexMesh, follows_cells: bool, d: int, largest: float) -> StiffnessSize:
+    """Return the size of the factored stiffness of a solid on a mesh with d unknowns per node, of which it has at most
+    `largest` entries unless it is approximate.
+
+    follows_cells: True if the shape functions at a point are those of the corners of its cell.
+    """
+    from pellucid.linear.elimination import factor_size
+
+    linear, unknowns = factor_size(mesh.neighbours, mesh.nodes, d), 3 * len(mesh.nodes)
+    if follows_cells:
+        return StiffnessSize(unknowns, *linear)
+    if linear.numbers <= largest:
+        near = mesh.neighbours @ mesh.incidence
+        own = factor_size(near @ near.T, mesh.nodes, d)
+        if own.numbers <= largest:
+            return StiffnessSize(unknowns, *own)
+    return StiffnessSize(unknowns, *linear, is_approximate=True)

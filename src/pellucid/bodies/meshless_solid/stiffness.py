@@ -43,13 +43,13 @@ LEAST_BULK = 1e-3  # smallest U'' of the factors, as a fraction of that at rest:
 
 
 @parallel_loop(allocates=True)
-def _find_moduli(block, solid, step, dt, moduli):
-    """Compute the derivatives of the first Piola-Kirchhoff stress with respect to the deformation gradient at the points of a
-    block (a group of packs), times the quadrature weights, in `moduli`, shape (points, 81): entry 9 r + c is the derivative of
-    component r with respect to component c.
+def _find_moduli(block, solid, step, dt, n, moduli):
+    """Add the derivatives of the first Piola-Kirchhoff stress with respect to the deformation gradient at the points of a block
+    (a group of packs), times the quadrature weights, to `moduli`, with one row for n consecutive points, shape (rows, 81):
+    entry 9 r + c is the derivative of component r with respect to component c.
 
     solid: a `SolidInKernels` in the state of its last forces; step: difference of a component of the deformation gradient; dt:
-    time in which it comes about [s].
+    time in which it comes about [s]; n: 1, or the number of points of a cell, of which a block has all.
     """
     mesh = solid.mesh
     blocks, averaged = mesh.blocks, len(mesh.block_volume) > 0
@@ -57,22 +57,22 @@ def _find_moduli(block, solid, step, dt, moduli):
     u = displacements(start, m, mesh)
     mean, s, above = mean_stresses(start, m, mesh), np.zeros(COLUMNS * COLUMN), np.zeros(9 * COLUMN)
     for first in range(PACKS * block, min(PACKS * (block + 1), len(mesh.corners.first) - 1), BATCH):
-        n = min(BATCH, len(mesh.corners.first) - 1 - first)
-        call_kernel(fill_batch, first, n, mesh, averaged, mean, u, s)
+        packs = min(BATCH, len(mesh.corners.first) - 1 - first)
+        call_kernel(fill_batch, first, packs, mesh, averaged, mean, u, s)
         for c in range(9):
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
-            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
+            find_stresses(solid.points, first, packs, solid, dt, False, averaged, s)
             above[:] = s[STRESS * COLUMN : (STRESS + 9) * COLUMN]
             for i in range(COLUMN):
                 s[c * COLUMN + i] -= 2.0 * step
-            find_stresses(solid.points, first, n, solid, dt, False, averaged, s)
+            find_stresses(solid.points, first, packs, solid, dt, False, averaged, s)
             for i in range(COLUMN):
                 s[c * COLUMN + i] += step
             for r in range(9):
-                for i in range(n * LANES):
+                for i in range(packs * LANES):
                     change = above[r * COLUMN + i] - s[(STRESS + r) * COLUMN + i]
-                    moduli[LANES * first + i, 9 * r + c] = change / (2.0 * step)
+                    moduli[(LANES * first + i) // n, 9 * r + c] += change / (2.0 * step)
 
 
 @parallel_loop()
@@ -139,27 +139,52 @@ def _assemble(solid, nodes, moduli, d, indptr, indices, values):
                         values[at + k] += local[a, (3 * i + k) * m + b]
 
 
-class SolidStiffness(NodalStiffness):
+class AveragedStiffness(NodalStiffness):
+    """Stiffness of a meshless solid that may have an unknown pressure per node; arguments as for `NodalStiffness`, and the data
+    of the solid, as in its forces."""
+
+    def __init__(self, solid: Solid, links: sparse.csr_array, places: np.ndarray) -> None:
+        self._solid, self._in_kernels = solid, in_kernels(solid)
+        self._averages = len(solid.block_volume) > 0
+        super().__init__(links, places, 1 if self._averages else 0)
+
+    def _moduli(self, dt: float, n: int) -> np.ndarray:
+        """Return the moduli of each n consecutive points in the state of the last forces, times the weights, see
+        `_find_moduli`. dt: time in which displacements come about [s]."""
+        moduli = np.zeros((-(-len(self._solid.weights) // n), 81))
+        _find_moduli(len(self._solid.sums), self._in_kernels, STEP, dt, n, moduli)
+        return moduli
+
+    def _add_pressures(self) -> float:
+        """Add the compliance of the unknown pressures to the matrix, whose other entries must be there. Returns the unit in
+        which the pressures are as large as the displacements, by which B is multiplied."""
+        solid, n = self._solid, self._n
+        bulk = np.empty(n)
+        _find_bulk(-(-n // CHUNK), solid.law, solid.volume_ratio, STEP, bulk)
+        compliance = patch_volumes(solid) / np.maximum(bulk, LEAST_BULK * stiffness_of_volume(solid))
+        unit = float(np.sqrt(np.abs(self._values[self._diagonal[:, :3]]).mean() / compliance.mean()))
+        self._values[self._diagonal[:, 3]] = -unit * unit * compliance
+        return unit
+
+
+class SolidStiffness(AveragedStiffness):
     """Stiffness of a meshless solid in the state of its last forces, and solutions of linear systems with it.
 
     solid: data of the solid, as in its forces; places: positions of the nodes at rest [m], shape (n, 3).
     """
 
     def __init__(self, solid: Solid, places: np.ndarray) -> None:
-        self._solid, self._in_kernels = solid, in_kernels(solid)
-        averaged = len(solid.block_volume) > 0
         self._nodes = nodes_of_entries(solid.gradients, solid.blocks)
         nodes, pack = self._nodes, pack_of_entries(solid.gradients)
-        if averaged:
+        if len(solid.block_volume):
             nodes = np.append(nodes, nodes_of_entries(solid.corners, solid.blocks))
             pack = np.append(pack, pack_of_entries(solid.corners))
         touch = sparse.csr_array((np.ones(len(pack), np.int32), (nodes, pack)), shape=(len(places), int(pack[-1]) + 1))
-        super().__init__(sparse.csr_array(touch @ touch.T), places, 1 if averaged else 0)
-        self._rates = VolumeRates(solid) if averaged else None
+        super().__init__(solid, sparse.csr_array(touch @ touch.T), places)
+        self._rates = VolumeRates(solid) if self._averages else None
 
     def _find(self, dt: float) -> None:
-        solid, moduli = self._solid, np.empty((len(self._solid.weights), 81))
-        _find_moduli(len(solid.sums), self._in_kernels, STEP, dt, moduli)
+        solid, moduli = self._solid, self._moduli(dt, 1)
         self._values.fill(0.0)
         with on_one_thread():
             _assemble(Bundle(solid._replace(law=(), points=())), self._nodes, moduli, self._d, *self._links, self._values)
@@ -167,16 +192,11 @@ class SolidStiffness(NodalStiffness):
             self._add_volumes(self._rates)
 
     def _add_volumes(self, rates: VolumeRates) -> None:
-        """Add the unknown pressures, in units in which they are as large as the displacements."""
-        solid, n = self._solid, self._n
-        bulk = np.empty(n)
-        _find_bulk(-(-n // CHUNK), solid.law, solid.volume_ratio, STEP, bulk)
-        compliance = patch_volumes(solid) / np.maximum(bulk, LEAST_BULK * stiffness_of_volume(solid))
-        unit = float(np.sqrt(np.abs(self._values[self._diagonal[:, :3]]).mean() / compliance.mean()))
+        """Add the unknown pressures."""
+        unit = self._add_pressures()
         found = sparse.csr_array(rates.find())
-        of_node = np.repeat(np.arange(n), np.diff(found.indptr) // 3)
+        of_node = np.repeat(np.arange(self._n), np.diff(found.indptr) // 3)
         other, numbers = found.indices[::3] // 3, unit * found.data.reshape(-1, 3)
         there, back = self._pairs(of_node, other), self._pairs(other, of_node)
         self._values[self._entry[there][:, 3, :3]] = numbers
         self._values[self._entry[back][:, :3, 3]] = numbers
-        self._values[self._diagonal[:, 3]] = -unit * unit * compliance

@@ -34,6 +34,8 @@ class NodalSystem(ABC):
 
     has_energy = True  # False if internal forces are not derivatives of the stored energy
     includes_load_stiffness = False  # True if the matrix includes the stiffness of loads that follow the deformation
+    is_approximate = False
+    settled = SETTLED  # relative change of the tangent under loads that follow at which it is accepted
 
     def __init__(
         self,
@@ -179,9 +181,9 @@ class NodalSystem(ABC):
 
     @property
     def _knows_stability(self) -> bool:
-        """True if the factored matrix includes the stiffness of all loads exactly; that of contact is without the change of
-        areas and normals."""
-        return not self.has_contact and (not self._follow or self.includes_load_stiffness)
+        """True if the factored matrix is that of the body and includes the stiffness of all loads exactly; that of contact is
+        without the change of areas and normals."""
+        return not (self.has_contact or self.is_approximate) and (not self._follow or self.includes_load_stiffness)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         return self._without_drift(self._matrix().solve(force))
@@ -203,7 +205,7 @@ class NodalSystem(ABC):
             moved = found.moved
             found = self._linear(force + self._followed(moved))
             change = float(np.abs(found.moved - moved).max())
-            if change <= SETTLED * float(np.abs(found.moved).max()):
+            if change <= self.settled * float(np.abs(found.moved).max()):
                 break
             if not change < last:
                 return self._linear(force)

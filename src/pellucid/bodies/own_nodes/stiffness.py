@@ -309,20 +309,24 @@ class NodalStiffness(ABC):
 
 
 def conjugate_gradients(
-    product: Callable[[np.ndarray], np.ndarray], solved_nearly: Callable[[np.ndarray], np.ndarray], right: np.ndarray
+    product: Callable[[np.ndarray], np.ndarray],
+    solved_nearly: Callable[[np.ndarray], np.ndarray],
+    right: np.ndarray,
+    accuracy: float = CORRECTED,
 ) -> np.ndarray:
     """Return the solution x of A x = right for a positive definite matrix A by the preconditioned method of conjugate gradients
     (Nocedal & Wright 2006, algorithm 5.3).
 
-    product: function that returns A x; solved_nearly: function that returns the solution with an approximation of A. If A is
-    not positive definite along a direction, the last approximation is returned.
+    product: function that returns A x; solved_nearly: function that returns the solution with an approximation of A; accuracy:
+    error of the solution, in the norm of the energy. If A is not positive definite along a direction, the last approximation is
+    returned.
     """
     found, residual = np.zeros_like(right), right.copy()
     near = solved_nearly(residual)
     direction, size = near, float(np.sum(residual * near))
     first = size
     for _ in range(MOST_CORRECTIONS):
-        if size <= CORRECTED**2 * first:
+        if size <= accuracy**2 * first:
             break
         force = product(direction)
         curvature = float(np.sum(direction * force))
