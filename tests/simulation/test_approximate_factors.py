@@ -162,6 +162,7 @@ def test_contact_and_implicit_steps_need_the_own_factors(none_is_small):
     reason = "contact needs the factors of the stiffness itself, and those of body block are too large"
     assert steady.why_not_factored(parts_of(touching)) == reason
     assert not is_factored(touching)
+    assert of_case(touching).why.endswith(f"They are relaxed because {reason}")
     reason = "implicit steps need the factors of the stiffness itself, and those of body block are too large"
     assert steady.why_not_implicit(parts_of(block())) == reason
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pellucid.case import Case
 from pellucid.case.memory import PROGRAM_BYTES, memory_estimate
 from pellucid.case.sections import parts_of
-from pellucid.case.steady import deforming_bodies
+from pellucid.case.steady import deforming_bodies, why_not_factored
 from pellucid.compilation.reporting import kernel_key
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
@@ -352,6 +352,8 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
         f"{number} steady state{'s' * (number != 1)}, each in at most {most} steps of the relaxation (`steady.most_steps`); "
         "their number is not known in advance"
     )
+    if steady.method is None and (reason := why_not_factored(parts_of(case))) is not None:
+        text += f". They are relaxed because {reason}"
     return Foretold(UNKNOWN, UNKNOWN, text)
 
 

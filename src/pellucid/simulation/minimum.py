@@ -7,6 +7,9 @@ Optimization, algorithm 7.4). The stiffness is factored at each equilibrium, whi
 the next load step; and again where the iteration is slow. The energy decreases in every iteration: the iteration approaches
 stable equilibria, also where a load buckles a body. Loads that follow the deformation, such as pressures, have no potential
 in general: then a step is accepted if the residual forces along it do not grow in the opposite direction.
+
+If the factors are those of an approximation of the stiffness, the iteration is slower, but each costs as little: one evaluation
+of the forces and one solution. They are computed at the start of each load step; an equilibrium is not tested for stability.
 """
 
 from collections.abc import Callable, Sequence
