@@ -251,6 +251,12 @@ class ImplicitViscosity(StepPart):
         """Share of the forces of the solution in those of the step: 1, or θ if forces before the step have the rest."""
         return 1.0 if self._centred else self._theta
 
+    @property
+    def delay(self) -> float:
+        """Time from the forces at the start of a step to the viscous forces in it, as a share of the step: they are θ times
+        those after the step and 1 - θ times those before it, half a step away from these forces each."""
+        return self._theta - 0.5
+
     def _density(self) -> float:
         """Return the mean density of the liquids in a grid that they mostly fill [kg/m³]; 0 in other grids."""
         volume, mass = (sum(float(body.stored_array(name).sum()) for body in self._bodies) for name in ("volume", "mass"))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements.forces_ahead import forces_ahead
 from pellucid.bodies.transfer_loss import TransferHeat, separate_force_buffers
 from pellucid.case.sections import parts_of
 from pellucid.case.spec import required
@@ -118,7 +119,9 @@ class Simulation:
         for field, bodies in self._on_grid.items():
             cells = cell_pressures(field, bodies)
             self.parts.add(cells)
-            self.parts.add(implicit_viscosity(field, bodies, layout, cells))
+            solvers = implicit_viscosity(field, bodies, layout, cells)
+            self.parts.add(solvers)
+            self.parts.add(forces_ahead(bodies, solvers))
             self.parts.add(even_points(field, bodies, layout.n_supports))
             self.parts.add(plane_impulses(field, bodies, layout.n_supports))
             if case.time.mass_matrix == "consistent":

@@ -1,13 +1,14 @@
 """Settings of a membrane of finite elements in a case file, and their checks."""
 
 from collections.abc import Callable, Iterator, Sequence
-from math import ceil, hypot, sqrt
+from math import ceil, hypot, pi, sqrt
 from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import PrivateAttr
 
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
+from pellucid.bodies.membrane_elements.forces_ahead import share_without_inertia
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, incidence
 from pellucid.bodies.membranes.bending_case import BendingCase, bending_rate
@@ -67,7 +68,8 @@ class MembraneElementsCase(MembraneCase):
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
     _is_shared: bool = PrivateAttr(False)  # True if other bodies share its velocity field
-    _viscosity: float | None = PrivateAttr(None)  # of the liquids in its velocity field, if their pressure is implicit [Pa s]
+    _liquid: tuple[float, float] | None = PrivateAttr(None)
+    """Largest density [kg/m³] and least viscosity [Pa s] of the liquids in its velocity field, if their pressure is implicit."""
 
     @property
     def probed(self) -> tuple[str, ...]:
@@ -117,17 +119,31 @@ class MembraneElementsCase(MembraneCase):
         aware = self.model_copy()
         together = [body for body in bodies if body.field == self.field]
         aware._is_shared = len(together) > 1
-        solved = [stress for body in together if (stress := body.implicit_stress) is not None and stress.stiffness > 0.0]
-        aware._viscosity = min((stress.least for stress in solved), default=None)
+        solved = [
+            (body.material.density, stress.least)
+            for body in together
+            if (stress := body.implicit_stress) is not None and stress.stiffness > 0.0
+        ]
+        densities, viscosities = zip(*solved, strict=True) if solved else ((), ())
+        aware._liquid = (max(densities), min(viscosities)) if solved else None
         return aware
 
     def in_liquid(self, cell: float) -> Callable[[float], StepLimit] | None:
         """Return the step limit by in-plane waves as a function of their speed [m/s], if the membrane moves with liquids whose
         pressure is implicit; else None. cell: edge length of the grid cells [m]."""
-        if self._viscosity is None:
+        if self._liquid is None:
             return None
-        areal_density, viscosity = self.material.density * self.thickness, self._viscosity
+        areal_density, (_, viscosity) = self.material.density * self.thickness, self._liquid
         return lambda wave: waves_in_liquid(cell, wave, areal_density, viscosity)
+
+    def without_inertia(self, wave: float) -> float:
+        """Return by which share viscosity dominates the motion of the membrane, see `share_without_inertia`; 0 if it does not
+        move with liquids whose pressure is implicit. wave: speed of in-plane waves [m/s]."""
+        if self._liquid is None or self._liquid[1] == 0.0:
+            return 0.0
+        mesh = self.mesh()
+        radius = sqrt(float(ElementMesh(mesh).areas(mesh.vertices).sum()) / (4.0 * pi))
+        return share_without_inertia(self.material.density * self.thickness * wave**2, radius, *self._liquid)
 
     def needs_grid(self, parts: Parts) -> bool:
         """True if there are other bodies in the case (`parts`): contact with them uses the grid."""

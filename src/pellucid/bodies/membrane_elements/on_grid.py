@@ -45,6 +45,10 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         self.surface = surface = ElementSurface(case, grid_case)
         if (limit := case.in_liquid(grid_case.cell)) is not None:
             surface.move_in_liquid(limit, case.mesh())
+        self.without_inertia = case.without_inertia(surface.wave_at_start)
+        """Share by which viscosity dominates its motion, see `share_without_inertia`."""
+        self.ahead = 0.0
+        """Share of the last step by which its internal forces were ahead of the start, see `ForcesAhead`."""
         self.bending, self.start_positions = surface.bending, surface.vertices
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
@@ -113,9 +117,15 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         if inertia:
             self._to_grid.scatter(inertia=True, force=False)
         if force:
-            self._scatter_internal_forces(self._internal_forces(), self.grid.nodes.force)
+            self._scatter_internal_forces(self.internal_forces(), self.grid.nodes.force)
 
-    def _internal_forces(self) -> np.ndarray:
+    def add_forces_ahead(self, forces: np.ndarray) -> None:
+        """Add changes of the internal forces [N], shape (n, 3) in storage order, to the grid nodes, as `particle_to_grid` adds
+        the forces themselves."""
+        self._scatter_internal_forces(forces, self.grid.nodes.force)
+
+    def internal_forces(self) -> np.ndarray:
+        """Return the internal forces on the nodes of the membrane [N], shape (n, 3), in storage order."""
         forces = np.zeros((self.n_points, 3))
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
@@ -130,7 +140,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         if dt > 0.0:
             self.node_velocity[self.arrays["id"]] = velocity
         rate = self.surface.strain(self.points.position, velocity, dt, self.totals)
-        self.totals.half_power = 0.5 * power(self._internal_forces(), velocity)
+        self.totals.half_power = (0.5 - self.ahead) * power(self.internal_forces(), velocity)
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         bends = 1.0 / self._bending_limit().step

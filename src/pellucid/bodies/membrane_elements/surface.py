@@ -5,7 +5,7 @@ Source: Lian, Liu & Zhang 2014, section 4.
 """
 
 from collections.abc import Callable
-from math import hypot
+from math import hypot, inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -198,7 +198,7 @@ class ElementSurface:
         if self.bending is not None:
             totals.parts["bending"] = self.bending.energy(position)
             totals.stored += totals.parts["bending"]
-        rate = self._wave_rate() if self._in_liquid is None else 1.0 / self._waves_in_liquid(self._in_liquid).step
+        rate = self._wave_rate() if self._in_liquid is None else 1.0 / self.step_of_waves()
         if self.constraints is None:
             return rate
         totals.parts["constraint"], self._swings = self.constraints.energy_and_swings(self, position)
@@ -267,6 +267,10 @@ class ElementSurface:
     def _waves_in_liquid(self, limit: Callable[[float], StepLimit]) -> StepLimit:
         rate = self._wave_rate()
         return limit(self.wave_at_start * rate / self._rate_at_start) if self._rate_at_start > 0.0 else NO_LIMIT
+
+    def step_of_waves(self) -> float:
+        """Return the largest stable step [s] by waves in the elements at their last strain, in the liquid."""
+        return inf if self._in_liquid is None else self._waves_in_liquid(self._in_liquid).step
 
     def fault(self) -> tuple[int, int] | None:
         """Return the fault of an element after a step: a code of `pellucid.grid.points` and the storage row of its first

@@ -1,0 +1,99 @@
+"""Internal forces of membranes ahead of the start of a step, where viscosity dominates.
+
+In a viscous liquid the velocity follows the forces without inertia. Viscous forces that are solved for act later in a step than
+the internal forces of membranes, which are those of its start: `ImplicitViscosity.delay` is this time as a share s of the step,
+half of it if viscous forces are fully implicit. The motion then has an error of first order. The forces f of two steps give
+those at a later time (for s = 1/2 the second-order method of Adams and Bashforth):
+
+    f = f_n + s (Δt_n / Δt_{n-1}) (f_n - f_{n-1}).
+
+Three rules reduce s:
+
+- Inertia. Waves that are hardly damped need the forces at the start (leapfrog); forces ahead would damp them. With the surface
+  modulus E, the density ρ and viscosity μ of the liquid, and the radius a, the Laplace number ρ E a/μ² decides. The slowest
+  deformation of a drop in a liquid of its density and viscosity has the frequency ω² = 24 E/(5 ρ a³) without viscosity (Lamb
+  1932, Hydrodynamics, article 275), and decays with 16 E/(35 μ a) without inertia (Taylor 1934, Proc. R. Soc. A 146, 501). It
+  is damped critically at the Laplace number `CRITICAL`, where ω is twice the rate of this decay.
+  s is divided by 1 + (Laplace number / CRITICAL)².
+- Stability. If viscous forces are fully implicit, the largest stable step is 1/(1 + 2 s) of the limit of `waves_in_liquid`,
+  which is that of forces at the start.
+- Steps that grow. The quotient of the steps counts at most as `LARGEST_GROWTH`.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.step.part import StepPart
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
+    from pellucid.grid.implicit_viscosity import ImplicitViscosity
+
+CRITICAL = (24 / 5) / (4 * (16 / 35) ** 2)
+LARGEST_GROWTH = 2.0
+LEAST = 1e-3  # share without inertia below which forces at the start are used
+
+
+class ForcesAhead(StepPart):
+    """Adds to the internal forces of a membrane what they change by until viscous forces act; see the module.
+
+    The work of forces in the middle of the step is the change of the strain energy to second order. A share 1 - 2 s of half the
+    power of the internal forces is therefore left for the balance of energy; the membrane has s as `ahead`.
+    """
+
+    def __init__(self, membrane: "ElementsOnGrid", solver: "ImplicitViscosity", without_inertia: float) -> None:
+        """solver: solver of the viscous forces; without_inertia: factor on s, see `share_without_inertia`."""
+        self._membrane, self._solver, self._without_inertia = membrane, solver, without_inertia
+        self._dt = self._earlier_dt = 0.0
+        self._earlier = np.zeros((membrane.n_points, 3))
+        """Internal forces in the last step, in mesh order [N]."""
+
+    def exert_forces(self, dt: float) -> None:
+        self._dt = dt
+
+    def before_forces(self) -> None:
+        membrane, dt = self._membrane, self._dt
+        number, forces = membrane.stored_array("id"), membrane.internal_forces()
+        membrane.ahead = self._share(dt) if self._earlier_dt > 0.0 else 0.0
+        if membrane.ahead > 0.0:
+            growth = min(dt / self._earlier_dt, LARGEST_GROWTH)
+            membrane.add_forces_ahead(membrane.ahead * growth * (forces - self._earlier[number]))
+        self._earlier[number] = forces
+        self._earlier_dt = dt
+
+    def _share(self, dt: float) -> float:
+        stable = self._membrane.surface.step_of_waves()
+        return max(0.0, min(self._without_inertia * self._solver.delay, 0.5 * (stable / dt - 1.0)))
+
+    def state_numbers(self) -> dict[str, Any]:
+        return {"earlier_step": self._earlier_dt}
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return {"earlier_forces": self._earlier}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        self._earlier_dt = numbers["earlier_step"]
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        self._earlier[...] = arrays["earlier_forces"]
+
+
+def share_without_inertia(modulus: float, radius: float, density: float, viscosity: float) -> float:
+    """Return by which share the motion of a membrane in a liquid is free of inertia: 1 where viscosity dominates, 0 where
+    inertia does.
+
+    modulus: surface modulus of the membrane [N/m]; radius: its radius [m]; density [kg/m³] and viscosity [Pa s] of the liquid.
+    """
+    laplace = density * modulus * radius / viscosity**2
+    return 1.0 / (1.0 + (laplace / CRITICAL) ** 2)
+
+
+def forces_ahead(bodies: Iterable[Any], solvers: Sequence["ImplicitViscosity"]) -> list[ForcesAhead]:
+    """Return a part of the step for each membrane of elements in a velocity field whose liquid is more viscous than inert.
+
+    bodies: all bodies of the field on the grid; solvers: the solver of its viscous forces, if there is one.
+    """
+    shares = [(body, getattr(body, "without_inertia", 0.0)) for body in bodies]
+    return [ForcesAhead(body, solver, share) for solver in solvers for body, share in shares if share > LEAST]
