@@ -18,7 +18,7 @@ from small_cases import (
 )
 
 from pellucid.errors import RunStopped
-from pellucid.grid.even_points import FILLING, EvenPoints
+from pellucid.grid.even_points import FILLING, LEAST_SPACE, EvenPoints
 from pellucid.grid.points import INVERTED
 from pellucid.simulation.simulation import Simulation
 
@@ -140,6 +140,36 @@ def test_the_space_beside_a_wall_is_what_its_shape_leaves():
     distance = np.hypot(x - 0.5, y - 0.5)
     assert np.all(space[distance < 0.16 - 1.5 / n] == 0.0)
     assert np.all(space[distance > 0.16 + 1.5 / n] == 1.0)
+
+
+def test_an_error_that_changes_its_sign_in_each_step_is_none():
+    """With an implicit pressure, velocities of two steps alternate about their mean. Corrections of the present error alone
+    grew in each step, and points between two walls left the grid."""
+    sim = full_box(body={"velocity": (0.3, 0.1, 0)})
+    water, part = sim.bodies[0], part_of(sim)
+    x = water.arrays["position"]
+    place(water, x - np.stack((0.02 * np.sin(2 * np.pi * x[:, 0]), 0 * x[:, 0], 0 * x[:, 0]), axis=1))
+    part._find_errors()
+    error = part._cells.error[part._index].copy()
+    assert np.abs(error).max() > 0.05
+    before = {name: water.arrays[name].copy() for name in ("position", "volume", "velocity")}
+    part._error = -error
+    part.begin(0.0, 1e-3)
+    for name, values in before.items():
+        assert water.arrays[name] == pytest.approx(values, rel=1e-12, abs=1e-18)
+
+
+def test_crowded_points_beside_a_wall_are_not_driven_into_it():
+    """Cells with almost no space outside the wall were taken to be right, so that the error fell into the wall."""
+    sim = past_a_disc(1.0, even_points=True)
+    part, errors = part_of(sim), []
+    for _ in range(2):
+        part._find_errors()
+        errors.append(part._cells.error[part._index].copy())
+        sim.bodies[0].arrays["volume"] *= 1.05
+    beside = (part._space < LEAST_SPACE) & part._near(part._space >= LEAST_SPACE, 1)
+    assert np.any(beside)
+    assert errors[1][beside] == pytest.approx(0.05 + 1.05 * errors[0][beside], rel=1e-9)
 
 
 def test_flow_past_a_disc_stays_as_it_is():

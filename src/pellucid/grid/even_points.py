@@ -28,10 +28,16 @@ of planes of symmetry, where the mirror image has the opposite mean. The change 
 internal energy, on which the pressure of a liquid does not depend. A cell with e < 0 counts as filled if a cell within
 three cells has no points: the surface of the liquid is there. Within three cells of the shape of a wall, N_c replace M_c:
 points gather in front of obstacles and leave gaps behind them that are narrower than M_c. There, V_c = ∫N_c dV over the
-space outside the shape; cells with little such space are not corrected.
+space outside the shape. Cells with little such space get the mean error of the cells next to them, so that points beside a wall
+are not driven into it: a crowded cell is not less crowded towards the wall.
+
+e_c is the mean of two steps. With an implicit pressure that is solved for in the middle of a step, u = (v⁻ + v)/2 expands a
+cell by r e, and its points move with v = 2u - v⁻. A displacement δ = e of the points in the cell thus follows δ⁺ = δ + w⁺,
+w⁺ = -2 r e - w: with the present e it would change its sign in each step and grow by √(1 + r²) + r, fast where a wall leaves
+little space and e is a multiple of δ. With the mean of two steps the solution is δ⁺ = (1 - r) δ.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
@@ -214,6 +220,7 @@ class EvenPoints(StepPart):
         self._walls, self._space, self._at_shapes = field.walls, np.ones(counts), np.zeros(counts, bool)
         if self._walls:
             self._measure_space()
+        self._error: np.ndarray | None = None  # of the last step
         self._values = {body: np.zeros(len(body.arrays["mass"])) for body in bodies}
         self._shifts = {body: np.zeros((len(body.arrays["mass"]), 3)) for body in bodies}
         self._moving = {body: moving(body.mapped.content, Shift(shift)) for body, shift in self._shifts.items()}
@@ -227,6 +234,10 @@ class EvenPoints(StepPart):
             if isinstance(body.functions, LinearFunctions):  # cells around strayed points may belong to two slabs
                 body.storage.sort()
         self._find_errors()
+        present = self._cells.error[self._index]
+        if self._error is not None:
+            self._cells.error[self._index] = 0.5 * (self._error + present)
+        self._error = present
         for body in self._bodies:
             self._correct(body, min(FILLING * rate, 1.0), min(SPREADING * rate, 0.25))
 
@@ -234,7 +245,8 @@ class EvenPoints(StepPart):
         sum_cells(body.n_slabs, body.mapped, values, cells)
 
     def _find_errors(self) -> None:
-        """Compute the relative error of the volume of the points of each cell; 0 where it is negative near the surface."""
+        """Compute the relative error of the volume of the points of each cell; 0 where it is negative near the surface, and the
+        mean of the cells next to it where walls leave little space."""
         total = self._cells.volume_sums
         total.fill(0.0)
         for body in self._others:
@@ -248,6 +260,11 @@ class EvenPoints(StepPart):
         error = np.where(self._at_shapes, narrow, self._widen(filled)) - 1.0
         if np.any(empty := has_space & (filled == 0.0)):
             np.maximum(error, 0.0, out=error, where=self._near(empty, 3))
+        if self._walls:
+            known = np.where(has_space, self._space, 0.0)
+            around, total = self._widen(known), self._widen(known * error)
+            beside = np.divide(total, around, out=np.zeros_like(error), where=around > 0.0)
+            error = np.where(has_space, error, beside)
         self._cells.error[self._index] = error
 
     def _widen(self, sums: np.ndarray) -> np.ndarray:
@@ -329,6 +346,12 @@ class EvenPoints(StepPart):
 
     def work(self) -> StepWork:
         return self._given
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return {} if self._error is None else {"error": self._error}
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        self._error = arrays["error"].copy() if "error" in arrays else None
 
     def _find_mean(self, body: FillsSpace, values: np.ndarray) -> None:
         """Compute the sums of values of the points over the cells [m³], divided by the masses of the points."""
