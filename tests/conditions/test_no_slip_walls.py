@@ -79,9 +79,10 @@ def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offse
 
 @pytest.mark.parametrize("quarter", [False, True])
 def test_flow_in_a_round_tube(quarter):
-    """The mean velocity over the volume, with four cells in the radius and explicit steps, is within 5 %, also in a quarter
-    between planes of symmetry. The points that the wall cuts have less mass. Held nodes alone are 13 % off, and 23 % with eight
-    cells, where this is 1 %."""
+    """The mean velocity over the volume, with four cells in the radius and explicit steps, is within 6 %, also in a quarter
+    between planes of symmetry: 5 % with exact areas of the wall, by the viscosity of the transfer; with implicit pressure it is
+    within 1 %. The points that the wall cuts have less mass. Held nodes alone are 13 % off, and 23 % with eight cells, where
+    this is 1 %."""
     centre, lower = [0.0, 0.0, 0.0], 0.0 if quarter else -7.0
     blood = {"name": "blood", "shape": {"cylinder": {"centre": [2.0, 0.0, 0.0], "radius": 4.0, "axis": "x", "height": 4.0}}}
     blood |= {"points_per_cell": (2, 2, 2), "material": OIL}
@@ -98,7 +99,7 @@ def test_flow_in_a_round_tube(quarter):
     while sim.time < 8.0:  # three of its time constants
         sim.step()
     mean = np.average(points["velocity"][:, 0], weights=points["mass"])
-    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.05)
+    assert mean == pytest.approx(0.01 * 16.0 / 8.0, rel=0.06)
 
 
 def slanted_channel(half_width, shift, **more):
@@ -197,7 +198,7 @@ def test_a_turned_shape_is_a_wall_where_it_is():
     height = place[:, 1] * np.cos(turned) - place[:, 0] * np.sin(turned) - 5.0
     assert wall.surface.distance == pytest.approx(height, abs=2e-3)
     assert wall.surface.normal == pytest.approx(np.tile([-0.5, np.cos(turned), 0], (len(height), 1)), abs=0.03)
-    assert abs(wall.surface.curvature) < 0.01
+    assert np.abs(wall.surface.curvature).max() < 0.01
     columns = (place[:, 0] > 1.5) & (place[:, 0] < 3.5)
     assert wall.area[columns].sum() == pytest.approx(2.0 / np.cos(turned), rel=0.02)
 

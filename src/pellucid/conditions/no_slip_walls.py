@@ -15,6 +15,21 @@ the wall normal to the surface. On the other nodes that the surface reaches, the
 `pellucid.conditions.pressure_on_walls`. Points do not fill the last layer of cells: a node with less mass than fluid would
 have in the part of its volume outside the region transfers the missing fraction of its impulse to its neighbours.
 
+Edges: the velocity near a convex edge is singular, and no profile through two positions describes it. With the traction alone,
+the fluid slips around the edge. On the surface beside edges, within half a cell, the slope therefore also contains γ u_s/h
+along the surface, with the velocity u_s by which the fluid slips there and the cell size h:
+
+    J_i = -μ dt γ/h ∫ φ_i (u - n n·u) dA ,    u = Σ_j φ_j u_j .
+
+γ is the bound from which the method of Nitsche (1971) is coercive: the squared slope of a parabola at the end of an element of
+length b is at most 4/b times its mean (Warburton & Hesthaven 2003). Here b is half a cell, and two faces share it. Surfaces
+with a radius of curvature of more than two cells have no such term. The areas of both faces are added, see
+`pellucid.conditions.areas`. Nodes near a membrane move with it, and not as the fluid at the surface: a share e of a membrane in
+the mass of a node causes a false slope of up to γ e u/h, and the friction would hold the membrane. The term is therefore
+multiplied by max(0, 1 - γ e), with the largest e of the nodes from which u_s is interpolated. Transfers without affine fields
+map to the nodes at a wall the mean velocity of points beside it: in a plane shear flow, u_s would be a third of a cell times
+the slope, and the term 5 to 6 times the traction. With these transfers there is no such term.
+
 The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
 grid, some of these nodes lie in the wall. Each is therefore compared with the part of its volume outside all walls.
 
@@ -47,6 +62,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol
 import numpy as np
 
 from pellucid.bodies.material_points.body import MaterialPoints
+from pellucid.conditions.areas import BESIDE_EDGES
 from pellucid.conditions.narrow_layers import IsInWall, NarrowLayers, face_walls
 from pellucid.conditions.pressure_on_walls import FluidAtNodes, FluidAtWalls, WallPressure, inner_axes
 from pellucid.conditions.rigid.no_slip import NoSlip
@@ -71,6 +87,7 @@ from pellucid.step.part import StepPart
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
+SLIP = 2 * 4 / BESIDE_EDGES  # γ above: 4 for a face of one cell, and two faces meet at an edge
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 
@@ -96,6 +113,13 @@ class NodalFluid(StepPart):
     points in each step.
 
     bodies: bodies of the field; actions: actions on its nodes.
+
+    Attributes
+    ----------
+    is_alone : bool
+        True if there is one fluid of one viscosity, and no membrane.
+    is_affine : bool
+        True if the fluids map affine velocity fields to the nodes.
     """
 
     def __init__(self, bodies: Bodies, actions: NodalActions) -> None:
@@ -103,9 +127,10 @@ class NodalFluid(StepPart):
         own = [fluid.arrays.get("viscosity") for fluid in self._fluids]
         uniform = {viscosity_of(fluid) for fluid in self._fluids}
         self._uniform = uniform.pop() if len(uniform) == 1 and all(one is None for one in own) else None
-        self._is_alone = self._uniform is not None and not bodies.membranes
+        self.is_affine = all("affine" in fluid.arrays for fluid in self._fluids)
+        self.is_alone = self._uniform is not None and not bodies.membranes
         grid = actions.field.grid
-        self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self._is_alone else ["of_fluids"]))
+        self._sums = with_memory(allocate(FluidSums, 0), grid.n_nodes, *([] if self.is_alone else ["of_fluids"]))
         self._clear = Clearing(STEP, grid.rows, self._sums)
         self._outside = CutNodes(np.zeros(0, int), np.zeros(0))
         self.at_walls = FluidAtWalls(self._fluids, grid)
@@ -128,7 +153,7 @@ class NodalFluid(StepPart):
     def before_momentum(self, dt: float) -> None:
         """Sum mass, viscosity and pressure over the points, for their positions in this step."""
         self.at_walls.sum()
-        if self._is_alone:
+        if self.is_alone:
             return
         self._clear()
         for fluid in self._fluids:
@@ -139,7 +164,7 @@ class NodalFluid(StepPart):
 
     def masses(self, node: np.ndarray) -> np.ndarray:
         """Return the masses of fluids at nodes with the numbers `node`, shape (n,) [kg]."""
-        of_nodes = self._nodes.mass[node] if self._is_alone else self._sums.of_fluids[node, 0]
+        of_nodes = self._nodes.mass[node] if self.is_alone else self._sums.of_fluids[node, 0]
         return domain.of_nodes(of_nodes, node)
 
     def viscosities(self, node: np.ndarray) -> np.ndarray | float:
@@ -302,10 +327,42 @@ class NoSlipWall(StepPart):
         self._yields = self._yielding(sure)
         slope = no_slip.slope_of_profile(wall.surface._replace(certainty=sure), near, far, far_known, wall.heights)
         viscosity = self._fluid.viscosities(at)
-        drag = np.where(self._acts[:, None], -(viscosity * dt * wall.area)[:, None] * slope * self._axes, 0.0)
+        per_slope = viscosity * dt * wall.area * self._acts
+        drag = -per_slope[:, None] * slope * self._axes
         self._drag = self._keep_from_light(drag, fluid[self._in_window], full) + self._push(dt)
-        lag = viscosity * dt * wall.area * sure * self._acts / self._field.grid.lattice.cell * self._delays
-        self._lag = lag[:, None] * self._axes
+        rate = SLIP * viscosity * dt / self._field.grid.lattice.cell * self._acts
+        known = self._known_at_edges(of_window, fluid)
+        of_slip = rate * (wall.slip.to_nodes @ known)
+        if not self._delays:  # at most the impulse that stops the node
+            rate = rate * self._mass / np.maximum(self._mass + of_slip, MASS_EPS)
+        old[self._in_window] = self._old
+        self._drag -= rate[:, None] * self._slip_at_edges(old, known) * self._axes
+        lag = per_slope * sure / self._field.grid.lattice.cell + of_slip
+        self._lag = (self._delays * lag)[:, None] * self._axes
+
+    def _known_at_edges(self, mass: np.ndarray, fluid: np.ndarray) -> np.ndarray:
+        """Return the parts of the pieces of the edges, shape (m,), at which the interpolated velocity is that of the fluid: 1
+        without membranes, and 0 without affine fields and where γ e reaches 1 with the largest share e of membranes at its
+        nodes. mass, fluid: masses of the nodes of the window and of fluids there [kg]."""
+        slip, window = self._wall.slip, self._wall.window
+        if not self._fluid.is_affine:
+            return np.zeros(len(slip.normal))
+        if self._fluid.is_alone or not len(slip.normal):
+            return np.ones(len(slip.normal))
+        others = 1.0 - np.divide(fluid, mass, out=np.ones(len(mass)), where=mass > MASS_EPS)
+        around = others[window.place].ravel()[slip.at_edges.indices]
+        return np.asarray(np.maximum(0.0, 1.0 - SLIP * np.maximum.reduceat(around, slip.at_edges.indptr[:-1])))
+
+    def _slip_at_edges(self, velocity: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Return the velocities along the surface with which the fluid slips at the edges, times the areas of the edges at
+        nodes [m³/s], shape (n, 3). velocity: of the window [m/s]; known: result of `_known_at_edges`."""
+        slip = self._wall.slip
+        if not len(slip.normal):
+            return np.zeros((len(self._wall.node), 3))
+        fluid = self._no_slip.continued(self._wall.window, velocity).reshape(-1, 3)
+        found = slip.at_edges @ fluid - slip.of_wall @ np.broadcast_to(self._velocity, (len(self._wall.node), 3))
+        along = found - np.sum(found * slip.normal, axis=1)[:, None] * slip.normal
+        return np.asarray(slip.to_nodes @ (known[:, None] * along))
 
     def _yielding(self, sure: np.ndarray) -> np.ndarray:
         """Return the part of their velocities relative to the wall that nodes keep, shape (n, 3): less than 1 for nodes of the

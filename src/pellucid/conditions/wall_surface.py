@@ -7,6 +7,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.sparse import csr_array
 
+from pellucid.conditions.areas import Edges, find_areas
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.geometry.region import within
 from pellucid.geometry.shapes.contract import ActiveAxes, Space
@@ -54,6 +55,15 @@ class CutNodes(NamedTuple):
     filled: np.ndarray  # (m,) fraction of the volume of each node that the region fills
 
 
+class Slip(NamedTuple):
+    """Linear map from velocities of nodes to those at m pieces of the edges of a surface, and back to impulses on nodes."""
+
+    at_edges: csr_array  # (m, nodes of the window box) shape functions at the pieces
+    of_wall: csr_array  # (m, n) the same for the nodes of the wall, divided by their sum
+    normal: np.ndarray  # (m, 3) unit normals out of the region
+    to_nodes: csr_array  # (n, m) integrals of the shape functions of nodes over the pieces [m^2]
+
+
 class WallSurface(NamedTuple):
     """Surface of a region on which a fluid does not slip, described by data at the nodes near it."""
 
@@ -67,6 +77,8 @@ class WallSurface(NamedTuple):
     share: np.ndarray  # (n,) part of each node within faces that the surface meets
     into: np.ndarray  # (n, 3) unit vectors into the wall, along ∮ N n dA of the node; zero where the wall stops no fluid
     area: np.ndarray  # (n,) integral of the shape function of each node over the surface [m^2]
+    edge: np.ndarray  # (n,) part of this area that belongs to edges, between 0 and 1
+    slip: Slip  # velocities with which the fluid slips at edges
     window: Window  # box of nodes around `node`, for interpolation at `samples`
     heights: list[np.ndarray]  # two arrays (n,): distances from the surface at which the fluid's velocity is known [m]
     facing: np.ndarray  # (n,) mask of the nodes for which the second is the distance of another wall
@@ -148,11 +160,13 @@ def find_wall(
     of_plane = no_slip.functions(np.zeros(1))[0]
     certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
     window = no_slip.find_window(node)
-    curvature, squares = no_slip.curvatures_of(window, node, normal, certainty, distance)
+    areas, of_edges, edges = find_areas(no_slip, contains, place[chosen], normal, lower, cell, active)
+    edge = of_edges / np.where(areas > 0.0, areas, 1.0)
+    curvature = no_slip.curvatures_of(window, node, normal, certainty, distance, edge > 0.0)
     surface = Surface(distance, normal, certainty, curvature)
     # a face that the surface meets cuts off a part of the area of a node; a face behind the surface does not
     of_grid = np.prod(1.0 + (no_slip.shares_along(node) - 1.0) * (1.0 - normal**2), axis=1)
-    area = np.where(wet, no_slip.area_of_curved(steepness, squares) / cell * grid.cell_volume * of_grid, 0.0)
+    area = np.where(wet, areas / cell * grid.cell_volume * of_grid, 0.0)
     walls = Walls(faces, bodies, active, periods, lower, upper, mirrors)
     opposite = walls.find_opposite(on_surface, normal, cell, (no_slip.heights[1] + NEAR_A_WALL * cell))
     facing = np.isfinite(opposite.gap)
@@ -171,9 +185,22 @@ def find_wall(
     into[~stops] = 0.0
     across[~stopped | (size < LEAST_HELD)] = 0.0
     across /= np.maximum(size, LEAST_HELD)[:, None]
-    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, into, area, window)
+    slip = _find_slip(no_slip, window, node, edges, grid.cell_volume / cell * of_grid * wet)
+    state = (node, place[chosen], held[chosen], across, released, surface, filled, of_grid, into, area, edge, slip, window)
     sides = (heights, facing, opposite.velocity, opposite.body, on_surface, found)
     return WallSurface(*state, *sides, list(samples), list(signs), neighbours, cut)
+
+
+def _find_slip(no_slip: NoSlip, window: Window, node: np.ndarray, edges: Edges, size: np.ndarray) -> Slip:
+    """Return the `Slip` at edges. node: sorted node numbers, shape (n,); size: area of the surface at each node for a unit of
+    `Edges.area` [m^2], shape (n,)."""
+    functions = no_slip.functions_at(window, edges.place)
+    box = no_slip.find_in_window(window, node)
+    of_wall = functions[:, box]
+    total = of_wall.sum(axis=1)
+    to_nodes = csr_array(of_wall.multiply(edges.area[:, None]).T.multiply(size[:, None]))
+    of_wall = csr_array(of_wall.multiply(1.0 / np.where(total > 0.0, total, 1.0)[:, None]))
+    return Slip(functions, of_wall, edges.normal, to_nodes)
 
 
 def _is_near(

@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array
 
 from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_conditions import MASS_EPS
@@ -31,6 +32,7 @@ from pellucid.grid.nodal_conditions import MASS_EPS
 SAMPLES = (2.0, 3.5)  # cells outside the surface; points of the body barely reach the first
 DEGREES = {"trilinear": 1, "gimp": 1, "quadratic-bspline": 2, "cubic-bspline": 3}
 FLATTEST, SHARPEST = -0.15, 0.5  # curvatures per cell that the profile uses: 1 + κ d stays positive from -1.5 to 3.5 cells
+AROUND = 2  # cells along each axis within which the curvature of a surface is averaged
 MARGIN = 6  # cells around a body that are read: the farther sample and the functions of the points
 LEAST_RATIO, FULL_RATIO = 0.2, 0.5  # ratios of node masses around a sample with reliability 0 and 1, see `NoSlip.sample`
 REFINEMENTS = 2  # iterations for distances; further ones change them by less than 0.01 cells
@@ -44,7 +46,7 @@ class Surface(NamedTuple):
     distance: np.ndarray  # (n,) signed distance of each node from the surface, positive outside [m]
     normal: np.ndarray  # (n, 3) unit normal at each node, out of the body
     certainty: np.ndarray  # (n,) reliability of distance and normal: 1 near a plane face, 0 midway between two faces
-    curvature: float = 0.0  # sum of the principal curvatures [1/m], mean over the surface, positive on a convex body
+    curvature: float | np.ndarray = 0.0  # sum of the principal curvatures [1/m], positive on a convex body; mean, or (n,)
 
 
 class Window(NamedTuple):
@@ -149,6 +151,11 @@ class NoSlip:
         distance -= 0.5 * self._variance * curvature
         return Surface(self._cell * distance, normal, certainty, curvature / self._cell)
 
+    @property
+    def half(self) -> float:
+        """Half of the width of the shape functions in cells."""
+        return self._half
+
     def functions(self, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the shape function of a node along one axis and its derivative [1/cell] at distances `offset` from the
         node in cells, shape (n,) each."""
@@ -165,50 +172,43 @@ class NoSlip:
         return np.where(steepness > LEAST_SLOPE, single, 0.0)
 
     def curvatures_of(
-        self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
-    ) -> tuple[float, np.ndarray]:
-        """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
-        nodes within half a cell of the surface, of which those on planes of symmetry count by half. Also return the sum of
-        their squares at each node, shape (n,) [1/cell^2], at most SHARPEST², and 0 where a normal next to the node is not
-        known. window: box that contains the nodes; node: node numbers, shape (n,); normal, certainty, distance: as in
-        `Surface`."""
-        known = np.zeros(len(window.node))
-        normals = np.zeros((len(window.node), 3))
+        self,
+        window: Window,
+        node: np.ndarray,
+        normal: np.ndarray,
+        certainty: np.ndarray,
+        distance: np.ndarray,
+        sharp: np.ndarray,
+    ) -> np.ndarray:
+        """Return the sum of the principal curvatures at nodes [1/m], shape (n,): the mean divergence of the normals at nodes
+        within half a cell of the surface and at most AROUND cells away along each axis, without edges; 0 if there is none.
+
+        The normals at an edge have no curvature that a profile could use, and the faces beside it have none.
+
+        window: box that contains the nodes; node: node numbers, shape (n,); normal, certainty, distance: as in `Surface`;
+        sharp: mask of the nodes at edges, shape (n,).
+        """
         at = np.searchsorted(window.node, node)
-        known[at], normals[at] = certainty > 0.0, normal
-        near = np.zeros(len(window.node), bool)
-        near[at] = np.abs(distance) < 0.5 * self._cell
-        dense, is_known = self._continued(window, normals), known[window.place] > 0.0
-        divergence, squares = np.zeros(is_known.shape), np.zeros(is_known.shape)
-        counted, surrounded = near[window.place].astype(float), np.ones(is_known.shape, bool)
+        normals, use = np.zeros((len(window.node), 3)), np.zeros((2, len(window.node)), bool)
+        normals[at] = normal
+        use[0, at] = (certainty > 0.0) & ~sharp
+        use[1, at] = np.abs(distance) < 0.5 * self._cell
+        dense, smooth, near = self.continued(window, normals), use[0][window.place], use[1][window.place]
+        divergence, whole = np.zeros(smooth.shape), smooth & near
         for i in np.flatnonzero(~self._thin):
-            rate = np.gradient(dense, axis=i)
-            divergence += rate[..., i]
-            squares += np.sum(rate**2, axis=-1)
-            surrounded &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
-            if not self._periodic[i]:  # each node once; on a face that is no plane of symmetry the normals beyond are not known
-                index, last = np.arange(window.first[i], window.last[i] + 1), self._counts[i] - 1
-                inside = ((index > 0) & (index < last)).astype(float)
-                for at_end, mirrored in zip((index == 0, index == last), self._grid.mirrored[i], strict=True):
-                    inside[at_end] = 0.5 * mirrored
-                counted *= inside.reshape(np.where(np.arange(3) == i, -1, 1))
-        counted *= surrounded
+            divergence += np.gradient(dense[..., i], axis=i)
+            whole &= np.roll(smooth, 1, axis=i) & np.roll(smooth, -1, axis=i)
+            if not self._periodic[i]:  # beyond a face that is no plane of symmetry there is no surface
+                index = np.arange(window.first[i], window.last[i] + 1)
+                below, above = self._grid.mirrored[i]
+                inside = ((index > 0) | below) & ((index < self._counts[i] - 1) | above)
+                whole &= inside.reshape(np.where(np.arange(3) == i, -1, 1))
+        total, count = np.where(whole, divergence, 0.0), whole.astype(float)
+        for i in np.flatnonzero(~self._thin):
+            steps = range(-AROUND, AROUND + 1)
+            total, count = (np.sum([np.roll(one, k, axis=i) for k in steps], axis=0) for one in (total, count))
         place = tuple((self._indices(node) - window.first).T)
-        of_nodes = np.where(surrounded, np.minimum(squares, SHARPEST**2), 0.0)[place]
-        used = counted > 0.0
-        weight = counted[used]
-        mean = np.sum(weight * divergence[used]) / np.sum(weight) if used.any() else 0.0
-        return float(mean) / self._cell, of_nodes
-
-    def area_of_curved(self, steepness: np.ndarray, squares: np.ndarray) -> np.ndarray:
-        """Return the integrals of the shape functions of nodes over a surface, shape (n,) [cell^2]. steepness: magnitude of
-        the gradient of the filled fraction of a node, shape (n,) [1/cell]; squares: sum of the squares of the principal
-        curvatures, shape (n,) [1/cell^2].
-
-        The gradient is the integral of the shape function times the normal. Its magnitude is smaller than the area by the
-        mean of 1 - cos θ ≈ θ²/2 with the angle θ between the normals, whose variance is that of the shape function times
-        the squares of the curvatures."""
-        return np.asarray(steepness * (1.0 + 0.5 * self._variance * squares))
+        return np.asarray((total / np.maximum(count, 1.0))[place] / self._cell)
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
         """Return the sum of the principal curvatures [1/cell], averaged over the surface near nodes of a window. share:
@@ -295,7 +295,8 @@ class NoSlip:
         averaging = 0.5 * self._variance * np.array([1.0, -2.0, 1.0])[:, None, None]
         of_nodes = mass / window.share
         open_mass = np.divide(of_nodes, open_share, out=np.zeros(len(mass)), where=open_share > 0.0)
-        dense, masses, open_masses = self._continued(window, velocity), of_nodes[window.place], open_mass[window.place]
+        masses, open_masses = (values[window.place] for values in (of_nodes, open_mass))
+        dense = self.continued(window, velocity)
         found, full = np.zeros((len(place), 3)), np.zeros(len(place))
         least, most = np.full(len(place), np.inf), np.zeros(len(place))
         axes = np.flatnonzero(~self._thin)
@@ -308,7 +309,25 @@ class NoSlip:
         known = (least / np.maximum(most, MASS_EPS) - LEAST_RATIO) / (FULL_RATIO - LEAST_RATIO)
         return found, np.where(inside, np.clip(known, 0.0, 1.0), 0.0), full
 
-    def _continued(self, window: Window, vectors: np.ndarray) -> np.ndarray:
+    def functions_at(self, window: Window, place: np.ndarray) -> csr_array:
+        """Return the shape functions of the nodes of a window box at positions [m], shape (m, 3), as a sparse matrix of shape
+        (m, nx ny nz); see `continued` for their velocities."""
+        s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
+        reach, shape, middle = int(np.ceil(self._half - 0.5)), window.place.shape, np.rint(s).astype(int)
+        columns, weights = [], []
+        for step in np.ndindex(*np.where(self._thin, 1, 2 * reach + 1)):
+            at = np.where(self._thin, 0, middle + np.array(step) - reach)
+            weights.append(np.prod([self.functions(s[:, d] - at[:, d])[0] for d in np.flatnonzero(~self._thin)], axis=0))
+            columns.append(np.ravel_multi_index(tuple(np.clip(at - window.first, 0, np.array(shape) - 1).T), shape))
+        rows = np.tile(np.arange(len(place)), len(columns))
+        entries = (np.concatenate(weights), (rows, np.concatenate(columns)))
+        return csr_array(entries, shape=(len(place), int(np.prod(shape))))
+
+    def find_in_window(self, window: Window, node: np.ndarray) -> np.ndarray:
+        """Return the indices, in the flattened box of a window, of nodes with the numbers `node`, shape (n,)."""
+        return np.ravel_multi_index(tuple((self._indices(node) - window.first).T), window.place.shape)
+
+    def continued(self, window: Window, vectors: np.ndarray) -> np.ndarray:
         """Return the vectors of the nodes of a window, shape (m, 3), in its box, shape (nx, ny, nz, 3), beyond planes of
         symmetry those of mirror images."""
         dense = vectors[window.place]
@@ -335,7 +354,7 @@ class NoSlip:
         """
         a, b = self.heights
         d = surface.distance[:, None]
-        curvature = min(max(surface.curvature, FLATTEST / self._cell), SHARPEST / self._cell)
+        curvature = np.clip(np.atleast_1d(surface.curvature), FLATTEST / self._cell, SHARPEST / self._cell)[:, None]
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
         bend = far_known[:, None] * (far / b - near / a) / (b - a)
         profile = ((near / a - a * bend) * d + bend * d * d) / (1.0 + curvature * d)
@@ -350,7 +369,7 @@ class NoSlip:
         (n,) [m]. The profile is corrected for the curvature of convex surfaces only: in a tube it is that of Poiseuille
         flow."""
         a, b = (height[:, None] for height in heights)
-        curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
+        curvature = np.clip(np.atleast_1d(surface.curvature), 0.0, SHARPEST / self._cell)[:, None]
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
         slope = near / a - a * far_known[:, None] * (far / b - near / a) / (b - a)
         along = np.sum(slope * surface.normal, axis=1)[:, None] * surface.normal
