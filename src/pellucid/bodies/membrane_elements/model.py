@@ -69,7 +69,7 @@ class MembraneElementsCase(MembraneCase):
 
     _is_shared: bool = PrivateAttr(False)  # True if other bodies share its velocity field
     _liquid: tuple[float, float] | None = PrivateAttr(None)
-    """Largest density [kg/m³] and least viscosity [Pa s] of the liquids in its velocity field, if their pressure is implicit."""
+    """Largest density [kg/m³] and least viscosity [Pa s] of the liquids in its velocity field if their pressure is implicit."""
 
     @property
     def probed(self) -> tuple[str, ...]:
