@@ -9,8 +9,8 @@ from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_sp
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.errors import CaseError
 from pellucid.results.storage import history
-from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 LIQUID = {

@@ -7,7 +7,7 @@ from small_cases import RATE_SOLID, advance, box, simulation
 from pellucid.contact.overlap import SHEET_STIFF
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
-from pellucid.running.forecast import of_simulation
+from pellucid.running.step_number import of_simulation
 
 G = 9.81
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e7, "poisson_ratio": 0.3}

@@ -16,7 +16,7 @@ from small_cases import (
 )
 
 from pellucid.grid.transfer import apply_mass_matrix
-from pellucid.running.forecast import limit_of_model
+from pellucid.running.step_number import limit_of_model
 from pellucid.simulation.simulation import Simulation
 
 LIQUID = {"kind": "fluid", "density": 1.0, "eos": {"kind": "tait", "sound_speed": 1.0, "carries_tension": True}}

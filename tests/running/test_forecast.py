@@ -1,107 +1,157 @@
-"""Steps that are foretold from the model of a case, against those that its simulation takes."""
+"""What a machine learns of the time of a step from runs."""
 
-import re
-
-import numpy as np
 import pytest
-from elements import element_sheet
-from membranes import sheet
-from small_cases import GAS, SLIP, SOLID, box, case
+from small_cases import GAS, SOLID, box, case
 
-from pellucid import load
-from pellucid.running.forecast import of_case, of_simulation
-from pellucid.simulation.simulation import Simulation
+from pellucid.case import load
+from pellucid.errors import UsageError
+from pellucid.progress import Progress
+from pellucid.running.forecast import Paces, StepTime, ToldOnTheWay, lines, pace_of, size_of
+from pellucid.running.step_number import Foretold
 
-WIDE = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
-VISCOUS = GAS | {"viscosity": 10.0}
-DROPS = {"rigid": True, "velocity": [0.0, 0.0, -1.0]}
-PLATE = box((0, 0, 0), (4, 4, 1), name="plate", rigid=True, field="plate")
-CASES = {
-    "a solid": case(box((1, 1, 1), (3, 3, 3))),
-    "a solid that flies": case(box((1, 1, 1), (2, 2, 2), velocity=[5.0, 0.0, 0.0])),
-    "a viscous gas": case(box((1, 1, 1), (3, 3, 3), VISCOUS), support=SLIP),
-    "a fixed step": case(box((1, 1, 1), (3, 3, 3)), step=0.01, end=0.095),
-    "under gravity": case(box((1, 1, 1), (3, 3, 3), SOLID | {"young_modulus": 1e-3}), gravity=(0, 0, -1e3)),
-    "membrane points": case(sheet(), **WIDE),
-    "quadrilaterals": case(element_sheet(), **WIDE),
-    "triangles": case(element_sheet(elements="triangles", tension=500.0), **WIDE),
-    "rigid bodies": case(PLATE, box((1, 1, 2), (3, 3, 3), **DROPS), gravity=(0, 0, -9.81)),
-}
+UNKNOWN = (
+    "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run"
+)
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_the_model_foretells_the_step_of_the_simulation(name):
-    ahead, simulation = of_case(CASES[name]), Simulation(CASES[name])
-    found = of_simulation(simulation)
-    assert ahead.step == pytest.approx(found.step, rel=1e-6)
-    assert ahead.number == found.number
-    assert ahead.why == found.why
-    assert simulation.clock.next_step(simulation.bodies) == pytest.approx(found.step, rel=0.01)
+def block(per_axis, material=SOLID, name="block"):
+    """A block of so many points along each axis."""
+    points = (per_axis, per_axis, per_axis)
+    return case(box((0, 0, 0), (1, 1, 1), material, points, name), counts=(2, 2, 2))
 
 
-@pytest.mark.parametrize("name", ["a solid", "a fixed step", "quadrilaterals"])
-def test_as_many_steps_are_taken_as_were_foretold(name):
-    simulation = Simulation(CASES[name])
-    ahead = of_case(CASES[name])
-    while not simulation.clock.finished(None):
-        simulation.step()
-    assert simulation.n_steps == pytest.approx(ahead.number, abs=1.0 + 0.01 * ahead.number)
+def taught(folder, cases, seconds):
+    """What a machine knows on which a step of each of some cases took so long [s]."""
+    paces = Paces(folder)
+    for each, time in zip(cases, seconds, strict=True):
+        paces.learn(each, 1000, 1000.0 * time)
+    return paces
+
+
+def test_nothing_is_known_at_first(tmp_path):
+    assert Paces(tmp_path / "paces").seconds_of_a_step(block(10)) is None
+
+
+def test_the_same_case_takes_the_same_time(tmp_path):
+    assert taught(tmp_path, [block(10)], [3e-3]).seconds_of_a_step(block(10, name="other")) == StepTime(3e-3, 3e-3)
+
+
+def test_a_size_between_two_takes_a_time_between_theirs(tmp_path):
+    paces = taught(tmp_path, [block(10), block(20)], [1e-3, 8e-3])
+    least, most = paces.seconds_of_a_step(block(15))
+    assert least == most == pytest.approx(1e-3 * 1.5**3, rel=0.02)
+
+
+@pytest.mark.parametrize("points", [5, 20])
+def test_larger_and_smaller_cases_take_a_time_between_two(tmp_path, points):
+    """As long as the one that ran, or by as much longer or shorter as they are larger or smaller."""
+    least, most = taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(points))
+    assert sorted((1e-3, 1e-3 * (points / 10) ** 3)) == pytest.approx([least, most], rel=0.25)
+
+
+def test_bodies_of_other_kinds_tell_nothing(tmp_path):
+    assert taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(10, GAS)) is None
+
+
+def test_short_runs_teach_nothing(tmp_path):
+    paces = Paces(tmp_path)
+    paces.learn(block(10), 5, 100.0)
+    paces.learn(block(10), 1000, 0.01)
+    assert paces.seconds_of_a_step(block(10)) is None
+
+
+def test_the_last_runs_count(tmp_path):
+    times = [1.0] * 9 + [1e-3, 3e-3, 2e-3]
+    assert taught(tmp_path, [block(10)] * 12, times).seconds_of_a_step(block(10)).most == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "[[-1.0, 1.0]]", "[[1.0, 0.0]]", '[["x", 1]]', "[[1, 2, 3]]", "null"])
+def test_a_damaged_memory_is_none(tmp_path, text):
+    paces = taught(tmp_path, [block(10)], [1e-3])
+    next(tmp_path.glob("*.json")).write_text(text)
+    assert paces.seconds_of_a_step(block(10)) is None
+    paces.learn(block(10), 1000, 2.0)
+    assert paces.seconds_of_a_step(block(10)).most == pytest.approx(2e-3)
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    paces = Paces(tmp_path / "file" / "paces")
+    paces.learn(block(10), 1000, 1.0)
+    assert paces.seconds_of_a_step(block(10)) is None
+
+
+def test_without_a_folder_nothing_is_known(monkeypatch):
+    def homeless():
+        raise UsageError("there is no home folder")
+
+    monkeypatch.setattr("pellucid.running.forecast.cache_folder", homeless)
+    assert pace_of(block(10)) is None
+
+
+def test_the_size_goes_with_the_points():
+    assert size_of(block(20)) / size_of(block(10)) == pytest.approx(8.0, rel=0.05)
 
 
 @pytest.mark.parametrize(
-    ("name", "words"),
+    ("each", "words"),
     [
-        ("a solid", r"^limited by body `block` \(wave\): wave speed 3.669 m/s in cells of 1 m; time.courant = 0.4"),
-        ("a solid that flies", r"\(motion\): speed 5 m/s through cells of 1 m"),
-        ("a viscous gas", r"\(viscous\): kinematic viscosity 13.3 m2/s in cells of 1 m"),
-        ("a fixed step", r"^time.step is 0.037 of the stable step of body `block`: wave"),
-        ("under gravity", r"an object falling from rest crosses a cell in 0.0447 s"),
-        ("membrane points", r"body `sheet` \(membrane\): in-plane wave speed 33.15 m/s in cells of 0.25 m"),
-        ("quadrilaterals", r"\(membrane\): in-plane wave speed 33.15 m/s, smallest effective element size 0.118 m"),
-        ("rigid bodies", r"\(contact\): oscillation of the body on its contacts, which limits the step to"),
+        (None, UNKNOWN),
+        (StepTime(0.01, 0.01), "time: about 2.0 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.02), "time: about 2.8 s on this machine, excluding set-up, compilation and report"),
+        (StepTime(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, excluding set-up, compilation and report"),
     ],
 )
-def test_what_bounds_the_step_is_said_in_words(name, words):
-    assert re.search(words, of_case(CASES[name]).why), of_case(CASES[name]).why
+def test_steps_and_time_are_said_in_two_lines(each, words):
+    steps, time = lines(block(10), Foretold(5e-3, 200, "limited by body `block` (wave): waves"), each)
+    assert steps == "steps: about 200 of 0.005 s, limited by body `block` (wave): waves"
+    assert time == words
 
 
-def test_compression_is_foretold_with_artificial_viscosity():
-    shocked = GAS | {"artificial_viscosity": {"linear": 1.0}}
-    calm, ahead = (of_case(case(box((1, 1, 1), (3, 3, 3), gas), support=SLIP)) for gas in (GAS, shocked))
-    assert ahead.number == pytest.approx((1.0 + np.sqrt(2.0)) * calm.number, rel=0.2)
+def test_of_a_relaxation_the_time_of_a_step_is_told():
+    steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
+    assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
 
 
-def test_films_alone_take_a_step_for_each_row_of_the_history():
-    assert of_case(load("benet2015/ring").quick_variant()).number == 100
+def test_of_a_factored_search_no_time_is_told():
+    """The time of a step of an earlier run can be that of a relaxation."""
+    _, time = lines(load("basics/shelf"), Foretold(float("nan"), float("nan"), "steady states"), StepTime(4e-3, 4e-3))
+    assert time == "time: not known in advance; the run shows load step, iteration and estimated error"
 
 
-def test_nobody_foretells_steps_of_a_relaxation():
-    ahead = of_case(load("mountris2019/cube-extension").with_settings({"steady.method": "relaxation"}))
-    assert np.isnan(ahead.number)
-    assert "their number is not known in advance" in ahead.why
+def told_on_the_way(monkeypatch, *events):
+    """Return the notes of a run with steps of 0.1 s that reports after each event: wall-clock seconds of steps, or "compiling"
+    before the step that follows."""
+
+    class Notes(Progress):
+        def __init__(self):
+            self.texts = []
+
+        def note(self, text):
+            self.texts.append(text)
+
+    notes, now, step = Notes(), 0.0, 0
+    progress = ToldOnTheWay(notes)
+    progress.begin("running", 10.0)
+    for event in events:
+        if event == "compiling":
+            progress.compiling("kernel", 1, 1)
+            progress.compiled()
+            continue
+        now, step = now + event, step + 1
+        monkeypatch.setattr("pellucid.running.forecast.monotonic", lambda at=now: at)
+        progress.update(step=step, time=0.1 * step, dt=0.1, points=1, energy_error=0.0)
+    return notes.texts
 
 
-def test_the_size_of_a_factored_stiffness_is_told():
-    why = of_case(load("mountris2019/cube-extension", quick=True)).why
-    assert "1 steady state with a factored stiffness of 1677 unknowns: 16 MB and about 0.1 s for each factorisation" in why
+def test_what_was_not_known_is_told_after_a_second_and_some_steps(monkeypatch):
+    assert not told_on_the_way(monkeypatch, *[0.05] * 15)
+    assert not told_on_the_way(monkeypatch, *[0.5] * 10)
+    (text,) = told_on_the_way(monkeypatch, *[0.5] * 20)
+    assert text == "time: about 44.5 s remaining, estimated at step 11"
 
 
-def test_until_an_earlier_time_there_are_fewer_steps():
-    simulation = Simulation(CASES["a fixed step"])
-    assert of_simulation(simulation, until=0.05).number == 5
-    for _ in range(3):
-        simulation.step()
-    assert of_simulation(simulation, until=0.05).number == 2
-
-
-def test_the_step_of_a_meshless_solid_is_that_of_its_simulation():
-    """Its frequencies follow from functions over the whole mesh, which its model does not have."""
-    drop = load("basics/elastic-block-drop").quick_variant()
-    simulation = Simulation(drop)
-    body = simulation.bodies[0]
-    assert body.step_limit().step == pytest.approx(1.0 / body.totals.rate)
-    found = of_simulation(simulation)
-    assert found.number == 112
-    words = r"body `block` \(wave\): wave speed 10 m/s, smallest effective node spacing 0.0108 m"
-    assert re.search(words, found.why)
-    assert of_case(drop).why == "limited by body `block`; the time step is computed when the run starts"
+def test_compilation_and_the_steps_in_which_it_falls_are_left_out(monkeypatch):
+    first = ["compiling", 60.0, 0.2, "compiling", 25.0, 8.0]
+    (text,) = told_on_the_way(monkeypatch, *first, *[0.2] * 20)
+    assert text == "time: about 17.4 s remaining, estimated at step 13"

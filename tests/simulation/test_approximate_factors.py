@@ -10,8 +10,8 @@ from pellucid.bodies.meshless_solid import model
 from pellucid.case import Case, steady
 from pellucid.case.sections import parts_of
 from pellucid.parts.elastic_system import LARGEST_FACTORS
-from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)

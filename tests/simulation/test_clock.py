@@ -10,7 +10,7 @@ from pellucid.case import TimeCase
 from pellucid.case.spec import STEP_MARGIN
 from pellucid.case.stages import SettleCase
 from pellucid.errors import CaseError, RunStopped
-from pellucid.running.forecast import of_simulation
+from pellucid.running.step_number import of_simulation
 from pellucid.simulation.clock import COLLAPSED, Clock
 from pellucid.simulation.settling import SettlingClock
 from pellucid.step.limit import StepLimit

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
 from pellucid.materials.membrane import plane_response, shape_of
-from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 RADIUS, THICKNESS, E, NU = 0.1, 1e-3, 1e6, 0.49

@@ -17,7 +17,7 @@ from pellucid.jit import check_threads
 from pellucid.progress import Progress
 from pellucid.results.storage.files import refuse_locked
 from pellucid.results.storage.run_folder import RunFolder
-from pellucid.running.forecast import of_case
+from pellucid.running.step_number import of_case
 from pellucid.studies import need
 from pellucid.studies.members import FAILED, INTERRUPTED, Member, Outcome, outcome, places, prepare
 from pellucid.system.command_process import SIGTERM, CommandProcess

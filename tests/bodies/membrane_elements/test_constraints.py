@@ -8,7 +8,7 @@ import pytest
 from pellucid.bodies.membrane_elements.constraints import Kept
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.running.forecast import of_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 CELL = """

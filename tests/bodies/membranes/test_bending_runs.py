@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.running.forecast import of_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 DROP = 0.49771  # of the heavy elastica with the stretch by its weight, `tests/references/test_elastica.py`

@@ -13,7 +13,7 @@ from pellucid.case import loads
 from pellucid.errors import CaseError
 from pellucid.geometry.meshes.enclosure import rims_of
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.running.forecast import of_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 RED_CELL = 1.929  # energy over 8πκ of the biconcave shape, by quadrature of its meridian

@@ -7,8 +7,8 @@ from bags import AIR, HELD, case, shown, simulation, skin
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.results.storage import history
-from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
+from pellucid.running.step_number import of_case
 
 BURST = {"times": [0.0, 0.05, 0.1], "mass_flows": [0.0, 4.0, 0.0], "temperatures": [350.0, 350.0, 350.0]}
 

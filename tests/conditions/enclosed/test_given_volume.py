@@ -6,8 +6,8 @@ from bags import case, skin
 
 from pellucid.geometry.meshes.enclosure import enclosed_volume
 from pellucid.results.storage import history
-from pellucid.running.forecast import of_case
 from pellucid.running.launch import resume_case, run_case
+from pellucid.running.step_number import of_case
 from pellucid.simulation.simulation import Simulation
 
 G, THICKNESS = 1e5, 0.01
