@@ -34,7 +34,8 @@ are not driven into it: a crowded cell is not less crowded towards the wall.
 e_c is the mean of two steps. With an implicit pressure that is solved for in the middle of a step, u = (v⁻ + v)/2 expands a
 cell by r e, and its points move with v = 2u - v⁻. A displacement δ = e of the points in the cell thus follows δ⁺ = δ + w⁺,
 w⁺ = -2 r e - w: with the present e it would change its sign in each step and grow by √(1 + r²) + r, fast where a wall leaves
-little space and e is a multiple of δ. With the mean of two steps the solution is δ⁺ = (1 - r) δ.
+little space and e is a multiple of δ. With the mean of two steps δ decays by the factor 1 - r in each step, and an alternation
+keeps its size.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -147,7 +147,8 @@ def _factors(case: "Case") -> str:
     memory = sum((4e-6 if size.is_approximate else 8e-6) * size.numbers for size in sizes)
     seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
     known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
-    text = f"{unknowns} unknowns: {memory:.2g} MB and {known} for each factorisation"
+    needed = f"{memory:.3g} MB" if memory < 1e3 else f"{1e-3 * memory:.2g} GB"
+    text = f"{unknowns} unknowns: {needed} and {known} for each factorisation"
     if not any(size.is_approximate for size in sizes):
         return text
     return (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_cases import advance, assert_resumes, assert_same_arrays, box, case, copied_state, finished
 
-from pellucid.bodies.membrane_elements.forces_ahead import CRITICAL, ForcesAhead, forces_ahead, share_without_inertia
+from pellucid.bodies.membrane_elements.forces_ahead import CRITICAL, ForcesAhead, forces_ahead, share_of_viscosity
 from pellucid.simulation.simulation import Simulation
 
 TAIT = {"kind": "tait", "sound_speed": 30.0, "carries_tension": True}
@@ -41,7 +41,7 @@ def test_the_motion_is_of_second_order_in_the_step():
     def energy(factor, step):
         surface = {"icosphere": {"centre": [0, 0, 0], "radius": 0.5, "refinements": 3}}
         sim = capsule_in_shear(step, end=0.5, capsule=CAPSULE | {"surface": surface}, counts=(16, 16, 16), cell=0.125)
-        part_of(sim)._without_inertia = factor
+        part_of(sim)._viscosity_share = factor
         return finished(sim).bodies[1].totals.stored
 
     ahead = [energy(1.0, step) for step in (0.05, 0.025, 0.0125)]
@@ -51,9 +51,9 @@ def test_the_motion_is_of_second_order_in_the_step():
 
 
 def test_forces_at_the_start_act_where_inertia_dominates():
-    assert share_without_inertia(1.0, 1.0, 1e-6, 1.0) == pytest.approx(1.0)
-    assert share_without_inertia(CRITICAL, 1.0, 1.0, 1.0) == pytest.approx(0.5)
-    assert share_without_inertia(100.0 * CRITICAL, 1.0, 1.0, 1.0) < 1e-3
+    assert share_of_viscosity(1.0, 1.0, 1e-6, 1.0) == pytest.approx(1.0)
+    assert share_of_viscosity(CRITICAL, 1.0, 1.0, 1.0) == pytest.approx(0.5)
+    assert share_of_viscosity(100.0 * CRITICAL, 1.0, 1.0, 1.0) < 1e-3
     inert = capsule_in_shear(0.001, material=LIQUID | {"density": 1000.0, "eos": TAIT | {"sound_speed": 1.0}})
     assert not inert.parts.of(ForcesAhead)
     explicit = LIQUID | {"implicit_pressure": False, "implicit_viscosity": True}
@@ -84,7 +84,7 @@ def test_steps_up_to_the_limit_are_stable(courant, ahead):
     assert np.abs(np.diff(growth))[5:].max() < 0.1 * growth.max()
 
 
-def test_the_balance_of_energy_is_of_second_order():
+def test_the_error_of_the_energy_decreases_with_the_step():
     errors = [abs(finished(capsule_in_shear(step)).budget.conservation()["energy"]) for step in (0.05, 0.025)]
     assert errors[1] < 0.6 * errors[0] < 1e-3
 

@@ -1,5 +1,7 @@
 """Tetrahedra that fill regions: how well shaped, how much of the volume, whole boundaries."""
 
+import warnings
+
 import numpy as np
 import pytest
 from boundaries import boundary_edges
@@ -90,6 +92,52 @@ def test_edges_that_are_cut_off_are_named():
     oblique = {"cylinder": {"start": (0, 0, 0), "end": (1, 1, 1), "radius": 0.5, "rings": 4, "along": 5}}
     with pytest.warns(UserWarning, match=r"`fill` cuts off sharp edges of the shape, 6\.\d* m in total, .*Use the mesh"):
         SolidMesh(fill={"shape": {"inside": {"surface": oblique}}, "size": 0.141})
+
+
+def write_prism(path, polygon, height):
+    """Write the surface of a prism on a convex polygon in the plane z = 0 to an STL file."""
+    low = np.column_stack([polygon, np.zeros(len(polygon))])
+    high, turned = low + np.array([0, 0, height]), np.roll(np.arange(len(polygon)), -1)
+    fans = [(low[[0, i + 1, i]], high[[0, i, i + 1]]) for i in range(1, len(polygon) - 1)]
+    sides = [((low[i], low[j], high[j]), (low[i], high[j], high[i])) for i, j in enumerate(turned)]
+    facets = [
+        "\n".join("vertex {:.7g} {:.7g} {:.7g}".format(*p) for p in triangle) for pair in fans + sides for triangle in pair
+    ]
+    loops = (f"facet normal 0 0 0\nouter loop\n{facet}\nendloop\nendfacet" for facet in facets)
+    path.write_text("\n".join(["solid prism", *loops, "endsolid prism\n"]))
+    return {"inside": {"surface": {"file": {"path": str(path), "closed": True}}}}
+
+
+SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+TOUCHING = {  # polygons that touch the planes of their bounds with edges, and the length of edges that are cut off
+    "trapezoid": ([(0, 0), (1, 0), (0.7, 0.5), (0.3, 0.5)], 0.0),
+    "triangle": ([(0, 0), (1, 0), (0.5, 0.85)], 0.5),
+    **{
+        f"square turned by {angle}": (SQUARE @ [[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]], 2.0)
+        for angle, a in ((0.01, 1.7e-4), (3, 0.052), (30, 0.52))
+    },
+}
+
+
+@pytest.mark.parametrize("name", TOUCHING)
+def test_a_shape_that_touches_its_bounds_with_an_edge_has_no_face_there(tmp_path, name):
+    """The lattice does not end there: tetrahedra without volume would result, and cut edges would not be named."""
+    polygon, cut = TOUCHING[name]
+    shape = write_prism(tmp_path / "prism.stl", np.array(polygon), 0.5)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        mesh = SolidMesh(fill={"shape": shape, "size": 0.13}).mesh()
+    angles = dihedral_angles(mesh.nodes, mesh.cells)
+    assert angles.min() > GUARANTEED[0]
+    assert angles.max() < GUARANTEED[1]
+    assert {f"{cut:.3g} m in total" in str(warning.message) for warning in found} == ({True} if cut else set())
+
+
+def test_a_lattice_much_thicker_than_the_shape_is_refused():
+    plate = {"box": {"lower": (0, 0, 0), "upper": (1, 1, 0.01)}}
+    words = r"`size` = 0\.2 m is too large: the shape extends only 0\.01 m along z; decrease `size` to at most 0\.02"
+    with pytest.raises(ValidationError, match=words):
+        SolidMesh(fill={"shape": plate, "size": 0.2})
 
 
 @pytest.mark.parametrize(

@@ -33,19 +33,19 @@ if TYPE_CHECKING:
 
 CRITICAL = (24 / 5) / (4 * (16 / 35) ** 2)
 LARGEST_GROWTH = 2.0
-LEAST = 1e-3  # share without inertia below which forces at the start are used
+LEAST = 1e-3  # share of viscosity below which forces at the start are used
 
 
 class ForcesAhead(StepPart):
-    """Adds to the internal forces of a membrane what they change by until viscous forces act; see the module.
+    """Extrapolates the internal forces of a membrane to the time at which the viscous forces of the step act; see the module.
 
-    The work of forces in the middle of the step is the change of the strain energy to second order. A share 1 - 2 s of half the
-    power of the internal forces is therefore left for the balance of energy; the membrane has s as `ahead`.
+    In the energy balance, the offset between forces at the start of a step and the stored energy at its end is half the power
+    of these forces (`half_power`). Of forces that are ahead by s, a share 1 - 2 s of it is left; the membrane has s as `ahead`.
     """
 
-    def __init__(self, membrane: "ElementsOnGrid", solver: "ImplicitViscosity", without_inertia: float) -> None:
-        """solver: solver of the viscous forces; without_inertia: factor on s, see `share_without_inertia`."""
-        self._membrane, self._solver, self._without_inertia = membrane, solver, without_inertia
+    def __init__(self, membrane: "ElementsOnGrid", solver: "ImplicitViscosity", viscosity_share: float) -> None:
+        """solver: solver of the viscous forces; viscosity_share: factor on s, see `share_of_viscosity`."""
+        self._membrane, self._solver, self._viscosity_share = membrane, solver, viscosity_share
         self._dt = self._earlier_dt = 0.0
         self._earlier = np.zeros((membrane.n_points, 3))
         """Internal forces in the last step, in mesh order [N]."""
@@ -65,7 +65,7 @@ class ForcesAhead(StepPart):
 
     def _share(self, dt: float) -> float:
         stable = self._membrane.surface.step_of_waves()
-        return max(0.0, min(self._without_inertia * self._solver.delay, 0.5 * (stable / dt - 1.0)))
+        return max(0.0, min(self._viscosity_share * self._solver.delay, 0.5 * (stable / dt - 1.0)))
 
     def state_numbers(self) -> dict[str, Any]:
         return {"earlier_step": self._earlier_dt}
@@ -80,9 +80,9 @@ class ForcesAhead(StepPart):
         self._earlier[...] = arrays["earlier_forces"]
 
 
-def share_without_inertia(modulus: float, radius: float, density: float, viscosity: float) -> float:
-    """Return by which share the motion of a membrane in a liquid is free of inertia: 1 where viscosity dominates, 0 where
-    inertia does.
+def share_of_viscosity(modulus: float, radius: float, density: float, viscosity: float) -> float:
+    """Return the factor on s by the Laplace number of a membrane in a liquid: 1 where viscosity dominates, 0 where inertia
+    does.
 
     modulus: surface modulus of the membrane [N/m]; radius: its radius [m]; density [kg/m³] and viscosity [Pa s] of the liquid.
     """
@@ -95,5 +95,5 @@ def forces_ahead(bodies: Iterable[Any], solvers: Sequence["ImplicitViscosity"]) 
 
     bodies: all bodies of the field on the grid; solvers: the solver of its viscous forces, if there is one.
     """
-    shares = [(body, getattr(body, "without_inertia", 0.0)) for body in bodies]
+    shares = [(body, getattr(body, "viscosity_share", 0.0)) for body in bodies]
     return [ForcesAhead(body, solver, share) for solver in solvers for body, share in shares if share > LEAST]

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
-from pellucid.bodies.membrane_elements.forces_ahead import share_without_inertia
+from pellucid.bodies.membrane_elements.forces_ahead import share_of_viscosity
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, incidence
 from pellucid.bodies.membranes.bending_case import BendingCase, bending_rate
@@ -136,14 +136,14 @@ class MembraneElementsCase(MembraneCase):
         areal_density, (_, viscosity) = self.material.density * self.thickness, self._liquid
         return lambda wave: waves_in_liquid(cell, wave, areal_density, viscosity)
 
-    def without_inertia(self, wave: float) -> float:
-        """Return by which share viscosity dominates the motion of the membrane, see `share_without_inertia`; 0 if it does not
-        move with liquids whose pressure is implicit. wave: speed of in-plane waves [m/s]."""
+    def viscosity_share(self, wave: float) -> float:
+        """Return 1 if viscosity dominates the motion of the membrane in its liquids, 0 if inertia does or if their pressure is
+        not implicit, or a number between, see `share_of_viscosity`; wave: speed of in-plane waves [m/s]."""
         if self._liquid is None or self._liquid[1] == 0.0:
             return 0.0
         mesh = self.mesh()
         radius = sqrt(float(ElementMesh(mesh).areas(mesh.vertices).sum()) / (4.0 * pi))
-        return share_without_inertia(self.material.density * self.thickness * wave**2, radius, *self._liquid)
+        return share_of_viscosity(self.material.density * self.thickness * wave**2, radius, *self._liquid)
 
     def needs_grid(self, parts: Parts) -> bool:
         """True if there are other bodies in the case (`parts`): contact with them uses the grid."""

@@ -45,8 +45,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         self.surface = surface = ElementSurface(case, grid_case)
         if (limit := case.in_liquid(grid_case.cell)) is not None:
             surface.move_in_liquid(limit, case.mesh())
-        self.without_inertia = case.without_inertia(surface.wave_at_start)
-        """Share by which viscosity dominates its motion, see `share_without_inertia`."""
+        self.viscosity_share = case.viscosity_share(surface.wave_at_start)
+        """1 where viscosity dominates its motion, 0 where inertia does, see `share_of_viscosity`."""
         self.ahead = 0.0
         """Share of the last step by which its internal forces were ahead of the start, see `ForcesAhead`."""
         self.bending, self.start_positions = surface.bending, surface.vertices

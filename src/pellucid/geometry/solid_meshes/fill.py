@@ -30,9 +30,8 @@ from pellucid.system.extras import install_command
 
 SPACE = (True, True, True)
 MOST_OFF = 0.1  # largest relative error of the volume
-
-
 TOUCH = 1e-6  # of the extent: largest distance of a sharp edge from a plane in which it lies; files have single precision
+FLATTEST = 0.5  # smallest ratio of the height of a lattice between two plane faces and the edge of its cubes
 
 
 class FillMesh(Tetrahedral):
@@ -67,6 +66,8 @@ class FillMesh(Tetrahedral):
         ends = edges.corner[edges.edge]
         slack = TOUCH * float((upper - lower).max())
         in_face = np.stack([np.abs(ends - bound).max(axis=1) <= slack for bound in (lower, upper)])  # (2, edges, axes)
+        for bound, axis in np.ndindex(2, 3):
+            in_face[bound, :, axis] &= _form_loops(edges.edge, in_face[bound, :, axis])
         mesh = stuffed(*_lattice(own, np.asarray(in_face.any(axis=1)), self.size, 4.0 * slack))
         share = float(mesh.volumes.sum()) / own.measure(SPACE)
         if abs(share - 1.0) > MOST_OFF:
@@ -78,17 +79,35 @@ class FillMesh(Tetrahedral):
         return SimplexMesh(geometry.turn.forth(mesh.nodes), mesh.cells) if isinstance(geometry, Rotated) else mesh
 
 
+def _form_loops(edge: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return a mask of the edges among the `chosen` ones, shape (e,), that form closed loops, as those around a face do; edge:
+    corners at the ends of each edge, shape (e, 2). A shape may also touch a plane with an edge alone, which has loose ends."""
+    kept = chosen.copy()
+    while kept.any():
+        number = np.bincount(np.unique(np.sort(edge[kept], axis=1), axis=0).ravel(), minlength=int(edge.max()) + 1)
+        loose = kept & (number[edge] < 2).any(axis=1)
+        if not loose.any():
+            break
+        kept &= ~loose
+    return kept
+
+
 def _lattice(shape: Geometry, flat: np.ndarray, size: float, depth: float) -> "_Lattice":
     """Return the arguments of `stuffed` for a shape: the lattice ends at its bounds where these are plane faces, and has a
     margin of half a cube elsewhere.
 
     flat: True where the lower and upper bound along each axis is a plane face, shape (2, 3); size: edge of the cubes [m];
     between two plane faces the nearest edge that fits; depth: the shape at a plane face is its section at this depth [m].
+    Raises ValueError if two plane faces are much closer than `size`.
     """
     lower, upper = shape.bounds()
     extent, spacing = upper - lower, np.full(3, size)
     n = np.ceil(extent / size - 0.5 * flat.sum(axis=0)).astype(int) + 1
     both = flat.all(axis=0)
+    for axis in np.flatnonzero(both & (extent < FLATTEST * size)).tolist():
+        text = f"`size` = {size:g} m is too large: the shape extends only {extent[axis]:.3g} m along {'xyz'[axis]}"
+        most, good = extent[axis] / FLATTEST, 0.5 * extent[axis]
+        raise Refusal(text, f"decrease `size` to at most {most:.3g}, for good accuracy to {good:.3g}")
     n[both] = np.maximum(np.round(extent / size), 1.0).astype(int)[both]
     spacing[both] = (extent / n)[both]
     start = np.select([flat[0], flat[1]], [lower, upper - spacing * n], 0.5 * (lower + upper - spacing * n))
