@@ -2,11 +2,10 @@
 
 F = I + Σ u_a ⊗ ∇p_a and f_a = -Σ_q w_q P(F_q) ∇p_a(q) over quadrature points of the cells, with gradients with respect to
 the reference configuration, computed once (Horton et al. 2010, Int. J. Numer. Methods Biomed. Eng. 26, 977; Mountris et al.
-2019, section 4). Nearly incompressible solids would lock. Their volume
-ratio is therefore averaged over the patches of nodes a (`patches`), with the sums N_a of the linear functions of the corners of
-the cells that belong to the patch, J̄_a = Σ_q w N_a J / V_a, V_a = Σ_q w N_a, and the volumetric part U(J) of the energy is
-evaluated at J̄_a, with the volume V_a each: P = ∂W/∂F + (Σ_a N_a U'(J̄_a) - U'(J)) cof F. (The average nodal pressure of Bonet &
-Burton 1998, Commun. Numer. Methods Eng. 14, 437, for linear tetrahedra, where each corner has a patch.)
+2019, section 4). Nearly incompressible solids would lock. Their volume ratio is therefore averaged around the corners a of
+the cells, with the linear functions N_a, J̄_a = Σ_q w N_a J / V_a, V_a = Σ_q w N_a, and the volumetric part U(J) of the
+energy is evaluated at J̄_a, with the volume V_a each: P = ∂W/∂F + (Σ_a N_a U'(J̄_a) - U'(J)) cof F. (The average nodal
+pressure of Bonet & Burton 1998, Commun. Numer. Methods Eng. 14, 437, for linear tetrahedra.)
 """
 
 from typing import Any, NamedTuple
@@ -126,7 +125,7 @@ def _average_chunk(chunk, solid):
         volume = 0.0
         for place in range(blocks.node_first[a], blocks.node_first[a + 1]):
             volume += mesh.block_volume[blocks.places[place]]
-        J = mesh.volume_ratio[a] = volume / mesh.volume[a] if mesh.volume[a] > 0.0 else 1.0
+        J = mesh.volume_ratio[a] = volume / mesh.volume[a]
         least = min(least, J)
         stored += mesh.volume[a] * volumetric_energy(law, J)
         mesh.mean_stress[a] = volumetric_stress(law, J)

@@ -12,7 +12,6 @@ from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator, Lists, NoFunctions
 from pellucid.approximants.nodal.table import PointRows, evaluate, face_shares
 from pellucid.bodies.meshless_solid.forces import in_kernels, internal_forces
-from pellucid.bodies.meshless_solid.patches import patch_nodes
 from pellucid.bodies.meshless_solid.prescribed import ForceCorrection, PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.skin import SkinPoints, skin_points
 from pellucid.bodies.meshless_solid.solid import (
@@ -98,10 +97,7 @@ def make_tables(
     packs = pack_lists(evaluator.active, n_points)
     gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage or STORAGE)
     del rows
-    unites = averaged and not evaluator.positive  # with positive functions, united patches make pressures less accurate
-    patch = patch_nodes(mesh) if unites else np.arange(n)
-    shares = _patch_shares(mesh, patch, n_points, weights)
-    blocks, places = make_blocks(packs, n, shares[1])
+    blocks, places = make_blocks(packs, n)
     n_packs = len(packs.first) - 1
     lanes = np.zeros(LANES * n_packs)
     lanes[: len(weights)] = weights
@@ -111,14 +107,13 @@ def make_tables(
         n_points=n_points,
         gradients=Functions(packs.first, places, gradients),
         turns=turns,
-        corners=_corners(*shares, blocks, n_points, n),
+        corners=_corners(mesh, blocks, n_points, weights),
         weights=lanes,
         blocks=blocks,
         displacement=np.zeros((n, 3)),
         deformation=np.zeros(9 * LANES * n_packs),
         block_force=np.zeros((len(blocks.nodes), 3)),
         block_volume=np.zeros(len(blocks.nodes) if averaged else 0),
-        patch=patch,
         volume=np.ones(n),
         volume_ratio=np.ones(n),
         mean_stress=np.zeros(n),
@@ -152,63 +147,41 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 
 def _measure_volumes(solid: Solid) -> None:
-    """Compute the reference volume of each patch, `solid.volume`, with the same sums as in a step, so that the volume ratio at
-    rest is exactly 1.
+    """Compute the reference volume around each node, `solid.volume`, with the same sums as in a step, so that the volume ratio
+    at rest is exactly 1.
     """
     internal_forces(len(solid.sums), len(solid.node_sums), in_kernels(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
-def make_blocks(packs: Lists, n_nodes: int, others: Lists | None = None) -> tuple[Blocks, np.ndarray]:
+def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
     """Divide packs (groups of four quadrature points) into blocks. Returns the blocks, and for each entry of the packs' node
     lists the index of its node in the block, times the number of lanes of a SIMD vector. packs: nodes of each pack; n_nodes:
-    number of nodes of the solid; others: further nodes of each pack that the blocks must contain.
+    number of nodes of the solid.
     """
     n_blocks = (len(packs.first) - 2) // PACKS + 1
-    block, keys = _keys(packs, n_nodes)
-    pairs, local = np.unique(
-        np.append(keys, [] if others is None else _keys(others, n_nodes)[1]).astype(int), return_inverse=True
-    )
-    local = local.ravel()[: len(keys)]
+    block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
+    pairs, local = np.unique(block * n_nodes + packs.items, return_inverse=True)
     first = np.searchsorted(pairs, np.arange(n_blocks + 1) * n_nodes)
     nodes = pairs % n_nodes
     places = np.argsort(nodes, kind="stable")
     node_first = np.searchsorted(nodes[places], np.arange(n_nodes + 1))
-    return Blocks(first, nodes, node_first, places), (LANES * (local - first[block])).astype(np.int32)
+    return Blocks(first, nodes, node_first, places), (LANES * (local.ravel() - first[block])).astype(np.int32)
 
 
-def _keys(packs: Lists, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each entry of the node lists of packs, its block, and a number for the pair of block and node."""
-    block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
-    return block, block * n_nodes + packs.items
-
-
-def _patch_shares(mesh: SimplexMesh, patch: np.ndarray, n_points: int, weights: np.ndarray) -> tuple[Lists, Lists, np.ndarray]:
-    """Return the nodes of each cell, and of each pack, in whose patches the cell has a part, and the sums of the linear shape
-    functions of the corners in the same patch at the quadrature points, times the weights [m³], point by point.
-
-    patch: node to whose patch each node belongs, shape (n,); n_points: quadrature points per cell; weights: one for each point.
+def _corners(mesh: SimplexMesh, blocks: Blocks, n_points: int, weights: np.ndarray) -> Functions:
+    """Return the linear shape functions of the cell corners at the quadrature points, times the weights [m³], arranged in
+    packs. n_points: quadrature points per cell; weights: one for each point.
     """
-    m, n = len(mesh.cells), len(mesh.nodes)
-    owner = np.arange(m)[:, None] * n + patch[mesh.cells]
-    pairs, place = np.unique(owner, return_inverse=True)
-    cells = Lists(np.searchsorted(pairs, np.arange(m + 1) * n), pairs % n)
-    count, local = np.diff(cells.first), place.reshape(m, 4) - cells.first[:-1, None]
-    values = np.zeros(n_points * len(pairs))
-    for point, shares in enumerate(TETRAHEDRON[n_points]):
-        at = n_points * cells.first[:-1, None] + point * count[:, None] + local
-        np.add.at(values, at, shares * weights.reshape(m, n_points)[:, point, None])
-    return cells, pack_lists(cells, n_points), values
-
-
-def _corners(cells: Lists, packs: Lists, values: np.ndarray, blocks: Blocks, n_points: int, n: int) -> Functions:
-    """Arrange the shares of patches in the quadrature points (see `_patch_shares`) in packs. n_points: quadrature points per
-    cell; n: number of nodes."""
-    block, keys = _keys(packs, n)
-    known = np.repeat(np.arange(len(blocks.first) - 1), np.diff(blocks.first)) * n + blocks.nodes
-    place = LANES * (np.searchsorted(known, keys) - blocks.first[block])
-    return Functions(packs.first, place.astype(np.int32), pack_numbers(cells, packs, n_points, values))
+    order, shares = np.argsort(mesh.cells, axis=1), TETRAHEDRON[n_points]
+    cells = Lists(4 * np.arange(len(mesh.cells) + 1), np.take_along_axis(mesh.cells, order, axis=1).ravel())
+    values = shares[:, order].swapaxes(0, 1) * weights.reshape(-1, n_points, 1)
+    packs, n = pack_lists(cells, n_points), len(mesh.nodes)
+    block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
+    keys = np.repeat(np.arange(len(blocks.first) - 1), np.diff(blocks.first)) * n + blocks.nodes
+    place = LANES * (np.searchsorted(keys, block * n + packs.items) - blocks.first[block])
+    return Functions(packs.first, place.astype(np.int32), pack_numbers(cells, packs, n_points, values.ravel()))
 
 
 MISSED = 0.01  # weight of other nodes at a prescribed node from which a warning is issued

@@ -2,8 +2,8 @@
 
 The tetrahedra are those of the background mesh, with the moduli of the points in them. A node is linked to some 15 others, not
 to 150, so that the factors of a compact solid need a fifth of the memory and an eighth to a twentieth of the time. If the
-volume ratio is averaged, the tetrahedra have the same unknown pressures of the patches of nodes (Bonet & Burton 1998, Commun.
-Numer. Methods Eng. 14, 437), with the volumes of the patches as functions of the positions of the corners.
+volume ratio is averaged, the tetrahedra have the same unknown pressures at the nodes (Bonet & Burton 1998, Commun. Numer.
+Methods Eng. 14, 437), with the volumes around the nodes as functions of the positions of the corners.
 
 Nodal values u of a meshless solid are not the values S u of its field at the nodes, with the shape functions S_ab = p_b(x_a),
 but those of linear tetrahedra are. The stiffness of the solid is therefore close to Sᵀ K S with that of the tetrahedra, K. Its
@@ -65,13 +65,12 @@ def _assemble(cells, gradients, moduli, entry, place, values):
 
 
 @kernel()
-def _assemble_volumes(cells, gradients, cofactors, unit, entry, there, back, values):
-    """Add the derivatives of the volumes of patches to `values`: a quarter of the volume of each tetrahedron belongs to the
-    patch of each corner.
+def _assemble_volumes(cells, gradients, cofactors, unit, entry, place, values):
+    """Add the derivatives of the volumes around the nodes to `values`: a quarter of the volume of each tetrahedron belongs to
+    each corner.
 
-    cofactors: sums of w cof F over the points of a cell [m³], shape (c, 3, 3); unit: factor; there, back: index of the pair of
-    the node that has the patch of corner a and the corner b, and of the reversed pair, at [a, b], shape (c, 4, 4); other
-    arguments as for `_assemble`.
+    cofactors: sums of w cof F over the points of a cell [m³], shape (c, 3, 3); unit: factor; other arguments as for
+    `_assemble`.
     """
     for c in range(len(cells)):
         for b in range(4):
@@ -80,8 +79,8 @@ def _assemble_volumes(cells, gradients, cofactors, unit, entry, there, back, val
                 for J in range(3):
                     x += 0.25 * unit * cofactors[c, k, J] * gradients[c, b, J]
                 for a in range(4):
-                    values[entry[there[c, a, b], 3, k]] += x
-                    values[entry[back[c, a, b], k, 3]] += x
+                    values[entry[place[c, a, b], 3, k]] += x
+                    values[entry[place[c, b, a], k, 3]] += x
 
 
 class LinearStiffness(AveragedStiffness):
@@ -93,21 +92,13 @@ class LinearStiffness(AveragedStiffness):
 
     def __init__(self, solid: Solid, tetrahedra: LinearTetrahedra, resisted: Callable[[np.ndarray], np.ndarray]) -> None:
         mesh = tetrahedra.mesh
-        nodes, cells = mesh.cells, np.arange(len(mesh.cells))[:, None]
-        if len(solid.block_volume):
-            nodes = np.append(nodes, solid.patch[mesh.cells], axis=1)
-        pairs = nodes.ravel(), np.broadcast_to(cells, nodes.shape).ravel()
-        touch = sparse.csr_array((np.ones(nodes.size, np.int32), pairs), shape=(len(mesh.nodes), len(mesh.cells)))
-        super().__init__(solid, sparse.csr_array(touch @ touch.T), mesh.nodes)
+        super().__init__(solid, mesh.neighbours.copy(), mesh.nodes)
         self._resisted_by_solid = resisted
         evaluator = LinearSimplexModel().evaluator(mesh)
         functions: Any = evaluator.functions
         self._cells, self._gradients = evaluator.active.items.reshape(-1, 4), functions.gradient
-        one, other = np.repeat(self._cells, 4, axis=1).ravel(), np.tile(self._cells, (1, 4)).ravel()
-        self._place = self._pairs(one, other).reshape(-1, 4, 4)
-        if self._averages:
-            patch = solid.patch[one]
-            self._of_patches = self._pairs(patch, other).reshape(-1, 4, 4), self._pairs(other, patch).reshape(-1, 4, 4)
+        corners = np.repeat(self._cells, 4, axis=1).ravel(), np.tile(self._cells, (1, 4)).ravel()
+        self._place = self._pairs(*corners).reshape(-1, 4, 4)
         self._at_nodes, self._at_nodes_turned = tetrahedra.at_nodes, sparse.csr_array(tetrahedra.at_nodes.T)
 
     def _find(self, dt: float) -> None:
@@ -116,7 +107,7 @@ class LinearStiffness(AveragedStiffness):
         _assemble(*given, self._moduli(dt, self._solid.n_points), self._entry, self._place, self._values)
         if self._averages:
             unit = self._add_pressures()
-            _assemble_volumes(*given, self._cofactors(), unit, self._entry, *self._of_patches, self._values)
+            _assemble_volumes(*given, self._cofactors(), unit, self._entry, self._place, self._values)
 
     def _cofactors(self) -> np.ndarray:
         """Return the sums of w cof F over the points of each cell [m³], shape (cells, 3, 3)."""

@@ -96,7 +96,7 @@ def nodal_field(
     """
     if name == "density":
         if len(solid.block_volume):
-            return density / solid.volume_ratio[solid.patch]
+            return density / solid.volume_ratio
         return density / _mean(mesh, np.linalg.det(deformation_gradients(solid, len(mesh.cells)).mean(axis=1)))
     found = at_points(solid.n_points * len(mesh.cells))
     if name == LOST and found.lost is not None:
@@ -105,9 +105,9 @@ def nodal_field(
     _fields(len(solid.sums), Bundle(solid), found.stress, found.stored, stress, stored)
     if name in ("strain_energy", "stored_energy"):
         energies = np.bincount(mesh.cells.ravel(), np.repeat(stored, 4) / 4.0, len(mesh.nodes))
-        about = np.bincount(mesh.cells.ravel(), np.repeat(mesh.volumes, 4) / 4.0, len(mesh.nodes))
         if len(solid.block_volume):
-            energies += about * np.array([volumetric_energy(law, J) for J in solid.volume_ratio[solid.patch].tolist()])
+            energies += solid.volume * np.array([volumetric_energy(law, J) for J in solid.volume_ratio.tolist()])
+        about = np.bincount(mesh.cells.ravel(), np.repeat(mesh.volumes, 4) / 4.0, len(mesh.nodes))
         return energies if name == "stored_energy" else energies / (density * about)
     components = np.stack([_mean(mesh, stress[:, k]) for k in range(6)], axis=1)
     return -components[:, :3].mean(axis=1) if name == "pressure" else components

@@ -68,7 +68,7 @@ class Solid(NamedTuple):
 
     Quadrature points are arranged in packs of four, the lanes of a SIMD vector, and packs in blocks. The gradients of the
     shape functions are ∇p_a = Kᵀ g_a, with g_a in single precision and one tensor K per point. J: volume ratio at a point;
-    J̄_a: average of J in the patch of node a, with the linear functions N_a of the cells; U: volumetric energy of the law.
+    J̄_a: average of J around node a, with the linear functions N_a of the cells; U: volumetric energy of the law.
     """
 
     law: Any  # hyperelastic law
@@ -76,15 +76,14 @@ class Solid(NamedTuple):
     n_points: int  # quadrature points per cell
     gradients: Functions  # g_a [1/m], 3 × LANES numbers per entry
     turns: np.ndarray  # K - I of the points, 9 × LANES numbers per pack
-    corners: Functions  # w N_a [m³], summed over the corners of a cell in the same patch a, LANES numbers per entry
+    corners: Functions  # w N_a [m³] of the corners a of the cells, LANES numbers per entry
     weights: np.ndarray  # quadrature weights w [m³], LANES numbers per pack; 0 for lanes without a point
     blocks: Blocks  # nodes of the blocks
     displacement: np.ndarray  # (n, 3) nodal displacements [m]
     deformation: np.ndarray  # deformation gradients, 9 × LANES numbers per pack
     block_force: np.ndarray  # (places, 3) forces of each block on its nodes [N]
     block_volume: np.ndarray  # (places,) Σ w N_a J of each block [m³]; empty unless J is averaged
-    patch: np.ndarray  # (n,) node to whose patch each node belongs
-    volume: np.ndarray  # (n,) reference volume V_a of the patch of each node [m³]; 0 if it belongs to another one
+    volume: np.ndarray  # (n,) reference volume V_a around each node [m³]
     volume_ratio: np.ndarray  # (n,) averaged volume ratio J̄_a
     mean_stress: np.ndarray  # (n,) mean volumetric stress U'(J̄_a) [Pa]
     sums: np.ndarray  # (blocks, 3) columns ENERGY, LEAST_J and LOST
@@ -96,11 +95,6 @@ def nodes_of_entries(functions: Functions, blocks: Blocks) -> np.ndarray:
     counts = np.diff(functions.first)
     start = np.repeat(blocks.first[np.arange(len(counts)) // PACKS], counts)
     return np.asarray(blocks.nodes[start + functions.place // LANES])
-
-
-def pack_of_entries(functions: Functions) -> np.ndarray:
-    """Return the pack of each entry of shape functions, shape (entries,)."""
-    return np.repeat(np.arange(len(functions.first) - 1), np.diff(functions.first))
 
 
 def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:

@@ -160,7 +160,7 @@ class VolumeInertia:
         self._found = VolumeRates(solid)
         self._bulk = stiffness_of_volume(solid)
         squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: squared frequency of shear alone
-        self._compliance = squared * patch_volumes(solid) / self._bulk
+        self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
         """Nodal displacements at which the derivatives B of the volumes around the nodes were computed [m], shape (n, 3)."""
         self._alone, self.rate = 0.5 * frequency, 0.0
@@ -216,12 +216,6 @@ class VolumeInertia:
         volume."""
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
-
-
-def patch_volumes(solid: Solid) -> np.ndarray:
-    """Return the volumes of the patches of nodes [m³], shape (n,); for nodes without a patch, whose pressure vanishes, the mean
-    volume, so that matrices are regular."""
-    return np.where(solid.volume > 0.0, solid.volume, solid.volume.mean())
 
 
 def stiffness_of_volume(solid: Solid) -> float:

@@ -2,7 +2,7 @@
 
 f_a = -Σ_q w P(F_q) ∇p_a, so that K = -∂f/∂u = Σ_q w Gᵀ (∂P/∂F) G. The 81 derivatives ∂P/∂F of a point are central
 differences of the stresses that the material computes in every step: no law has to define them. If the volume ratio is
-averaged around the nodes, K has the further part Bᵀ D B, with the derivatives B of the volumes of the patches of nodes and D =
+averaged around the nodes, K has the further part Bᵀ D B, with the derivatives B of the volumes around the nodes and D =
 U''(J̄_a)/V_a. This part links nodes far apart. It is replaced by one unknown p = D B u per node, the change of the mean
 pressure around it: [K Bᵀ; B -D⁻¹] is quasi-definite and has fewer entries.
 """
@@ -16,18 +16,8 @@ from pellucid.bodies.meshless_solid.forces import (
     in_kernels,
     mean_stresses,
 )
-from pellucid.bodies.meshless_solid.solid import (
-    BATCH,
-    COLUMN,
-    COLUMNS,
-    PACKS,
-    STRESS,
-    Solid,
-    displacements,
-    nodes_of_entries,
-    pack_of_entries,
-)
-from pellucid.bodies.meshless_solid.stable_step import VolumeRates, patch_volumes, stiffness_of_volume
+from pellucid.bodies.meshless_solid.solid import BATCH, COLUMN, COLUMNS, PACKS, STRESS, Solid, displacements, nodes_of_entries
+from pellucid.bodies.meshless_solid.stable_step import VolumeRates, stiffness_of_volume
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -161,7 +151,7 @@ class AveragedStiffness(NodalStiffness):
         solid, n = self._solid, self._n
         bulk = np.empty(n)
         _find_bulk(-(-n // CHUNK), solid.law, solid.volume_ratio, STEP, bulk)
-        compliance = patch_volumes(solid) / np.maximum(bulk, LEAST_BULK * stiffness_of_volume(solid))
+        compliance = solid.volume / np.maximum(bulk, LEAST_BULK * stiffness_of_volume(solid))
         unit = float(np.sqrt(np.abs(self._values[self._diagonal[:, :3]]).mean() / compliance.mean()))
         self._values[self._diagonal[:, 3]] = -unit * unit * compliance
         return unit
@@ -175,11 +165,8 @@ class SolidStiffness(AveragedStiffness):
 
     def __init__(self, solid: Solid, places: np.ndarray) -> None:
         self._nodes = nodes_of_entries(solid.gradients, solid.blocks)
-        nodes, pack = self._nodes, pack_of_entries(solid.gradients)
-        if len(solid.block_volume):
-            nodes = np.append(nodes, nodes_of_entries(solid.corners, solid.blocks))
-            pack = np.append(pack, pack_of_entries(solid.corners))
-        touch = sparse.csr_array((np.ones(len(pack), np.int32), (nodes, pack)), shape=(len(places), int(pack[-1]) + 1))
+        pack = np.repeat(np.arange(len(solid.gradients.first) - 1), np.diff(solid.gradients.first))
+        touch = sparse.csr_array((np.ones(len(pack), np.int32), (self._nodes, pack)))
         super().__init__(solid, sparse.csr_array(touch @ touch.T), places)
         self._rates = VolumeRates(solid) if self._averages else None
 
