@@ -137,7 +137,7 @@ def test_slender_bodies_of_many_nodes_have_their_own_factors():
 def test_the_size_of_approximate_factors_is_told(none_is_small):
     why = of_case(cube([3, 3, 3])).why
     assert "with a factored stiffness of 273 unknowns" in why
-    assert "(approximate, that of the linear tetrahedra of the mesh, since its own factors are too large: stability and" in why
+    assert "(factors of the linear tetrahedra of the mesh, an approximation, since those of the solid are too large: " in why
 
 
 def test_factors_that_are_too_large_are_not_used(none_is_small, monkeypatch):

@@ -1,12 +1,12 @@
 """Areas of the surface of a region at the nodes near it, and its sharp edges.
 
-The area of a node is A_i = ∫ φ_i dA over the surface. It is summed over the crossings of the surface with lines along the
-axes, SAMPLES in a cell. A crossing with a line along axis d stands for an area δ^(D-1) w_d(n)/|n_d| of a grid of D axes, with
-the distance δ of the lines, the normal n at the crossing and weights w_d that add up to 1 over the axes. The normals follow
-from the crossings with parallel lines on both sides. Where the radius of curvature is less than a cell, as at an edge, the side
-counts on which the surface is closer to perpendicular to the line: the normals of plane faces are exact up to their edges, and
-the areas of faces that meet are added as numbers. The gradient of the filled fraction, ∫ φ_i n dA, adds them as vectors: at a
-right-angled edge it is up to 30 % smaller.
+The area of a node is A_i = ∫ φ_i dA over the surface. It is summed over the crossings of the surface with lines along the axes,
+SAMPLES in a cell. A crossing with a line along axis d stands for an area δ^(D-1) w_d(n)/|n_d| of a grid of D axes, with the
+distance δ of the lines, the normal n at the crossing and weights w_d that add up to 1 over the axes. The normals follow from
+the crossings with parallel lines on both sides. Where the radius of curvature is less than a cell, as at an edge, only one side
+is used: the one towards which the surface is less inclined to the plane across the line. The normals of plane faces are then
+exact up to their edges, and the areas of faces that meet are added as numbers. The gradient of the filled fraction, ∫ φ_i n dA,
+adds them as vectors: at a right-angled edge it is up to 30 % smaller.
 
 A crossing belongs to an edge if the normal at another crossing at most BESIDE_EDGES cells away differs from its own by more
 than on a surface with a radius of curvature of two cells, and the region is convex there: at concave edges the velocity of a

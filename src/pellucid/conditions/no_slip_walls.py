@@ -21,14 +21,15 @@ along the surface, with the velocity u_s by which the fluid slips there and the 
 
     J_i = -μ dt γ/h ∫ φ_i (u - n n·u) dA ,    u = Σ_j φ_j u_j .
 
-γ is the bound from which the method of Nitsche (1971) is coercive: the squared slope of a parabola at the end of an element of
-length b is at most 4/b times its mean (Warburton & Hesthaven 2003). Here b is half a cell, and two faces share it. Surfaces
-with a radius of curvature of more than two cells have no such term. The areas of both faces are added, see
-`pellucid.conditions.areas`. Nodes near a membrane move with it, and not as the fluid at the surface: a share e of a membrane in
-the mass of a node causes a false slope of up to γ e u/h, and the friction would hold the membrane. The term is therefore
-multiplied by max(0, 1 - γ e), with the largest e of the nodes from which u_s is interpolated. Transfers without affine fields
-map to the nodes at a wall the mean velocity of points beside it: in a plane shear flow, u_s would be a third of a cell times
-the slope, and the term 5 to 6 times the traction. With these transfers there is no such term.
+γ = 16 is the bound from which the method of Nitsche (1971) is coercive: the squared slope of a parabola at the end of an
+element of length b is at most 4/b times its integral over the element (Warburton & Hesthaven 2003). Here b = h/2, and the two
+faces at the edge share the element: γ/h = 2 · 4/b. Surfaces with a radius of curvature of more than two cells have no such
+term. The areas of both faces are added, see `pellucid.conditions.areas`. Nodes near a membrane move with it, and not as the
+fluid at the surface: a share e of a membrane in the mass of a node causes a false slope of up to γ e u/h, and the friction
+would hold the membrane. The term is therefore multiplied by max(0, 1 - γ e), with the largest e of the nodes from which u_s is
+interpolated. Transfers without affine fields map to the nodes at a wall the mean velocity of points beside it: in a plane shear
+flow, u_s would be a third of a cell times the slope, and the term 5 to 6 times the traction. With these transfers there is no
+such term.
 
 The velocities at the two positions are reliable where fluid fills the nodes around them. On surfaces that are oblique to the
 grid, some of these nodes lie in the wall. Each is therefore compared with the part of its volume outside all walls.

@@ -152,8 +152,8 @@ def _factors(case: "Case") -> str:
     if not any(size.is_approximate for size in sizes):
         return text
     return (
-        f"{text} (approximate, that of the linear tetrahedra of the mesh, since its own factors are too large: stability and "
-        "lowest frequencies are not computed)"
+        f"{text} (factors of the linear tetrahedra of the mesh, an approximation, since those of the solid are too large: "
+        "stability and lowest frequencies are not computed)"
     )
 
 

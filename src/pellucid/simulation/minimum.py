@@ -8,8 +8,9 @@ the next load step; and again where the iteration is slow. The energy decreases 
 stable equilibria, also where a load buckles a body. Loads that follow the deformation, such as pressures, have no potential
 in general: then a step is accepted if the residual forces along it do not grow in the opposite direction.
 
-If the factors are those of an approximation of the stiffness, the iteration is slower, but each costs as little: one evaluation
-of the forces and one solution. They are computed at the start of each load step; an equilibrium is not tested for stability.
+If the factors are those of an approximation of the stiffness, more iterations are needed; each still costs one evaluation of
+the forces and one solution. The factors are computed at the start of each load step; an equilibrium is not tested for
+stability.
 """
 
 from collections.abc import Callable, Sequence
@@ -195,7 +196,8 @@ class Search:
             self._system.factor()
         except np.linalg.LinAlgError:
             raise NoEquilibrium("the stiffness is far from positive definite") from None
-        if not (self._renewed and self._system.is_approximate):  # of these new factors are hardly better than old ones
+        # the stored changes make up for what approximate factors lack; new ones lack the same
+        if not (self._renewed and self._system.is_approximate):
             self._changes = []
         self.has_factors = True
 

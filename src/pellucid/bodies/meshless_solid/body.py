@@ -145,8 +145,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
 
     def elastic_system(self) -> BodySystem:
         """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
-        of_nodes = LinearTetrahedra(self.mesh, self._functions.at_nodes)
-        tetrahedra = of_nodes if self._case.approximates_stiffness else None
+        approximates = self._case.approximates_stiffness
+        tetrahedra = LinearTetrahedra(self.mesh, self._functions.at_nodes) if approximates else None
         return SolidSystem(*self._of_system(), self._take_equilibrium, tetrahedra)
 
     def moving_system(self) -> MovingSystem:

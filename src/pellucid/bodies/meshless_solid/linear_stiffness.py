@@ -31,8 +31,6 @@ from pellucid.jit import kernel
 ACCURACY = 1e-3
 """Error of displacements under given forces, in the norm of the energy: they are the first estimate of a search, and the
 tangents from which works follow, whose errors by the size of the load step are as large."""
-
-
 SPREADS = 2  # terms of the series that inverts the values of the functions at the nodes, after the first
 
 
