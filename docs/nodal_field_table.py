@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from pellucid.conditions.enclosed.active import PressedNodes
-from pellucid.conditions.no_slip_walls import FluidSums
+from pellucid.conditions.nodal_fluid import FluidSums
 from pellucid.conditions.open_faces.pressure_face import EndNodes
 from pellucid.conditions.pressure_on_walls import WalledNodes
 from pellucid.conditions.rigid.nodes import BodySums
