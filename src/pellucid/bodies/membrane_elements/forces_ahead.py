@@ -40,31 +40,36 @@ class ForcesAhead(StepPart):
     """Extrapolates the internal forces of a membrane to the time at which the viscous forces of the step act; see the module.
 
     In the energy balance, the offset between forces at the start of a step and the stored energy at its end is half the power
-    of these forces (`half_power`). Of forces that are ahead by s, a share 1 - 2 s of it is left; the membrane has s as `ahead`.
+    of these forces (`half_power`). Of forces that are ahead by s, a share 1 - 2 s of it is left.
     """
 
     def __init__(self, membrane: "ElementsOnGrid", solver: "ImplicitViscosity", viscosity_share: float) -> None:
         """solver: solver of the viscous forces; viscosity_share: factor on s, see `share_of_viscosity`."""
-        self._membrane, self._solver, self._viscosity_share = membrane, solver, viscosity_share
+        self.membrane, self._solver, self._viscosity_share = membrane, solver, viscosity_share
         self._dt = self._earlier_dt = 0.0
+        self.share = 0.0
+        """Share s of the last step by which the forces were ahead of its start."""
         self._earlier = np.zeros((membrane.n_points, 3))
         """Internal forces in the last step, in mesh order [N]."""
 
     def exert_forces(self, dt: float) -> None:
         self._dt = dt
 
-    def before_forces(self) -> None:
-        membrane, dt = self._membrane, self._dt
-        number, forces = membrane.stored_array("id"), membrane.internal_forces()
-        membrane.ahead = self._share(dt) if self._earlier_dt > 0.0 else 0.0
-        if membrane.ahead > 0.0:
-            growth = min(dt / self._earlier_dt, LARGEST_GROWTH)
-            membrane.add_forces_ahead(membrane.ahead * growth * (forces - self._earlier[number]))
-        self._earlier[number] = forces
-        self._earlier_dt = dt
+    def extrapolate(self, forces: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Return the internal forces at the time of the viscous forces [N], and keep those of the start for the next step.
 
-    def _share(self, dt: float) -> float:
-        stable = self._membrane.surface.step_of_waves()
+        forces: those of the start [N], shape (n, 3), in storage order; number: number of each node in the mesh, shape (n,).
+        """
+        ahead, dt = forces, self._dt
+        self.share = self._share_of(dt) if self._earlier_dt > 0.0 else 0.0
+        if self.share > 0.0:
+            growth = min(dt / self._earlier_dt, LARGEST_GROWTH)
+            ahead = forces + self.share * growth * (forces - self._earlier[number])
+        self._earlier[number], self._earlier_dt = forces, dt
+        return ahead
+
+    def _share_of(self, dt: float) -> float:
+        stable = self.membrane.surface.step_of_waves()
         return max(0.0, min(self._viscosity_share * self._solver.delay, 0.5 * (stable / dt - 1.0)))
 
     def state_numbers(self) -> dict[str, Any]:
@@ -91,9 +96,13 @@ def share_of_viscosity(modulus: float, radius: float, density: float, viscosity:
 
 
 def forces_ahead(bodies: Iterable[Any], solvers: Sequence["ImplicitViscosity"]) -> list[ForcesAhead]:
-    """Return a part of the step for each membrane of elements in a velocity field whose liquid is more viscous than inert.
+    """Return a part of the step for each membrane of elements in a velocity field whose liquid is more viscous than inert, and
+    let the membrane use it.
 
     bodies: all bodies of the field on the grid; solvers: the solver of its viscous forces, if there is one.
     """
     shares = [(body, getattr(body, "viscosity_share", 0.0)) for body in bodies]
-    return [ForcesAhead(body, solver, share) for solver in solvers for body, share in shares if share > LEAST]
+    found = [ForcesAhead(body, solver, share) for solver in solvers for body, share in shares if share > LEAST]
+    for one in found:
+        one.membrane.forces_ahead = one
+    return found

@@ -23,6 +23,7 @@ from pellucid.parts.capabilities import TakesPressure
 from pellucid.step.limit import StepLimit, springs_of_contact, tightest
 
 if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.forces_ahead import ForcesAhead
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
@@ -34,6 +35,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
     """
 
     sorting_cost = 3.0  # few of its loops are vectorized
+    forces_ahead: "ForcesAhead | None" = None
+    """Extrapolates its internal forces where viscosity dominates its motion; None where forces at the start of a step act."""
 
     def __init__(
         self,
@@ -47,8 +50,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
             surface.move_in_liquid(limit, case.mesh())
         self.viscosity_share = case.viscosity_share(surface.wave_at_start)
         """1 where viscosity dominates its motion, 0 where inertia does, see `share_of_viscosity`."""
-        self.ahead = 0.0
-        """Share of the last step by which its internal forces were ahead of the start, see `ForcesAhead`."""
         self.bending, self.start_positions = surface.bending, surface.vertices
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
@@ -117,15 +118,12 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         if inertia:
             self._to_grid.scatter(inertia=True, force=False)
         if force:
-            self._scatter_internal_forces(self.internal_forces(), self.grid.nodes.force)
+            forces = self._internal_forces()
+            if self.forces_ahead is not None:
+                forces = self.forces_ahead.extrapolate(forces, self.arrays["id"])
+            self._scatter_internal_forces(forces, self.grid.nodes.force)
 
-    def add_forces_ahead(self, forces: np.ndarray) -> None:
-        """Add changes of the internal forces [N], shape (n, 3) in storage order, to the grid nodes, as `particle_to_grid` adds
-        the forces themselves."""
-        self._scatter_internal_forces(forces, self.grid.nodes.force)
-
-    def internal_forces(self) -> np.ndarray:
-        """Return the internal forces on the nodes of the membrane [N], shape (n, 3), in storage order."""
+    def _internal_forces(self) -> np.ndarray:
         forces = np.zeros((self.n_points, 3))
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
@@ -140,7 +138,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, MeshOnGrid, TakesPressure, Wa
         if dt > 0.0:
             self.node_velocity[self.arrays["id"]] = velocity
         rate = self.surface.strain(self.points.position, velocity, dt, self.totals)
-        self.totals.half_power = (0.5 - self.ahead) * power(self.internal_forces(), velocity)
+        ahead = 0.0 if self.forces_ahead is None else self.forces_ahead.share
+        self.totals.half_power = (0.5 - ahead) * power(self._internal_forces(), velocity)
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         bends = 1.0 / self._bending_limit().step
