@@ -113,3 +113,9 @@ def pulled_block(duration=0.3, end=None, **body):
         "support": [{"name": "bottom", "where": layer(0.0)}],
         "motion": [{"name": "top", "body": "block", "part": layer(EDGE), "hold": ["x", "y"], "displacement": {"z": rise}}],
     }
+
+
+def displacement(simulation):
+    """Return the displacements of the nodes of the first body [m], shape (n, 3)."""
+    body = simulation.bodies[0]
+    return body.arrays["position"] - body.mesh.nodes

@@ -1,4 +1,4 @@
-"""What a machine learns of the time of a step from runs."""
+"""Times of a step that a machine learns from runs."""
 
 import pytest
 from small_cases import GAS, SOLID, box, case
@@ -21,7 +21,7 @@ def block(per_axis, material=SOLID, name="block"):
 
 
 def taught(folder, cases, seconds):
-    """What a machine knows on which a step of each of some cases took so long [s]."""
+    """Return the paces of a machine on which a step of each of some cases took so long [s]."""
     paces = Paces(folder)
     for each, time in zip(cases, seconds, strict=True):
         paces.learn(each, 1000, 1000.0 * time)

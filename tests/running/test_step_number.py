@@ -95,7 +95,7 @@ def test_until_an_earlier_time_there_are_fewer_steps():
 
 
 def test_the_step_of_a_meshless_solid_is_that_of_its_simulation():
-    """Its frequencies follow from functions over the whole mesh, which its model does not have."""
+    """The frequencies of such a body follow from functions over the whole mesh, which its model does not have."""
     drop = load("basics/elastic-block-drop").quick_variant()
     simulation = Simulation(drop)
     body = simulation.bodies[0]

@@ -3,7 +3,8 @@ small ones, with a lower limit."""
 
 import numpy as np
 import pytest
-from solids import EDGE, TISSUE, block_of, layer
+from small_cases import to_the_end
+from solids import EDGE, TISSUE, block_of, displacement, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.bodies.meshless_solid import model
@@ -26,22 +27,16 @@ def block(body=None, settings=None, **more):
     return Case.model_validate(table | {"body": [own], "motion": [STRETCHED]} | more)
 
 
+def approximate(monkeypatch):
+    """Let all solids have approximate factors."""
+    monkeypatch.setattr(model, "LARGEST_FACTORS", 0.0)
+    monkeypatch.setattr(model, "FEW_NODES", 0.0)
+
+
 @pytest.fixture
 def none_is_small(monkeypatch):
-    monkeypatch.setattr(model, "LARGEST_FACTORS", 0.0)
+    approximate(monkeypatch)
     monkeypatch.setattr(steady, "FEW_NODES", 0.0)
-
-
-def finished(case, threads=1):
-    simulation = Simulation(case, threads=threads)
-    while not simulation.clock.finished(None):
-        simulation.step()
-    return simulation
-
-
-def displacement(simulation):
-    body = simulation.bodies[0]
-    return body.arrays["position"] - body.mesh.nodes
 
 
 def facts(simulation):
@@ -50,9 +45,9 @@ def facts(simulation):
 
 def compared(monkeypatch, **given):
     """Return a case, finished with its own factors and with approximate ones."""
-    own = finished(block(**given))
-    monkeypatch.setattr(model, "LARGEST_FACTORS", 0.0)
-    return own, finished(block(**given))
+    own = to_the_end(block(**given))
+    approximate(monkeypatch)
+    return own, to_the_end(block(**given))
 
 
 @pytest.mark.parametrize("averaged", [False, True])
@@ -72,7 +67,7 @@ def test_equilibria_and_works_are_those_with_the_own_factors(approximant, averag
 def test_few_iterations_are_needed(approximant, none_is_small):
     """Also where nodal values are far from the values of the field at the nodes, as with maximum entropy: without this, it
     needs four times as many."""
-    found = finished(block(body={"approximant": {"kind": approximant}, "volume_averaging": False}))
+    found = to_the_end(block(body={"approximant": {"kind": approximant}, "volume_averaging": False}))
     assert facts(found)["steps"][0] < 100
 
 
@@ -99,7 +94,7 @@ def test_a_body_without_supports_does_not_drift(monkeypatch):
 
 
 def test_results_do_not_depend_on_threads(none_is_small):
-    one, two = (displacement(finished(block(), threads)) for threads in (1, 2))
+    one, two = (displacement(to_the_end(block(), threads)) for threads in (1, 2))
     assert (one == two).all()
 
 

@@ -9,7 +9,8 @@ import pytest
 from materials.samples import HYPERELASTIC, USERS
 from pydantic import ValidationError
 from scipy.integrate import simpson, solve_bvp
-from solids import EDGE, TISSUE, block_of, layer
+from small_cases import to_the_end
+from solids import EDGE, TISSUE, block_of, displacement, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.case import Case
@@ -56,20 +57,8 @@ def strut(sideways, load_steps=4, tolerance=1e-6):
     )
 
 
-def finished(case, threads=1):
-    simulation = Simulation(case, threads=threads)
-    while not simulation.clock.finished(None):
-        simulation.step()
-    return simulation
-
-
 def steady(simulation):
     return simulation.facts()["steady"]
-
-
-def displacement(simulation):
-    body = simulation.bodies[0]
-    return body.arrays["position"] - body.mesh.nodes
 
 
 # the same equilibria
@@ -79,7 +68,7 @@ def displacement(simulation):
 @pytest.mark.parametrize("approximant", NODAL_APPROXIMANTS.entries)
 def test_the_equilibrium_is_that_of_the_relaxation(approximant, averaged):
     body = {"approximant": {"kind": approximant}, "volume_averaging": averaged}
-    found, relaxed = (finished(block(method, body=body, steady={"tolerance": 1e-8})) for method in ("factored", "relaxation"))
+    found, relaxed = (to_the_end(block(method, body=body, steady={"tolerance": 1e-8})) for method in ("factored", "relaxation"))
     error = abs(displacement(found) - displacement(relaxed)).max() / abs(displacement(relaxed)).max()
     assert error < 2e-7, "tolerance 1e-8, and what the relaxation underestimates"
     assert found.budget.stored == pytest.approx(relaxed.budget.stored, rel=1e-9)
@@ -93,7 +82,7 @@ def test_loads_gravity_and_initial_stress_are_those_of_the_relaxation():
     body = {"initial_stress": [200.0, 0.0, -100.0, 0.0, 30.0, 0.0]}
     load = TIP | {"body": "block", "traction": [50.0, 20.0, 0.0]}
     both = [
-        finished(block(method, led={}, body=body, load=[load], gravity=[0.0, -3.0, 9.81]))
+        to_the_end(block(method, led={}, body=body, load=[load], gravity=[0.0, -3.0, 9.81]))
         for method in ("factored", "relaxation")
     ]
     error = abs(displacement(both[0]) - displacement(both[1])).max() / abs(displacement(both[1])).max()
@@ -103,7 +92,8 @@ def test_loads_gravity_and_initial_stress_are_those_of_the_relaxation():
 def test_a_pressure_follows_the_faces():
     pressure = {"body": "block", "value": 400.0, "where": {"normal": [0, 0, 1]}}
     found, relaxed = (
-        finished(block(method, led={}, pressure=[pressure], steady={"load_steps": 2})) for method in ("factored", "relaxation")
+        to_the_end(block(method, led={}, pressure=[pressure], steady={"load_steps": 2}))
+        for method in ("factored", "relaxation")
     )
     assert steady(found)["relaxed_load_steps"] == []
     assert abs(displacement(found) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
@@ -112,7 +102,7 @@ def test_a_pressure_follows_the_faces():
 def test_nearly_incompressible_solids():
     """Stretched by 30 % in one load step: the linear estimate has many times the energy of the equilibrium."""
     body, led = {"material": TISSUE | {"poisson_ratio": 0.4999}}, motion(z=0.03, x=0.0, y=0.0)
-    found, relaxed = (finished(block(method, body=body, led=led)) for method in ("factored", "relaxation"))
+    found, relaxed = (to_the_end(block(method, body=body, led=led)) for method in ("factored", "relaxation"))
     assert steady(found)["relaxed_load_steps"] == []
     assert found.budget.stored == pytest.approx(relaxed.budget.stored, rel=1e-9)
 
@@ -121,7 +111,7 @@ def test_a_load_that_is_taken_off_leaves_nothing():
     """The last equilibrium has no displacement to compare with: errors are relative to the largest so far."""
     amplitude = {"times": [0.0, 0.5, 1.0], "shares": [0.0, 1.0, 0.0]}
     load = {"kind": "traction", "body": "block", "where": {"normal": [0, 0, 1]}, "traction": [300.0, 0.0, 500.0]}
-    back = finished(block(led={}, load=[load | {"amplitude": amplitude}], steady={"load_steps": 4}))
+    back = to_the_end(block(led={}, load=[load | {"amplitude": amplitude}], steady={"load_steps": 4}))
     assert abs(displacement(back)).max() < 1e-6 * EDGE
     assert steady(back)["unbalanced_force"] < 1e-6
 
@@ -132,15 +122,15 @@ def test_a_body_without_support_is_in_equilibrium_under_balanced_loads():
         for side in (-1, 1)
     ]
     for method in ("factored", "relaxation"):
-        free = finished(block(method, led={}, support=[], load=loads))
+        free = to_the_end(block(method, led={}, support=[], load=loads))
         assert steady(free)["unbalanced_force"] < 1e-5, "relative to internal and external forces: their sum is 0"
         assert free.budget.stored == pytest.approx(0.0017415, rel=1e-4)
 
 
 def test_the_energy_that_a_released_body_loses_is_a_heat():
     held = [LOW, {"name": "until", "where": HIGH, "until": 0.5}]
-    released = finished(block(led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
-    relaxed = finished(block("relaxation", led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
+    released = to_the_end(block(led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
+    relaxed = to_the_end(block("relaxation", led={}, support=held, gravity=[0.0, 0.0, -9.81], steady={"load_steps": 4}))
     assert abs(displacement(released) - displacement(relaxed)).max() < 2e-6 * abs(displacement(relaxed)).max()
     assert released.budget.energies()["damping_heat"] > 1e-3 * released.budget.stored
     assert abs(released.budget.energy_error()) < 1e-6
@@ -148,7 +138,7 @@ def test_the_energy_that_a_released_body_loses_is_a_heat():
 
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-12])
 def test_tolerances_near_rounding_are_reached(tolerance):
-    found = finished(strut(1.0, load_steps=2, tolerance=tolerance))
+    found = to_the_end(strut(1.0, load_steps=2, tolerance=tolerance))
     assert steady(found)["relaxed_load_steps"] == []
     assert steady(found)["estimated_error"] < minimum.ROUNDED
 
@@ -161,14 +151,14 @@ def test_works_are_of_fourth_order_in_the_load_step():
         case = block(
             led=motion(z=0.05), steady={"load_steps": number, "tolerance": 1e-9}, load=[load], gravity=[20.0, 0.0, 0.0]
         )
-        errors.append(abs(finished(case).budget.conservation()["energy"]))
+        errors.append(abs(to_the_end(case).budget.conservation()["energy"]))
     assert errors[0] < 2e-2
     assert errors[2] < 1e-4
     assert np.log2(errors[1] / errors[2]) > 3.0
 
 
 def test_results_do_not_depend_on_threads():
-    one, two = (displacement(finished(block(), threads)) for threads in (1, 2))
+    one, two = (displacement(to_the_end(block(), threads)) for threads in (1, 2))
     assert (one == two).all()
 
 
@@ -194,7 +184,7 @@ def test_a_cantilever_bends_as_the_elastica():
     errors = []
     for cells in (20, 40):
         changes = {"load.0.traction": [0.0, 0.0, -2000.0], "body.0.mesh.box.cells": [cells, 2, 2]}
-        bent = finished(strut(0.0, load_steps=2).with_settings(changes))
+        bent = to_the_end(strut(0.0, load_steps=2).with_settings(changes))
         tip = np.linalg.norm(bent.bodies[0].mesh.nodes - [2.0, 0.05, 0.05], axis=1).argmin()
         errors.append(abs(displacement(bent)[tip] / 2.0 - [-along, 0.0, -across]).max() / across)
     assert errors[0] < 0.01
@@ -207,7 +197,7 @@ def test_a_cantilever_bends_as_the_elastica():
 def test_a_strut_leaves_its_straight_equilibrium_beyond_eulers_load():
     """Without any lateral load, so that the straight strut stays an equilibrium: the run names it and goes on to the bent one,
     which a strut with a small lateral load reaches as well."""
-    straight, pushed = finished(strut(0.0)), finished(strut(1.0))
+    straight, pushed = to_the_end(strut(0.0)), to_the_end(strut(1.0))
     bent = [np.linalg.norm(abs(displacement(sim)[:, 1:]).max(axis=0)) for sim in (straight, pushed)]
     assert bent[0] == pytest.approx(bent[1], rel=0.02)
     assert bent[0] > 1.0
@@ -277,19 +267,19 @@ def test_a_relaxation_within_a_load_step_goes_on_bit_for_bit(monkeypatch):
 
 
 def test_a_load_step_without_success_is_relaxed(monkeypatch):
-    reference = displacement(finished(block()))
+    reference = displacement(to_the_end(block()))
     monkeypatch.setattr(minimum, "MOST", 1)
     monkeypatch.setattr(factored, "SMALLEST", 0.6)
     case = block(steady={"load_steps": 2})
     with pytest.warns(UserWarning, match=r"load step 1: no equilibrium was found with a factored stiffness"):
-        relaxed = finished(case)
+        relaxed = to_the_end(case)
     assert steady(relaxed)["relaxed_load_steps"] == [1, 2]
     assert abs(displacement(relaxed) - reference).max() < 3e-6 * abs(reference).max()
 
 
 def test_a_load_step_that_inverts_points_is_divided():
     """In one step by 85 % the linear estimate inverts points of the block."""
-    pressed = finished(block(led=motion(z=-0.085), steady={"load_steps": 1}))
+    pressed = to_the_end(block(led=motion(z=-0.085), steady={"load_steps": 1}))
     assert steady(pressed)["relaxed_load_steps"] == []
     assert pressed.n_steps > 1
 
@@ -317,6 +307,6 @@ def test_random_loads_on_every_law(name, seed):
     x, y, z = (size * direction / np.linalg.norm(direction)).tolist()
     material = HYPERELASTIC[name].model_dump(mode="json")
     case = block(None, led=motion(x=x, y=y, z=z), body={"material": material}, steady={"load_steps": int(rng.integers(1, 4))})
-    found = finished(case)
+    found = to_the_end(case)
     assert steady(found)["unbalanced_force"] < 1e-6
     assert abs(found.budget.conservation()["energy"]) < 0.05

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.interpolate import CubicSpline
-from solids import EDGE, TISSUE, block_of, layer
+from solids import EDGE, TISSUE, block_of, displacement, layer
 
 from pellucid.case import Case
 from pellucid.errors import Interrupted, RunStopped
@@ -70,11 +70,6 @@ def finished(case, threads=1):
     while not simulation.clock.finished(None):
         simulation.step()
     return simulation
-
-
-def displacement(simulation):
-    body = simulation.bodies[0]
-    return body.arrays["position"] - body.mesh.nodes
 
 
 # accuracy

@@ -1,4 +1,4 @@
-"""What the walls and periodic images of a box change in the deformation of a capsule in a shear flow.
+"""Changes of the deformation of a capsule in a shear flow by the walls and periodic images of a box.
 
     python validation/cells-capsule-in-shear/walls_and_images.py [CAPILLARY, .3] [X,Y,Z ...]
 

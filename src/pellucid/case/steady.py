@@ -1,8 +1,8 @@
 """Steady states of a case: load steps, method and tolerance, and the checks of bodies and conditions for them."""
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
-from math import inf, sqrt
+from collections.abc import Iterator, Sequence
+from math import inf
 from typing import Literal
 
 from pellucid.conditions.contact import Contact
@@ -12,7 +12,7 @@ from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition, is_driven
-from pellucid.parts.elastic_system import LARGEST_FACTORS, StiffnessSize
+from pellucid.parts.elastic_system import FEW_NODES, LARGEST_FACTORS
 from pellucid.parts.part import Part, Parts
 
 LARGEST_APPROXIMATE = 2e9
@@ -21,8 +21,6 @@ averaged volume ratio."""
 STIFFEST = 500.0
 """Largest ratio of bulk and shear modulus for which approximate factors serve, that of a Poisson's ratio of 0.499: the volumes
 of tetrahedra differ from those of the solid, and the number of iterations grows with the ratio."""
-FEW_NODES = sqrt(2.0 * LARGEST_FACTORS) / 4.0
-"""Number of nodes up to which no factors are too large: not even a dense matrix of four unknowns per node is."""
 SAME_LEVEL = 1e-6
 """Smallest difference of the times of two equilibria, as a fraction of the end time of the loads."""
 
@@ -172,25 +170,21 @@ def _why_too_large(bodies: Sequence[BodyModel], parts: Parts) -> str | None:
     exact = sum(size.numbers for size in sizes.values() if not size.is_approximate)
     if exact > LARGEST_FACTORS:
         return f"the factors of the stiffness need {exact * 8e-9:.2g} GB, and at most {LARGEST_FACTORS * 8e-9:.2g} GB are used"
-    approximate = sum(size.numbers for size in sizes.values() if size.is_approximate)
-    if approximate > LARGEST_APPROXIMATE:
-        least = f"even approximate factors of the stiffness need {approximate * 4e-9:.2g} GB"
+    approximate = {name: size.numbers for name, size in sizes.items() if size.is_approximate}
+    if (total := sum(approximate.values())) > LARGEST_APPROXIMATE:
+        least = f"even approximate factors of the stiffness need {total * 4e-9:.2g} GB"
         return f"{least}, and at most {LARGEST_APPROXIMATE * 4e-9:.2g} GB are used"
-    if approximate > 0.0 and not parts.lacks_grid and (len(parts.of(BodyModel)) > 1 or parts.of(Wall)):
-        return f"contact needs the factors of the stiffness itself, and those of body {_too_large(sizes)} are too large"
+    if approximate and not parts.lacks_grid and (len(parts.of(BodyModel)) > 1 or parts.of(Wall)):
+        largest = max(approximate, key=approximate.__getitem__)
+        return f"contact needs the factors of the stiffness itself, and those of body {largest} are too large"
     for body in bodies:
         speeds = body.wave_speeds()
-        if sizes[body.name].is_approximate and speeds is not None and (speeds[0] / speeds[1]) ** 2 - 4.0 / 3.0 > STIFFEST:
+        if body.name in approximate and speeds is not None and (speeds[0] / speeds[1]) ** 2 - 4.0 / 3.0 > STIFFEST:
             return (
                 f"body {body.name} is nearly incompressible (bulk modulus more than {STIFFEST:g} times the shear modulus), and "
                 "the factors of its stiffness are too large"
             )
     return None
-
-
-def _too_large(sizes: Mapping[str, StiffnessSize]) -> str:
-    """Return the name of the body with the most entries of its approximate factors."""
-    return max(sizes, key=lambda name: sizes[name].numbers * sizes[name].is_approximate)
 
 
 def why_not_implicit(parts: Parts) -> str | None:

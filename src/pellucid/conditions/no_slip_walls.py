@@ -83,7 +83,7 @@ from pellucid.step.part import StepPart
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-SLIP = 2 * 4 / BESIDE_EDGES  # γ above: 4 for a face of one cell, and two faces meet at an edge
+SLIP = 2 * 4 / BESIDE_EDGES  # γ above
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 

@@ -2,6 +2,7 @@
 energy, forces and stiffness at trial positions of its nodes."""
 
 from collections.abc import Callable, Sequence
+from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,6 +23,8 @@ class Trial(NamedTuple):
 LARGEST_FACTORS = 3e8
 """Largest number of entries of the factors of a stiffness, 2.4 GB: that of a compact solid of 2e4 nodes, or of 1.4e4 with an
 averaged volume ratio; it grows with the power 1.5 of the number of nodes."""
+FEW_NODES = sqrt(2.0 * LARGEST_FACTORS) / 4.0
+"""Number of nodes up to which no factors are larger: not even a dense matrix of four unknowns per node is."""
 
 
 class StiffnessSize(NamedTuple):

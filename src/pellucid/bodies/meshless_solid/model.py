@@ -27,7 +27,7 @@ from pellucid.materials.point_state import initial_arrays
 from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, Standing, is_alone
-from pellucid.parts.elastic_system import LARGEST_FACTORS, StiffnessSize
+from pellucid.parts.elastic_system import FEW_NODES, LARGEST_FACTORS, StiffnessSize
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -130,18 +130,13 @@ class MeshlessSolidCase(DampedModel):
         """Return the size of the factored stiffness: that of the solid, or of its linear tetrahedra where the former has larger
         factors than `LARGEST_FACTORS`. It is estimated for shape functions of the nodes of a cell, or of all cells around a
         cell, such as the default ones; functions with a radius may need more."""
-        return _stiffness_size(self.mesh.mesh(), self.approximant.follows_cells, self._n_unknowns, LARGEST_FACTORS)
+        unknowns = 4 if self.averages_volume else 3  # of a node
+        return _stiffness_size(self.mesh.mesh(), self.approximant.follows_cells, unknowns, LARGEST_FACTORS)
 
     @property
     def approximates_stiffness(self) -> bool:
-        """True if the factored stiffness is that of the linear tetrahedra of the mesh, in place of that of the solid."""
-        dense = 0.5 * (self._n_unknowns * len(self.mesh.mesh().nodes)) ** 2
-        return dense > LARGEST_FACTORS and self.stiffness_size().is_approximate
-
-    @property
-    def _n_unknowns(self) -> int:
-        """Number of unknowns of a node in the factored stiffness."""
-        return 4 if self.averages_volume else 3
+        """True if the factored stiffness is that of the linear tetrahedra of the mesh instead of that of the solid."""
+        return len(self.mesh.mesh().nodes) > FEW_NODES and self.stiffness_size().is_approximate
 
     @property
     def deforms_in_contact(self) -> bool:

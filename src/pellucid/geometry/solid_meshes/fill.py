@@ -20,7 +20,7 @@ from pellucid.geometry.meshes.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.region import Shape
-from pellucid.geometry.shapes.contract import Geometry, SharpEdges
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.rotation import Rotated
 from pellucid.geometry.solid_meshes.box import Counts, box_mesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
@@ -73,10 +73,13 @@ class FillMesh(Tetrahedral):
         if abs(share - 1.0) > MOST_OFF:
             text = f"with `size` = {self.size:g} m the mesh has {100.0 * share:.0f} % of the volume of the shape"
             raise Refusal(f"{text}; the error must be at most {100.0 * MOST_OFF:.0f} %", "decrease `size`")
-        cut = np.logical_not(in_face.any(axis=(0, 2)))
-        if cut.any():
-            _warn_of_cut_edges(geometry.sharp_edges(SPACE, self.size), cut, self.size)
-        return SimplexMesh(geometry.turn.forth(mesh.nodes), mesh.cells) if isinstance(geometry, Rotated) else mesh
+        cut = ends[np.logical_not(in_face.any(axis=(0, 2)))]
+        if isinstance(geometry, Rotated):
+            mesh = SimplexMesh(geometry.turn.forth(mesh.nodes), mesh.cells)
+            cut = geometry.turn.forth(cut.reshape(-1, 3)).reshape(cut.shape)
+        if len(cut):
+            _warn_of_cut_edges(cut, self.size)
+        return mesh
 
 
 def _form_loops(edge: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -116,9 +119,8 @@ def _lattice(shape: Geometry, flat: np.ndarray, size: float, depth: float) -> "_
     return lambda points: shape.contains(np.clip(points, low, high), SPACE), start, counts, spacing
 
 
-def _warn_of_cut_edges(edges: SharpEdges, cut: np.ndarray, size: float) -> None:
-    """Warn of the sharp edges in the mask `cut`, shape (e,), that a lattice with cubes of edge `size` [m] cuts off."""
-    ends = edges.corner[edges.edge[cut]]
+def _warn_of_cut_edges(ends: np.ndarray, size: float) -> None:
+    """Warn of sharp edges that a lattice with cubes of edge `size` [m] cuts off; ends: their ends [m], shape (e, 2, 3)."""
     length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
     place = ", ".join(f"{x:.4g}" for x in ends[0].mean(axis=0))
     text = (
