@@ -13,8 +13,9 @@ from pellucid.studies.pool import Workers, read_slurm
 
 SBATCH = """#!{python}
 import pathlib, subprocess, sys
+script = pathlib.Path(sys.argv[-1]).read_text()  # its file is deleted when this command ends
 with (pathlib.Path(__file__).parent / "job.log").open("a") as log:
-    subprocess.Popen(["bash", sys.argv[-1]], stdout=log, stderr=log, start_new_session=True)
+    subprocess.Popen(["bash", "-c", script], stdout=log, stderr=log, start_new_session=True)
 print("Submitted batch job 1")
 """
 
