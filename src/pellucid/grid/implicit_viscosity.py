@@ -5,18 +5,28 @@ With the lumped masses m_I, the velocities v*_I that result from all other force
 
     m_I (v_I - v*_I) + Δt (K v)_I = 0
 
-is solved by conjugate gradients, starting from the velocities at the start of the step. K is never stored: each iteration
-passes over the points. The viscosity of a point with a rheology is that of its shear rate in the step before, so that the
-equation remains linear. The velocity of a node is prescribed if supports or driven points constrain it completely. If driven
-points or an absorbing face constrain it partly, its mass is increased. The equations are preconditioned by the diagonal of the
-matrix, or by `fast_diagonalisation` if liquids with an implicit pressure fill most of the grid.
+is solved by conjugate gradients. They start from velocities that are extrapolated from the solutions of the last two steps; at
+nodes without these, from the velocities at the start of the step. K is never stored: each iteration passes over the points. The
+viscosity of a point with a rheology is that of its shear rate in the step before, so that the equation remains linear. The
+velocity of a node is prescribed if supports or driven points constrain it completely. If driven points or an absorbing face
+constrain it partly, its mass is increased. The equations are preconditioned by the diagonal of the matrix, or by
+`fast_diagonalisation` if liquids with an implicit pressure fill most of the grid.
 
 The points receive the stress of the solution. Its forces are added to the other nodal forces before the momentum update.
 Therefore momentum is conserved to rounding at any tolerance, and works, reactions and heat are computed as for all forces. The
-nodal velocities then differ from the solution by r_I/m_I, where r is the residual. The iteration ends when the energy
-Σ r_I²/2m_I of this difference is at most TOLERANCE² times the energy of Δv = v - v*, the change by the implicit stress in the
-step: TOLERANCE is the relative error of its forces. A node with less mass than a point counts with the mass of a point. The
-iteration also ends at the rounding error of the operator on v (column ROUNDING).
+nodal velocities then differ from the solution by r_I/m_I, where r is the residual. The end of the iteration depends on the
+preconditioner:
+
+- With fast diagonalisation. The preconditioner is nearly the inverse of the matrix A of the equations. The error e = A⁻¹r of
+  the velocities then has the energy e·Ae = r·A⁻¹r, kinetic and dissipated, which each iteration computes. The iteration ends
+  when it is at most ACCURACY² times that of the velocities, v·Av. In a liquid at rest, whose velocities are errors themselves,
+  it ends by the next rule, with the tolerance TOLERANCE_AT_REST.
+- With the diagonal, which underestimates the energy of smooth errors, the forces are compared. The iteration ends when the
+  energy Σ r_I²/2m_I is at most TOLERANCE² times the energy of Δv = v - v*, the change by the implicit stress in the step:
+  TOLERANCE is the relative error of its forces. A node with less mass than a point counts with the mass of a point. This is
+  much stricter where viscosity dominates: a force that changes its sign from node to node hardly moves a viscous liquid.
+
+The iteration always ends at the rounding error of the operator on v (column ROUNDING).
 
 Implicit pressure. The pressure of a liquid at the end of the step is p - ρc²Δt tr(D), with the pressure p of its density: ρc²Δt
 is added to λ. Sound then does not limit the step (Harlow & Amsden 1971, J. Comput. Phys. 8, 197). More is needed in long steps:
@@ -80,7 +90,9 @@ from pellucid.grid.viscous_nodes import (
     begin,
     diagonal_by_viscosity,
     find_curvature,
+    foresee,
     keep_forces,
+    keep_solution,
     keep_viscous,
     move,
     precondition,
@@ -101,11 +113,16 @@ from pellucid.step.part import StepPart
 
 VISCOUS_STRESS = "viscous_stress"
 """Name of the point array that holds the viscous stress."""
+ACCURACY = 2e-4
+"""Relative error of the velocities, in the norm of their kinetic energy and dissipation, at which the iteration ends."""
 TOLERANCE = 1e-3
+"""Relative error of the forces at which the iteration ends if the equations are preconditioned by their diagonal."""
 RELATIVE_ROUNDING = 1e-14
+TOLERANCE_AT_REST = 1e-4
+"""The same with fast diagonalisation; in a moving liquid, where ACCURACY is reached earlier, it hardly ever counts."""
 STEADY_TOLERANCE = 1e-5
-"""With implicit pressure, relative error of the velocities at which the iteration ends although the change in the step, as in a
-steady flow, is so small that the error of its forces is larger than TOLERANCE."""
+"""With implicit pressure and the diagonal, relative error of the velocities at which the iteration ends although the change in
+the step, as in a steady flow, is so small that the error of its forces is larger than TOLERANCE."""
 MOST_ROUNDS = 1000
 DAMPED_STEPS = 4
 """Number of first steps in which viscous forces are fully implicit, so that a sudden start does not swing."""
@@ -219,7 +236,7 @@ class ImplicitViscosity(StepPart):
         self._lightest = min(float(np.min(mass, where=mass > 0.0, initial=inf)) for mass in masses)
         self.rounds = [0, 0, 0]
         """Total number of iterations, number of steps, and the largest number of iterations in a step."""
-        self._wrong: float | None = None
+        self._wrong: tuple[str, float, float] | None = None
         self._sums = np.zeros((field.momentum.n_chunks, COLUMNS))
         self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
         self._factors = [np.zeros(2) for _ in bodies]
@@ -240,6 +257,7 @@ class ImplicitViscosity(StepPart):
         self._fast: FastDiagonalisation | None = None
         self._mean = self._mean_stress() if self._full > 0.0 else ImplicitStress(0.0, 0.0, 0.0, 0.0)
         self._theta = 1.0
+        self._earlier_dt = 0.0
 
     @property
     def _time(self) -> float:
@@ -319,6 +337,10 @@ class ImplicitViscosity(StepPart):
                 own = np.full(len(viscous), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
                 own = np.maximum(own, 0.0)
                 keep_viscous(body.n_slabs, body.mapped, viscous, own / (own + 3.0 * stiffness * dt / share))
+        keep_solution(self._n, self._nodes)
+        for solution in self._solutions().values():
+            domain.spread(solution)  # rows of the grid may pass to another process before the next step
+        self._earlier_dt = dt
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _begin(self, dt: float) -> None:
@@ -370,36 +392,46 @@ class ImplicitViscosity(StepPart):
                 mu, lam = 0.0, own_viscosity.second.constant
             factors[:] = mu, 2.0 * mu + lam + stiffness * pressing
             scatter(diagonal)
+        foresee(self._n, self._nodes, self._time, self._dt / self._earlier_dt if self._earlier_dt > 0.0 else 0.0)
         self._map(self._of_solution, pressing)
-        start(self._n, self._nodes, dt, self._lightest, self._time)
+        start(self._n, self._nodes, dt, self._lightest)
+        sums = self._summed()
+        floor, energy, tolerance = RELATIVE_ROUNDING**2 * float(sums[ROUNDING]), 0.0, TOLERANCE
         if self._fast is not None:
             self._fast.begin(dt, pressing, self._mean, self._rows.inverse)
-        sums = self._summed()
-        floor = RELATIVE_ROUNDING**2 * float(sums[ROUNDING])
-        if self._presses:
+            energy, tolerance = float(sums[SIZE]) + dt * (self._power_of_stress() + self._cell_power), TOLERANCE_AT_REST
+        elif self._presses:
             floor = max(floor, STEADY_TOLERANCE**2 * float(sums[SIZE]))
         rounds, last = 0, inf
-        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor):
+        while sums[RESIDUAL] > max(tolerance**2 * float(sums[CHANGE]), floor):
             if rounds == MOST_ROUNDS:
-                self._wrong = sqrt(float(sums[RESIDUAL] / sums[CHANGE]))
+                of_forces = "forces", sqrt(float(sums[RESIDUAL] / sums[CHANGE])), TOLERANCE
+                self._wrong = of_forces if self._fast is None else ("velocities", sqrt(last / energy), ACCURACY)
                 break
-            if self._fast is None:
-                precondition(self._n, self._nodes)
-            else:
-                self._fast.apply(self._rows.residual, self._rows.preconditioned)
-            sum_descent(self._n, self._nodes)
-            descent = float(self._summed()[DESCENT])
-            if not descent > 0.0:
+            descent = self._precondition()
+            if not descent > ACCURACY**2 * energy:
                 break
             turn(self._n, self._nodes, descent / last)
             self._map(self._of_direction, pressing)
             find_curvature(self._n, self._nodes, dt)
-            move(self._n, self._nodes, dt, descent / float(self._summed()[DESCENT]))
+            length = descent / float(self._summed()[DESCENT])
+            move(self._n, self._nodes, dt, length)
             sums, last = self._summed(), descent
+            if self._fast is not None:
+                energy += length * descent  # of the change: search directions are independent in this norm
             rounds += 1
         if rounds:
             self._map(self._of_solution, pressing)
         return rounds
+
+    def _precondition(self) -> float:
+        """Compute the preconditioned residual, and return its product with the residual [J]."""
+        if self._fast is None:
+            precondition(self._n, self._nodes)
+        else:
+            self._fast.apply(self._rows.residual, self._rows.preconditioned)
+        sum_descent(self._n, self._nodes)
+        return float(self._summed()[DESCENT])
 
     def after_momentum(self) -> None:
         """Let the solution strain the points, and find the longest next step: it is at most GROWTH times as long as this one,
@@ -432,6 +464,10 @@ class ImplicitViscosity(StepPart):
             for _, node, force in self._pressed(velocity, dt):
                 self._rows.viscous_force.reshape(-1, ROW)[node, VECTOR] += force
 
+    def _power_of_stress(self) -> float:
+        """Return the power of the stresses of the points in the velocities of the last `_map` [W]."""
+        return sum(float(np.sum(body.storage.sums()[[POWER, HEATING]])) for body in self._bodies)
+
     def _summed(self) -> np.ndarray:
         return self.field.momentum.sum_of_near(self._sums)
 
@@ -440,11 +476,11 @@ class ImplicitViscosity(StepPart):
         `n_steps`, which ended at `time` [s]."""
         if self._wrong is None:
             return
+        of, error, limit = self._wrong
         text = (
             f"step {n_steps}, time {time:.6g} s: implicit {'pressure' if self._presses else 'viscosity'} in the velocity field "
             f"`{self.field.name}` did not "
-            f"converge: after {MOST_ROUNDS} iterations the relative error of its forces is {self._wrong:.2g}, "
-            f"above {TOLERANCE:g}"
+            f"converge: after {MOST_ROUNDS} iterations the relative error of its {of} is {error:.2g}, above {limit:g}"
         )
         softer = ", or a smaller eos.sound_speed" if self._presses else ""
         raise RunStopped(f"{text}; use a smaller time.step or time.courant{softer}", step=n_steps, time=time)
@@ -461,18 +497,30 @@ class ImplicitViscosity(StepPart):
         return done
 
     def facts(self) -> dict[str, Any]:
-        """Return the mean and the largest number of conjugate gradient iterations in a step, and the relative tolerance of
-        the viscous forces, by velocity field."""
+        """Return the mean and the largest number of conjugate gradient iterations in a step, and the relative error at which
+        they end, of the velocities with fast diagonalisation and else of the viscous forces, by velocity field."""
         rounds, steps, most = self.rounds
         mean = rounds / steps if steps else 0.0
-        found = {"rounds_mean": mean, "rounds_largest": most, "tolerance": TOLERANCE}
+        found = {"rounds_mean": mean, "rounds_largest": most, "tolerance": TOLERANCE if self._fast is None else ACCURACY}
         return {"implicit_viscosity": {self.field.name: found}}
 
     def state_numbers(self) -> dict[str, Any]:
-        return {"rounds": self.rounds, "longest": self._longest}
+        return {"rounds": self.rounds, "longest": self._longest, "earlier_step": self._earlier_dt}
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return self._solutions()
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         self.rounds, self._longest = list(numbers["rounds"]), numbers["longest"]
+        self._earlier_dt = numbers["earlier_step"]
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        for name, solution in self._solutions().items():
+            solution[:] = arrays[name]
+
+    def _solutions(self) -> dict[str, np.ndarray]:
+        """Return the solutions of the last two steps by name, in rows of four numbers, shape (nodes, 4)."""
+        return {name: getattr(self._rows, name).reshape(-1, ROW) for name in ("latest", "before")}
 
 
 def implicit_viscosity(

@@ -86,13 +86,46 @@ def along_wall(own, k, vector):
 
 
 @parallel_loop()
-def start(chunk, viscous, dt, lightest, share):
+def foresee(chunk, viscous, share, growth):
+    """Change the velocities without viscosity of a chunk of nodes from those after the step to those at the time of the
+    solution, and extrapolate the initial velocities of the iteration from the solutions of the two steps before; viscous:
+    `ViscousNodes`.
+
+    share: time of the solution, as a share of the step; growth: this step divided by the last, 0 for no extrapolation. Nodes
+    without fluid in one of the two steps keep their initial velocities, those at the start of the step.
+    """
+    own, change = viscous.own, numbers(LANES)
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        k = 4 * I
+        known = growth > 0.0 and own.latest[k + 3] * own.before[k + 3] > 0.0
+        v, latest = load(own.solution, k), load(own.latest, k)
+        store(change, 0, along_wall(own, k, latest + growth * (latest - load(own.before, k)) - v))
+        for d in range(3):
+            if own.inertia[k + d] > 0.0:
+                old = own.solution[k + d]
+                own.target[k + d] = old + share * (own.target[k + d] - old)
+                if known:
+                    own.solution[k + d] = old + change[d]
+
+
+@parallel_loop()
+def keep_solution(chunk, viscous):
+    """Keep the solutions of this and the last step of a chunk of nodes, for `foresee`; viscous: `ViscousNodes`."""
+    own, nodes = viscous.own, viscous.field.nodes
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        k = 4 * I
+        store(own.before, k, load(own.latest, k))
+        store(own.latest, k, load(own.solution, k))
+        own.latest[k + 3] = 1.0 if nodes.mass[I] >= MASS_EPS else 0.0
+
+
+@parallel_loop()
+def start(chunk, viscous, dt, lightest):
     """Compute the residual of the initial velocities of a chunk of nodes from their viscous forces, and the sums of the
     chunk, for the conjugate gradient method; viscous: `ViscousNodes`.
 
     On entry, `inverse` contains the diagonal of the viscous operator without the masses. lightest: smallest mass of a point
-    [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: time over which the forces act [s]; share:
-    share of the step that this time is of the step; the velocities without viscosity become those at this time.
+    [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: time over which the forces act [s].
     """
     own = viscous.own
     residual = change = rounding = whole = 0.0
@@ -100,8 +133,6 @@ def start(chunk, viscous, dt, lightest, share):
         for k in range(4 * I, 4 * I + 3):
             m, v = own.inertia[k], own.solution[k]
             if m > 0.0:
-                if share < 1.0:
-                    own.target[k] = v + share * (own.target[k] - v)
                 off = v - own.target[k]
                 diagonal, weight = m + dt * own.inverse[k], 1.0 / max(m, lightest)
                 own.inverse[k], own.weight[k] = 1.0 / diagonal, weight

@@ -13,6 +13,8 @@ class ViscousRows(NamedTuple):
     inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "effective mass along each axis; 0 if prescribed")]
     target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity without viscosity")]
     solution: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity with viscosity")]
+    latest: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "solution of the last step; fourth number 1 where there was fluid")]
+    before: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "solution of the step before the last; fourth number as in `latest`")]
     residual: Annotated[np.ndarray, rows(FOUND, RUN, "N s", "residual of the solution")]
     preconditioned: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "preconditioned residual")]
     direction: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "search direction: next change of the solution")]
