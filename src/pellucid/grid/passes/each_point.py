@@ -4,10 +4,11 @@ Only this module handles slabs, blocks, columns, vectors and prefetching; a pass
 of the loop are kernels that are called for each block and shared: gathering by all laws, the evaluation of a law by all shape
 functions, sums and faults by all passes. A new law or case therefore compiles little.
 
-Three rules make the loop fast. Gathering processes several points that share their nodes at a time. The loop over the
-physics of a point writes only to columns, so that the compiler vectorizes it. Each part prefetches memory of the next block.
-A line that breaks a rule makes a pass slower by a quarter: `pellucid bench` measures each pass, and `benchmarks/pairs.py`
-compares two states of the source.
+Four rules make the loop fast. Gathering processes several points that share their nodes at a time. The loop over the physics
+of a point writes only to columns, so that the compiler vectorizes it. Each part prefetches memory of the next block. Scratch
+memory begins with zeros: lanes beyond the last point of a block do not count, but processors are slow with the denormal
+numbers that a stack may hold. A line that breaks a rule makes a pass slower by a quarter or more: `pellucid bench` measures
+each pass, and `benchmarks/pairs.py` compares two states of the source.
 """
 
 from typing import Any
@@ -224,8 +225,8 @@ def _slab(s, points, dt, which):
     SUMS, columns = KEPT + size(evaluation.found_like.kept), size(evaluation.found_like.sums)
     FAULT = SUMS + columns + 1
     COLUMNS = max(FAULT + 2, KEPT + GATHERED)
-    c, sums, of_lost, first_fault = numbers(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns), indices(2)
-    functions_found, first_node = numbers(WIDTH * size(functions_like(points.gathering.functions))), indices(BLOCK)
+    c, sums, of_lost, first_fault = zeros(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns), indices(2)
+    functions_found, first_node = zeros(WIDTH * size(functions_like(points.gathering.functions))), indices(BLOCK)
     weights, bounds, vectors = numbers(WIDTH * WEIGHTS), bounds_of(slabs, s), 0
     first_fault[0] = first_fault[1] = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
