@@ -3,10 +3,12 @@
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.prescribed_motion import Motion
+from pellucid.conditions.signals.time_table import ChangesInTime
+from pellucid.conditions.support import Support
 from pellucid.conditions.wall import Wall
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
@@ -42,6 +44,14 @@ class SteadyCase(Part):
         None,
     )
 
+    control: Literal["load", "arc-length"] = parameter(
+        "",
+        "what is given in a load step: load (the loads at its end) or arc-length (the distance along the path of equilibria, "
+        "through limit points of the load). With arc-length all loads are multiplied by an unknown load factor. The run ends "
+        "when the factor reaches 1, or after `load_steps` equilibria; the first one is where the factor would be "
+        "1/`load_steps` in the linear theory",
+        "load",
+    )
     load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
     at: tuple[float, ...] = parameter(
         "s",
@@ -85,6 +95,10 @@ class SteadyCase(Part):
                 regular.insert(place, level)
         return regular
 
+    def columns(self) -> dict[str, str]:
+        """Return names and SI units of the columns of the history that show the state of the analysis."""
+        return {"load_factor": "", "unstable_modes": ""} if self.control == "arc-length" else {}
+
     def is_factored(self, parts: Parts) -> bool:
         """Return True if equilibria are found with a factored stiffness, not by relaxation; parts: all parts of the case."""
         return self.method != "relaxation" and why_not_factored(parts) is None
@@ -108,6 +122,8 @@ class SteadyCase(Part):
         of_volumes = any(condition.kind_of_load() == "volume" for condition in parts.of(Condition))  # they are told below
         if self.method == "factored" and not of_volumes and (lacking := why_not_factored(parts)) is not None:
             yield Finding((*path, "method"), lacking, 'Set it to "relaxation", or remove this key.')
+        if self.control == "arc-length":
+            yield from self._path_problems(path, parts)
         for other, condition in parts.placed(Condition):
             if (reason := condition.why_not_steady()) is None:
                 continue
@@ -131,6 +147,43 @@ class SteadyCase(Part):
                 yield Finding(
                     (*path, "mass_scaling"), f'the inertia of bodies of kind "{body.kind}" cannot be scaled', "Remove this key."
                 )
+
+    def _path_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Yield a finding for everything that the path of equilibria under loads with an unknown factor does not include; path,
+        parts: as for `problems`."""
+        place, without = (*path, "control"), 'or set steady.control = "load"'
+        bodies = parts.of(BodyModel)
+        if self.at:
+            yield Finding((*path, "at"), "the loads have no times with arc-length control", f"Remove this key, {without}.")
+        if self.method == "relaxation":
+            yield Finding((*path, "method"), "a relaxation finds stable equilibria only", f"Remove this key, {without}.")
+        elif (lacking := why_not_factored(parts)) is not None:
+            yield Finding(place, f"arc-length control needs a factored stiffness, but {lacking}", "Remove this key.")
+        elif len(bodies) != 1:
+            text = f"arc-length control follows one body, and the case has {len(bodies)}"
+            yield Finding(place, text, f"Remove the other bodies, {without}.")
+        elif bodies[0].n_points(None) > FEW_NODES and (size := bodies[0].stiffness_size()) is not None and size.is_approximate:
+            text = f"arc-length control needs the factors of the stiffness itself, and those of {bodies[0].name} are too large"
+            yield Finding(place, text, f"Use a coarser mesh, {without}.")
+        for other, condition in parts.placed(Condition):
+            if isinstance(condition, (Contact, Wall)):
+                yield Finding(other, "arc-length control does not include contact", f"Remove this table, {without}.")
+            elif condition.kind_of_load() == "volume":
+                text = "arc-length control does not include pressures that depend on the volume"
+                yield Finding(other, text, 'Set steady.control = "load": a given volume passes limit points of the pressure.')
+            elif isinstance(condition, Motion) and (condition.top_speed() > 0.0 or condition.top_turn() > 0.0):
+                text = "arc-length control multiplies loads by a factor, and prescribes no displacements"
+                remedy = 'Set steady.control = "load": a prescribed displacement passes limit points of the force.'
+                yield Finding(other, text, remedy)
+            elif isinstance(condition, Support) and (any(condition.velocity) or condition.until is not None):
+                key = "velocity" if any(condition.velocity) else "until"
+                text = "with arc-length control supports are fixed, since there is no time"
+                yield Finding((*other, key), text, f"Remove this key, {without}.")
+        load: Any
+        for other, load in parts.placed(Part):
+            if isinstance(load, ChangesInTime) and (change := load.key_of_change()) is not None:
+                text = "with arc-length control all loads are multiplied by the same load factor, from their full values"
+                yield Finding((*other, change), text, f"Remove this key, {without}.")
 
 
 def deforming_bodies(parts: Parts) -> list[BodyModel]:

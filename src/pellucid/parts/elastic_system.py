@@ -227,6 +227,40 @@ class BodySystem(ElasticSystem, Protocol):
         """Return energy and forces at the trial positions under the present loads."""
 
 
+class PathSystem(BodySystem, Protocol):
+    """An `ElasticSystem` whose equilibria are followed along a path on which the loads are multiplied by an unknown factor
+    (`pellucid.simulation.arc_length`)."""
+
+    def scale_loads(self, factor: float) -> None:
+        """Multiply the present loads on the nodes, with gravity, by a factor."""
+
+    def external_loads(self) -> np.ndarray:
+        """Return the present loads on the free components of the nodes, with gravity [N], shape (n, 3)."""
+
+    def factor_indefinite(self) -> None:
+        """Compute and factor the stiffness at the last trial positions, with that of the loads, also if it is not positive
+        definite. Raises LinAlgError if it is singular."""
+
+    @property
+    def unstable_modes(self) -> int:
+        """Number of negative eigenvalues of the stiffness at the last call of `factor_indefinite`."""
+
+    def signed_frequency(self) -> float | None:
+        """Return the lowest natural frequency [Hz] at the last call of `factor_indefinite`, negative if it is imaginary: -f for
+        a disturbance that grows as exp(2π f t). None if it is not known."""
+
+    def accept_on_path(
+        self, position: np.ndarray, leaving: np.ndarray, arriving: np.ndarray, load_middle: Callable[[], None], dt: float
+    ) -> None:
+        """Move the nodes to positions [m], shape (n, 3), at which `attempt` was called last, and compute works and reactions of
+        the step dt [s] of the time of the loads.
+
+        leaving, arriving: derivatives of the positions at both ends with respect to the share of the path between both
+        equilibria [m], shape (n, 3); load_middle: function that computes the loads in the middle of the path for the present
+        positions.
+        """
+
+
 class MovingSystem(BodySystem, Protocol):
     """An `ElasticSystem` that also moves by its inertia, in implicit time steps (`pellucid.simulation.implicit`)."""
 
@@ -263,7 +297,7 @@ class MovingSystem(BodySystem, Protocol):
 class HasElasticSystem(Protocol):
     """A body whose equilibria can be found with a factored stiffness."""
 
-    def elastic_system(self) -> BodySystem:
+    def elastic_system(self) -> PathSystem:
         """Return energy, forces and stiffness of the body."""
 
 

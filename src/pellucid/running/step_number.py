@@ -117,6 +117,12 @@ times agrees with those measured for 400 to 16 000 unknowns within a factor of t
 
 def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
     number, most = len(steady.levels(case.time.end)) - 1, steady.most_steps
+    if steady.control == "arc-length":
+        text = (
+            f"up to {number} equilibria along a path, with a factored stiffness of {_factors(case)} in each iteration; the "
+            "number of iterations is not known in advance"
+        )
+        return Foretold(UNKNOWN, UNKNOWN, text)
     if steady.is_factored(parts_of(case)):
         text = (
             f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {_factors(case)}; the number of "

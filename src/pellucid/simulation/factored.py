@@ -18,7 +18,8 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import BodySystem, ElasticSystem, HasElasticSystem
-from pellucid.simulation.clock import renew_loads
+from pellucid.simulation.arc_length import ArcLengthClock
+from pellucid.simulation.clock import Clock, renew_loads
 from pellucid.simulation.contact_search import ContactSearch, contact_search, deforms
 from pellucid.simulation.joint_system import JointSystem
 from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
@@ -330,7 +331,7 @@ class FactoredClock(SteadyClock):
 
 def steady_clock(
     case: "Case", steady: "SteadyCase", bodies: Sequence[Body], parts: StepParts, works_on_grid: Callable[[], StepWork]
-) -> SteadyClock:
+) -> Clock:
     """Return the clock of a steady analysis for its method. steady: its settings; works_on_grid: function that returns the
     works of the bodies on the grid in the last step."""
     given = steady, case.time, bodies, case.body, parts
@@ -348,8 +349,11 @@ def steady_clock(
             text = f"body {pressure.body}: {error}, which is not computed with a factored stiffness"
             raise CaseError(Problem(text, remedy="Hold the rim along the normal of its lid with a [[support]].")) from None
     systems = list(own.values())
-    touching = None if contact is None else contact_search(contact, bodies, systems, works_on_grid)
     follows = any(condition.kind_of_load() == "follower" for condition in of_case.of(Condition))
+    if steady.control == "arc-length":
+        (system,) = systems
+        return ArcLengthClock(steady, case.time, bodies, parts, system, follows)
+    touching = None if contact is None else contact_search(contact, bodies, systems, works_on_grid)
     return FactoredClock(*given, systems, follows or touching is not None, touching)
 
 

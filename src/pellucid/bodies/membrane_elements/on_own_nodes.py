@@ -17,7 +17,7 @@ from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.parts.body import Placement
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
-from pellucid.parts.elastic_system import BodySystem
+from pellucid.parts.elastic_system import PathSystem
 from pellucid.step.limit import StepLimit, bending_in_mesh, springs_of_contact, told
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         self._count_power()
         self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing, self.contact_rate)
 
-    def elastic_system(self) -> BodySystem:
+    def elastic_system(self) -> PathSystem:
         """Return energy, forces and stiffness for equilibria; only for triangles."""
         surface, stiffness = self.surface, self.mass * self.surface.wave_at_start**2
         given = surface, self.arrays["position"], self.motion, stiffness, self._take_equilibrium, self.totals

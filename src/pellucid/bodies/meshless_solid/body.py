@@ -24,7 +24,7 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells, FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.capabilities import SLOWER_LOADS, HasContactSurface, HasMesh, Springs
-from pellucid.parts.elastic_system import BodySystem, HasElasticSystem, HasMovingSystem, MovingSystem
+from pellucid.parts.elastic_system import HasElasticSystem, HasMovingSystem, MovingSystem, PathSystem
 from pellucid.state import with_owner
 from pellucid.step.limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 
@@ -143,7 +143,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface, HasElasticSystem,
             self._volume_inertia = VolumeInertia(self.solid, motion.inertia, motion.free, shear, frequency)
             self.renew_totals()
 
-    def elastic_system(self) -> BodySystem:
+    def elastic_system(self) -> PathSystem:
         """Return energy, forces and stiffness for equilibria; only for nodal values that are prescribed directly."""
         approximates = self._case.approximates_stiffness
         tetrahedra = LinearTetrahedra(self.mesh, self._functions.at_nodes) if approximates else None

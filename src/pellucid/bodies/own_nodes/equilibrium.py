@@ -10,6 +10,7 @@ from pellucid.bodies.own_nodes.motion import ForceParts, ForcesOnTheWay, Moved, 
 from pellucid.bodies.own_nodes.stiffness import NodalStiffness
 from pellucid.bodies.own_nodes.twists import loose_twists, neutral_twists, no_twists
 from pellucid.contact.frozen import ContactSprings
+from pellucid.linear.differences import GroupedDifferences
 from pellucid.parts.elastic_system import Trial, VolumePressure
 
 TANGENTS, SETTLED = 20, 1e-6  # most iterations for the tangent under loads that follow; their last relative change
@@ -64,6 +65,7 @@ class NodalSystem(ABC):
         self._leaving = Tangent(self.increment, self.increment)
         self._free, self._stored = motion.free, self._stored_energy()  # at the last equilibrium
         self._stiffness: NodalStiffness | None = None
+        self._load_differences: GroupedDifferences | None = None
         self.tried = self.position.copy()
         """Positions of the last trial [m], shape (n, 3)."""
 
@@ -298,6 +300,57 @@ class NodalSystem(ABC):
         if not stable:
             arriving = Tangent(2.0 * displacement - leaving.moved, leaving.resisted)
         return leaving, arriving
+
+    # paths along which the load factor is an unknown
+
+    def scale_loads(self, factor: float) -> None:
+        self._motion.scale_external(factor)
+
+    def external_loads(self) -> np.ndarray:
+        return np.where(self._motion.free, self._motion.external_forces(self._motion.force_parts()), 0.0)
+
+    def factor_indefinite(self) -> None:
+        self._matrix().renew_indefinite(self._motion.free, self.tried, self._load_stiffness())
+        self._find_neutral()
+
+    def _load_stiffness(self) -> np.ndarray | None:
+        """Return the symmetric part of the stiffness of loads that follow the deformation, if the matrix does not include it,
+        for each pair of linked nodes [N/m], shape (pairs, 3, 3); otherwise None."""
+        if not self._follow or self.includes_load_stiffness:
+            return None
+        if self._load_differences is None:
+            step = DIFFERENCE * float(np.ptp(self.rest, axis=0).max())
+            self._load_differences = GroupedDifferences(self._matrix().links(), step)
+
+        def loads(position: np.ndarray) -> np.ndarray:
+            self._load_at(position, 1.0)
+            return self._motion.external_forces(self._motion.force_parts())
+
+        found = self._load_differences.find(loads, self.tried.copy())
+        self._load_at(self.tried, 1.0)
+        return found
+
+    @property
+    def unstable_modes(self) -> int:
+        return self._matrix().unstable_modes
+
+    def signed_frequency(self) -> float | None:
+        return self._matrix().signed_frequency(self._motion.inertia)
+
+    def accept_on_path(
+        self, position: np.ndarray, leaving: np.ndarray, arriving: np.ndarray, load_middle: Callable[[], None], dt: float
+    ) -> None:
+        motion, displacement, none = self._motion, position - self.position, np.zeros_like(position)
+        after = motion.force_parts()
+        self._present[:] = 0.5 * (self.position + position) + 0.125 * (leaving - arriving)
+        load_middle()
+        middle = motion.force_parts()
+        self._present[:] = position
+        self._renew(1.0)
+        moved = Moved(displacement, Tangent(leaving, none), Tangent(arriving, none), self._rates)
+        motion.record_equilibrium(moved, ForcesOnTheWay(self._before, middle, after), dt)
+        self._free = motion.free
+        self._accepted(dt)
 
     def _grown(self) -> np.ndarray:
         """Return by how much the loads on the nodes grow in the step at their present positions [N], shape (n, 3)."""

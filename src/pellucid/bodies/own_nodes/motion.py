@@ -241,6 +241,11 @@ class NodalMotion:
         """Set the fraction of gravity that is applied: 0 to 1."""
         self.gravity_share, self.gravity[:] = share, share * self._full_gravity
 
+    def scale_external(self, factor: float) -> None:
+        """Multiply loads and gravity of this step by a factor."""
+        self.loads *= factor
+        self.share_gravity(factor * self.gravity_share)
+
     def scale_inertia(self, inertia: np.ndarray) -> None:
         """Set an inertia [kg], shape (n,), that replaces the nodal masses in the response to forces."""
         self.inertia = inertia
@@ -437,7 +442,9 @@ class NodalMotion:
         before, middle, after = forces
         first, last = moved.leaving.moved, moved.arriving.moved
         works, bend, reach = self._work[0], (last - first) / 12.0, moved.displacement / 5.0 - (first + last) / 60.0
-        of_gravity = float(np.sum(self._arrays["mass"] * (bend @ (after.gravity - before.gravity))))
+        bow_of_gravity = 4.0 * middle.gravity - 2.0 * (before.gravity + after.gravity)
+        along = bend @ (after.gravity - before.gravity) + reach @ bow_of_gravity
+        of_gravity = float(np.sum(self._arrays["mass"] * along))
         bow = 4.0 * middle.loads - 2.0 * (before.loads + after.loads)
         of_loads = np.sum((after.loads - before.loads) * bend + bow * reach, axis=(1, 2))
         pulled = (moved.leaving.resisted - moved.arriving.resisted) / 12.0  # loads cancel

@@ -12,6 +12,7 @@ from scipy import sparse
 from pellucid.bodies.own_nodes.twists import loose_twists
 from pellucid.contact.frozen import ContactSprings
 from pellucid.linear.elimination import Elimination, Factor, Precision, on_one_thread
+from pellucid.linear.indefinite import IndefiniteFactor
 
 FIRST_SHIFT, GROWTH, MOST_SHIFT = 1e-5, 10.0, 10.0
 """Stiffness that is added to the diagonal where K is not positive definite, as a fraction of the diagonal: the first, the
@@ -61,7 +62,7 @@ class NodalStiffness(ABC):
         self._elimination = Elimination(links, places, self._indptr, self._indices, d, pressures)
         self._diagonal = self._entry[row == links.indices][:, range(d), range(d)]  # (n, d)
         self._values = np.zeros(len(self._indices))
-        self._factor: Factor | None = None
+        self._factor: Factor | IndefiniteFactor | None = None
         self._free = np.ones((self._n, d), bool)
         # springs between all nodes by their slopes times the root of their stiffness (Woodbury's formula), and the
         # displacements without springs under these as forces
@@ -73,6 +74,8 @@ class NodalStiffness(ABC):
         self.shift = 0.0
         """Stiffness that was added to the diagonal of the last factor, as a fraction of the diagonal: 0 if the body is
         stable."""
+        self.unstable_modes = 0
+        """Number of negative eigenvalues of the matrix at the last call of `renew_indefinite`."""
 
     @abstractmethod
     def _find(self, dt: float) -> None:
@@ -83,6 +86,11 @@ class NodalStiffness(ABC):
         """Return springs between all nodes, which the matrix does not include: the stiffness c of each and the slopes s [m] of
         its length, shape (n, 3). They add c s sᵀ to the matrix."""
         return []
+
+    def links(self) -> sparse.csr_array:
+        """Return the adjacency matrix of the nodes, shape (n, n), with the pairs of nodes in the order of its entries."""
+        first, linked = self._links
+        return sparse.csr_array((np.ones(len(linked)), linked, first), shape=(self._n, self._n))
 
     def _pairs(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return the indices of the pairs of nodes (one, other) among all linked pairs."""
@@ -115,14 +123,38 @@ class NodalStiffness(ABC):
         self._motions = len(loose_twists(position, free)) if added is None else 0
         self._free[:, :3] = free
         single = self._factored(free, single)
+        self._couple_springs()
+        self._excess = 0.0
+        if self.shift > 0.0 and len(self._slopes) and self._is_held_by_springs():
+            self._excess, self.shift = self.shift, 0.0
+        return single
+
+    def renew_indefinite(self, free: np.ndarray, position: np.ndarray, added: np.ndarray | None) -> None:
+        """Compute and factor the matrix in the state of the last forces as it is, also if it is not positive definite, and
+        count its negative eigenvalues in `unstable_modes`. Raises LinAlgError if it is singular.
+
+        free, position: as for `renew`; added: further stiffness between linked nodes, such as that of loads [N/m], shape
+        (pairs, 3, 3).
+        """
+        self._find(0.0)
+        if added is not None:
+            self._values[self._entry[:, :3, :3]] += added
+        self._motions, self._free[:, :3] = len(loose_twists(position, free)), free
+        self.shift = self._excess = 0.0
+        numbers, diagonal, size = self._without_held(free)
+        numbers[diagonal] += (FREE_SHIFT if self._motions else 0.0) * size[free]
+        self._factor = IndefiniteFactor(sparse.csr_array((numbers, self._indices, self._indptr)), self._elimination.order)
+        self._couple_springs()
+        pressures = (self._d - 3) * self._n  # of which each has a negative pivot
+        by_springs = int(np.count_nonzero(np.linalg.eigvalsh(self._coupling) < 0.0)) if len(self._slopes) else 0
+        self.unstable_modes = self._factor.negative - pressures - by_springs
+
+    def _couple_springs(self) -> None:
+        """Solve for the displacements under the forces of the springs between all nodes, with the present factors."""
         springs = [np.pad(np.sqrt(stiffness) * slope, ((0, 0), (0, self._d - 3))) for stiffness, slope in self._springs()]
         self._slopes = np.array(springs).reshape(-1, self._n, self._d)
         self._answers = np.array([self._solved_without_springs(slope) for slope in self._slopes]).reshape(self._slopes.shape)
         self._coupling = np.eye(len(springs)) + _products(np.where(self._free, self._slopes, 0.0), self._answers)
-        self._excess = 0.0
-        if self.shift > 0.0 and len(springs) and self._is_held_by_springs():
-            self._excess, self.shift = self.shift, 0.0
-        return single
 
     def _touch(self, springs: ContactSprings) -> None:
         """Add springs of contact to the entries of the matrix. Products of nodes that are not linked are added to the diagonal
@@ -149,14 +181,7 @@ class NodalStiffness(ABC):
     def _factored(self, free: np.ndarray, single: bool) -> bool:
         """Factor the matrix, with stiffness on its diagonal if it is not positive definite. Arguments and result are as for
         `renew`."""
-        flat, d = self._free.ravel(), self._d
-        numbers = self._values.copy()
-        row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
-        numbers[~(flat[row] & flat[self._indices])] = 0.0
-        held, diagonal = self._diagonal[~self._free], self._diagonal[:, :3][free]
-        size = np.abs(self._values[self._diagonal[:, :3]])
-        size[:] = size.max(axis=1, keepdims=True)  # a flat membrane has no stiffness across its plane
-        numbers[held] = size.mean()
+        numbers, diagonal, size = self._without_held(free)
         self.shift = 0.0
         single = single and self._motions == 0  # FREE_SHIFT is below the rounding of single precision
         least, self._weights[:, :3] = FREE_SHIFT if self._motions else 0.0, size
@@ -174,6 +199,19 @@ class NodalStiffness(ABC):
             self.shift = max(GROWTH * self.shift, FIRST_SHIFT)
             if not self.shift <= MOST_SHIFT:
                 raise np.linalg.LinAlgError
+
+    def _without_held(self, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the entries of the matrix in which prescribed components are decoupled, the indices of the diagonal entries of
+        the free displacements, and the size of the diagonal, shape (n, 3). free: as for `renew`."""
+        flat, d = self._free.ravel(), self._d
+        numbers = self._values.copy()
+        row = np.repeat(np.arange(d * self._n), np.diff(self._indptr))
+        numbers[~(flat[row] & flat[self._indices])] = 0.0
+        held, diagonal = self._diagonal[~self._free], self._diagonal[:, :3][free]
+        size = np.abs(self._values[self._diagonal[:, :3]])
+        size[:] = size.max(axis=1, keepdims=True)  # a flat membrane has no stiffness across its plane
+        numbers[held] = size.mean()
+        return numbers, diagonal, size
 
     def _of_motions(self) -> float:
         """Return the largest eigenvalue, relative to the diagonal, of motions of the body as a whole that nothing resists."""
@@ -248,11 +286,11 @@ class NodalStiffness(ABC):
         return found is not None and bool(found[0][0] > -error and found[0][-1] > error)
 
     def _lowest(
-        self, weights: np.ndarray, shift: float, tolerance: float, count: int = 1
+        self, weights: np.ndarray, shift: float, tolerance: float, count: int = 1, negative: bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the smallest eigenvalues of the matrix relative to weights, shape (3 n,), in ascending order, and their
         displacements, shape (count, n, 3), by the Lanczos method with the factors of the matrix and `shift` times the weights;
-        None if it does not converge."""
+        None if it does not converge. negative: True if there are `count` negative eigenvalues, and these are sought."""
         from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
         shape = (3 * self._n, 3 * self._n)
@@ -260,6 +298,7 @@ class NodalStiffness(ABC):
         diagonal = sparse.diags_array(weights, format="csr")
         start = np.random.default_rng(0).standard_normal(shape[0])
         given: dict[str, Any] = {"M": diagonal, "sigma": -shift, "OPinv": inverse, "v0": start, "tol": tolerance}
+        given["which"] = "SA" if negative else "LM"  # of the reciprocal eigenvalues
         with on_one_thread(), suppress(ArpackNoConvergence):
             # the matrix itself is not used
             values, vectors = eigsh(diagonal, count, ncv=min(max(LANCZOS, 4 * count), shape[0]), **given)
@@ -274,6 +313,18 @@ class NodalStiffness(ABC):
             return None
         found = self._lowest(np.repeat(mass, 3), 0.0, 1e-3)
         return None if found is None else float(np.sqrt(found[0][0])) / (2.0 * np.pi)
+
+    def signed_frequency(self, mass: np.ndarray) -> float | None:
+        """Return the lowest natural frequency [Hz] with the factors of `renew_indefinite`, negative if it is imaginary: -f for
+        a disturbance that grows as exp(2π f t). None if it is not known; mass: as for `lowest_frequency`."""
+        if self._motions > 0 or not self._free[:, :3].any():
+            return None
+        unstable = self.unstable_modes
+        found = self._lowest(np.repeat(mass, 3), 0.0, 1e-3, max(unstable, 1), unstable > 0)
+        if found is None:
+            return None
+        square = float(found[0][0])
+        return float(np.copysign(np.sqrt(abs(square)), square)) / (2.0 * np.pi)
 
     def _solved(self, right: np.ndarray) -> np.ndarray:
         if self._excess == 0.0:

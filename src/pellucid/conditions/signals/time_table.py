@@ -180,6 +180,11 @@ class ChangesInTime(Model):
         own = self.declared_anew
         return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
 
+    def key_of_change(self) -> str | None:
+        """Return the key that changes the load in time; None if it is constant."""
+        rise, amplitude = self._change()
+        return "amplitude" if amplitude is not None else "rise" if rise > 0.0 else None
+
     def share(self, time: float) -> float:
         """Return the fraction of the load that acts at a time [s], as defined by `rise` or `amplitude`; 1 if neither is
         given."""

@@ -216,6 +216,8 @@ def _viscosity_rows(run: Run) -> list[list[str]]:
 def _analysis_row(case: StoredCase) -> list[str]:
     if case.steady is not None:
         steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
+        if case.steady.control == "arc-length":
+            return ["path of equilibria", f"up to {steps}, tolerance {number(case.steady.tolerance)}"]
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
     if case.time.method == "implicit":
         return ["time", f"implicit steps of {number(case.time.step or case.time.end)} s, to {number(case.time.end)} s"]

@@ -62,6 +62,8 @@ class Recorder:
         self._kinds = users_kinds(case)
         every = [condition for several in case.conditions().values() for condition in several]
         self._states = {name: unit for condition in every for name, unit in condition.columns().items()}
+        if case.steady is not None:
+            self._states |= case.steady.columns()
         self._probes = ProbeReader(case.probe, recorded.get("probes"), case.periods)
         self._written: dict[str, Any] = defaultdict(hashlib.sha256)  # of all that was added to each file so far
         self._known = recorded.get("written", {})
