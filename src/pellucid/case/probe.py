@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pellucid.case.steady import SteadyCase
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
@@ -148,7 +149,14 @@ def other_columns(parts: Parts) -> list[str]:
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
     of_bodies = (channel.name for body in parts.of(BodyModel) for channel in body.channels())
-    return [*COLUMNS, *loads, *channels, *of_bodies, *(name for condition in conditions for name in condition.columns())]
+    return [*COLUMNS, *loads, *channels, *of_bodies, *state_columns(parts)]
+
+
+def state_columns(parts: Parts) -> dict[str, str]:
+    """Return names and SI units of the columns of the history that show the state of conditions and of a steady analysis.
+    parts: parts (tables) of the case."""
+    shown: list[Condition | SteadyCase] = [*conditions_in_case(parts), *parts.of(SteadyCase)]
+    return {name: unit for part in shown for name, unit in part.columns().items()}
 
 
 class Probe(Part):
@@ -378,9 +386,8 @@ def unit_of(name: str, parts: Parts) -> str | None:
         return probe.unit
     if name in COLUMN_UNITS:
         return COLUMN_UNITS[name]
-    for condition in conditions_in_case(parts):
-        if name in condition.columns():
-            return condition.columns()[name]
+    if (unit := state_columns(parts).get(name)) is not None:
+        return unit
     if name.startswith("momentum_"):
         return MOMENTUM
     return ENERGY if name in other_columns(parts) else None
@@ -399,7 +406,7 @@ def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
     sound = parts.are_sound(Probe) and parts.are_sound(Condition)
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]
-        told = [column for condition in conditions_in_case(parts) for column in condition.columns()]
+        told = list(state_columns(parts))
         text = f"not a column of the history; available probes: {listed(parts.names(Probe)) or 'none'}"
         text += f"; other columns: {', '.join([*told, 'time', 'energies'])}"
         yield Finding(path, text, hint(name, names) or "Add a [[probe]] with this name.")

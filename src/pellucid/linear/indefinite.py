@@ -29,11 +29,17 @@ class IndefiniteFactor:
                 self._factors = splu(permuted, "NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             except RuntimeError:
                 raise np.linalg.LinAlgError("the matrix is singular") from None
-        pivots = self._factors.U.diagonal()
-        if not np.array_equal(self._factors.perm_r, self._factors.perm_c) or not np.isfinite(pivots).all():
+        pivots, place = self._factors.U.diagonal(), self._factors.perm_c
+        if not np.array_equal(self._factors.perm_r, place) or not np.isfinite(pivots).all():
             raise np.linalg.LinAlgError("a pivot vanishes")
+        self._pivots = np.empty_like(pivots)
+        self._pivots[order] = pivots[place]
         self.negative = int(np.count_nonzero(pivots < 0.0))
         """Number of negative eigenvalues of the matrix."""
+
+    def pivots(self) -> np.ndarray:
+        """Return the absolute pivots of the unknowns, shape (n,)."""
+        return np.abs(self._pivots)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return the solution of the linear system for the right-hand side `right`, shape (n,)."""

@@ -119,7 +119,7 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
     number, most = len(steady.levels(case.time.end)) - 1, steady.most_steps
     if steady.control == "arc-length":
         text = (
-            f"up to {number} equilibria along a path, with a factored stiffness of {_factors(case)} in each iteration; the "
+            f"up to {number} equilibria along a path, with a factored stiffness of {_factors(case, 2)} in each iteration; the "
             "number of iterations is not known in advance"
         )
         return Foretold(UNKNOWN, UNKNOWN, text)
@@ -146,12 +146,13 @@ def _implicit_steps(case: "Case", now: float, until: float | None = None) -> For
     return _counted(left, time.step or time.end, text)
 
 
-def _factors(case: "Case") -> str:
-    """Return a text on the size of the factored stiffness of a case and the time of a factorisation."""
+def _factors(case: "Case", copies: int = 1) -> str:
+    """Return a text on the size of the factored stiffness of a case and the time of a factorisation; copies: 2 if both factors
+    of the matrix are computed and stored, as for a matrix that is not definite."""
     sizes = [size for body in deforming_bodies(parts_of(case)) if (size := body.stiffness_size()) is not None]
     unknowns = sum(size.unknowns for size in sizes)
-    memory = sum((4e-6 if size.is_approximate else 8e-6) * size.numbers for size in sizes)
-    seconds = sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
+    memory = copies * sum((4e-6 if size.is_approximate else 8e-6) * size.numbers for size in sizes)
+    seconds = copies * sum(size.operations / OPERATIONS + size.numbers / NUMBERS for size in sizes)
     known = f"about {clock(seconds)}" if seconds >= 0.1 else "less than 0.1 s"
     needed = f"{memory:.3g} MB" if memory < 1e3 else f"{1e-3 * memory:.2g} GB"
     text = f"{unknowns} unknowns: {needed} and {known} for each factorisation"

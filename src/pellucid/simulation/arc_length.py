@@ -279,6 +279,8 @@ class ArcLengthClock(Clock):
         self._length = 0.0  # of the next step along the path
         self._has_arrived = False  # True if the load factor has reached 1
         self.limits: list[Limit] = []
+        self.branches: list[int] = []
+        """Numbers of the equilibria after which another path branches off, counted from 1; 0 for the start."""
         self.modes: list[int] = []
         """Number of unstable modes of each equilibrium."""
         self.frequencies: list[float | None] = []
@@ -311,10 +313,11 @@ class ArcLengthClock(Clock):
         try:
             if self._point is None:
                 self._point, distance = self._search.start()
-                self._length = distance / self.steady.load_steps
+                self._length, self._state.modes = distance / self.steady.load_steps, self._system.unstable_modes
             start = self._point
             end, is_last = self._find(start)
         except NoEquilibrium as reason:
+            self._system.reject()
             raise RunStopped(
                 f"the path of equilibria cannot start ({reason})\n    Hold the body by [[support]]s and apply a load; a flat "
                 "membrane needs an initial tension or a curved shape."
@@ -361,8 +364,15 @@ class ArcLengthClock(Clock):
         self.frequencies.append(frequency)
         self.corrections.append(self._search.corrections)
         self.factors.append(end.factor)
-        number = len(self.factors)
-        for share in span.extremes():
+        number, extremes = len(self.factors), span.extremes()
+        if abs(modes - self._state.modes) > len(extremes):
+            self.branches.append(number - 1)
+            warnings.warn(
+                f"equilibrium {number}: the stability changed without a limit point, so another path branches off before it. "
+                "The run stays on this path. A small load across the body, or an imperfect shape, leads to the other one",
+                stacklevel=2,
+            )
+        for share in extremes:
             kind = "maximum" if span.factor(share) > max(start.factor, end.factor) else "minimum"
             self.limits.append(Limit(kind, span.factor(share), number - 1))
             warnings.warn(
@@ -402,7 +412,12 @@ class ArcLengthClock(Clock):
     def facts(self) -> dict[str, Any]:
         limits = [{"kind": kind, "load_factor": factor, "after_equilibrium": after} for kind, factor, after in self.limits]
         found = {"method": "factored", "control": "arc-length", "load_factors": self.factors, "limit_points": limits}
-        found |= {"unstable_modes": self.modes, "lowest_frequencies": self.frequencies, "steps": self.corrections}
+        found |= {
+            "branches_after_equilibria": self.branches,
+            "unstable_modes": self.modes,
+            "lowest_frequencies": self.frequencies,
+            "steps": self.corrections,
+        }
         own = {"estimated_error": self._search.error, "unbalanced_force": self._search.unbalanced}
         return {"steady": {**found, "reached_full_load": self._has_arrived, **own}}
 
@@ -431,7 +446,7 @@ class ArcLengthClock(Clock):
             self._point = PathPoint(arrays["reached"].copy(), self.factors[-1], arrays["along"].copy(), numbers["rate"])
 
 
-LISTS = "modes", "frequencies", "corrections", "factors"
+LISTS = "branches", "modes", "frequencies", "corrections", "factors"
 
 
 def _cubic(share: float, start: Any, end: Any, leaving: Any, arriving: Any) -> Any:

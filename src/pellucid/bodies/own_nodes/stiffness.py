@@ -144,6 +144,8 @@ class NodalStiffness(ABC):
         numbers, diagonal, size = self._without_held(free)
         numbers[diagonal] += (FREE_SHIFT if self._motions else 0.0) * size[free]
         self._factor = IndefiniteFactor(sparse.csr_array((numbers, self._indices, self._indptr)), self._elimination.order)
+        if self._has_soft_mode(self._factor, free, size):
+            raise np.linalg.LinAlgError
         self._couple_springs()
         pressures = (self._d - 3) * self._n  # of which each has a negative pivot
         by_springs = int(np.count_nonzero(np.linalg.eigvalsh(self._coupling) < 0.0)) if len(self._slopes) else 0
@@ -217,7 +219,7 @@ class NodalStiffness(ABC):
         """Return the largest eigenvalue, relative to the diagonal, of motions of the body as a whole that nothing resists."""
         return 4.0 * FREE_SHIFT if self._motions else 0.0
 
-    def _has_soft_mode(self, factor: Factor, free: np.ndarray, size: np.ndarray) -> bool:
+    def _has_soft_mode(self, factor: Factor | IndefiniteFactor, free: np.ndarray, size: np.ndarray) -> bool:
         """Return True if no more than errors of the matrix, or FREE_SHIFT, resist a displacement that is not a motion of the
         whole body. size: diagonal of the matrix, shape (n, 3)."""
         if self.least_pivot == 0.0:
