@@ -23,6 +23,7 @@ SLOPE = np.radians(3.0)
 ALONG, ACROSS = np.array([np.cos(SLOPE), 0.0, np.sin(SLOPE)]), np.array([-np.sin(SLOPE), 0.0, np.cos(SLOPE)])
 TIP = {"box": {"lower": [0.99, -0.01, 0.05], "upper": [1.01, 0.01, 0.06]}}
 PUSHED = 0.12
+PRESSED = {"body": "bar", "value": 5.0, "where": {"normal": ACROSS.tolist()}}
 PUSH = {"name": "push", "body": "bar", "part": TIP, "displacement": {"z": {"kind": "steady", "velocity": -PUSHED}}}
 
 
@@ -125,10 +126,11 @@ def test_a_balloon_passes_its_largest_pressure():
     assert abs(sim.budget.conservation()["energy"]) < 1e-3
 
 
-def test_the_run_ends_where_all_loads_act():
-    """Below its largest pressure the balloon reaches all of it, with the equilibrium of load control."""
-    arc = to_the_end(balloon(2, pressure=1.0, tolerance=1e-9))
-    load = to_the_end(balloon(2, pressure=1.0, tolerance=1e-9, control="load"))
+@pytest.mark.parametrize("case", [balloon(2, pressure=1.0), toggle(18, load=[], pressure=[PRESSED])])
+def test_the_run_ends_where_all_loads_act(case):
+    """Below the largest pressure the path reaches all of it, with the equilibrium of load control."""
+    case = case.with_settings({"steady.tolerance": 1e-9})
+    arc, load = (to_the_end(case.with_settings({"steady.control": control})) for control in ("arc-length", "load"))
     assert path(arc)["reached_full_load"] is True
     assert path(arc)["load_factors"][-1] == 1.0
     assert arc.clock.n_steps < 18

@@ -155,8 +155,11 @@ class Misfit:
 
         A steady analysis gets equilibria at the load times of the measured abscissae. For curves against another probe,
         these times are determined from a first run with all parameters in the middle of their ranges. A motion in time gets
-        rows at the spacing of the measured times.
+        rows at the spacing of the measured times. A path of equilibria with arc-length control keeps its rows, since it has no
+        given times.
         """
+        if self.case.steady is not None and self.case.steady.control == "arc-length":
+            return
         times = [curve.x for curve in self.curves if curve.against == TIME]
         if self.case.steady is None:
             self._refine_rows(times)

@@ -221,7 +221,10 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
 
 
 def _time(run: Run) -> str:
-    """Return the label of the time axis: "load time" for a steady analysis (a sequence of equilibria), otherwise "time"."""
+    """Return the label of the time axis: "load time" for a steady analysis (a sequence of equilibria), "time along the path" if
+    it follows a path of equilibria, otherwise "time"."""
+    if run.stored.steady and run.stored.steady.control == "arc-length":
+        return "time along the path"
     return "load time" if run.stored.steady else "time"
 
 

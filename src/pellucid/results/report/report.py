@@ -215,9 +215,10 @@ def _viscosity_rows(run: Run) -> list[list[str]]:
 
 def _analysis_row(case: StoredCase) -> list[str]:
     if case.steady is not None:
-        steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         if case.steady.control == "arc-length":
-            return ["path of equilibria", f"up to {steps}, tolerance {number(case.steady.tolerance)}"]
+            most = f"at most {case.steady.load_steps} equilibria"
+            return ["path of equilibria", f"{most}, arc-length control, tolerance {number(case.steady.tolerance)}"]
+        steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
     if case.time.method == "implicit":
         return ["time", f"implicit steps of {number(case.time.step or case.time.end)} s, to {number(case.time.end)} s"]
