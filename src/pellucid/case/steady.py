@@ -6,6 +6,9 @@ from math import inf
 from typing import Any, Literal
 
 from pellucid.conditions.contact import Contact
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.loads.rigid_load import RigidForce
+from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.signals.time_table import ChangesInTime
 from pellucid.conditions.support import Support
@@ -40,7 +43,8 @@ class SteadyCase(Part):
         "this fails is relaxed) or relaxation (damped motion). Default: factored if the bodies without prescribed motion are "
         'meshless solids with essential = "direct" and membranes of triangles without wrinkling, at most one of the bodies in '
         "contact is a membrane, and the conditions are supports, prescribed motions, pressures, given volumes, enclosed gases "
-        "or liquids that do not flow out, body forces, point loads, tractions, contacts and walls; otherwise relaxation",
+        "or liquids that do not flow out, body forces, point loads, tractions, forces and springs of rigid bodies, contacts "
+        "and walls; otherwise relaxation",
         None,
     )
 
@@ -139,7 +143,7 @@ class SteadyCase(Part):
                 key = "velocity" if velocity else "initial"
                 yield Finding((*other, key), "the computation of steady states starts at rest", "Remove this key.")
             if _is_tool(body, parts):
-                yield from _tool_problems(body, other, parts)
+                yield from _tool_problems(self, body, other, parts)
                 continue
             if fault := _why_not_relaxed(body, is_alone(body, parts)):
                 yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
@@ -203,10 +207,10 @@ def why_not_factored(parts: Parts) -> str | None:
     if (reason := _why_too_large(deforming, parts)) is not None:
         return reason
     for path, condition in parts.placed(Condition):
-        if condition.kind_of_load() == "other":
-            return f"the factored stiffness does not include the forces of [[{path[0]}]]"
         if (own := condition.why_not_factored()) is not None:
             return own.text
+        if condition.kind_of_load() == "other":
+            return f"the factored stiffness does not include the forces of [[{path[0]}]]"
         if isinstance(condition, Contact) and condition.is_of_one_body:
             return f"the factored stiffness does not include contact of {condition.between[0]} with itself"
     sheets = [body.name for body in parts.of(BodyModel) if body.is_surface]
@@ -276,18 +280,24 @@ def _is_tool(body: BodyModel, parts: Parts) -> bool:
     return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
 
 
-def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Yield a finding for a rigid body whose motion is not fully prescribed. path: path of the body in the case; parts: the
-    parts of the case."""
+def _tool_problems(steady: SteadyCase, body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield a finding for a rigid body whose motion is not fully prescribed, if the search for equilibria does not find its
+    place. steady: settings of the analysis; path: path of the body in the case; parts: the parts of the case."""
     motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
     along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
     about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
     free = sorted(along.difference(*(motion.axes() for motion in motions)))
     remedy = "replace the body by a meshless solid of a stiff material"
-    if free:
-        axes = listed(["xyz"[axis] for axis in free])
+    axes = listed(["xyz"[axis] for axis in free])
+    if free and body.is_rigid and steady.is_factored(parts):
+        yield from _free_tool_problems(body, axes, path, parts)
+    elif free:
         held = ", ".join(f'"{"xyz"[axis]}"' for axis in free)
-        text = f"[steady]: the rigid body {body.name} is free along {axes}, but [steady] does not move rigid bodies"
+        reason = 'steady.method is "relaxation"' if steady.method == "relaxation" else why_not_factored(parts)
+        text = (
+            f"[steady]: the rigid body {body.name} is free along {axes}, but the relaxation does not move rigid bodies, and "
+            f"equilibria are relaxed because {reason}"
+        )
         add = f"Add hold = [{held}] or a `displacement` along {axes} to" if motions else f"Add hold = [{held}] in"
         yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}.")
         return
@@ -302,3 +312,18 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
                 "rotate rigid bodies"
             )
             yield Finding((*path, "rigid"), text, f"Set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}.")
+
+
+def _free_tool_problems(body: BodyModel, free: str, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Yield findings for loads on a rigid body whose place the search for equilibria finds, if these loads are not included or
+    if there are none. free: axes along which the body is free, for messages; path: path of the body in the case; parts: the
+    parts of the case."""
+    acting = [(place, load) for place, load in parts.placed(LoadModel) if load.body == body.name]
+    for place, load in acting:
+        if not isinstance(load, (RigidForce, RigidSpring)):
+            text = f"[steady] does not include loads of this kind on the rigid body {body.name}, which is free along {free}"
+            yield Finding((*place, "kind"), text, 'Use kind = "rigid-force".')
+    if not acting and not any(parts.gravity or ()):
+        text = f"[steady]: the rigid body {body.name} is free along {free}, but no load acts on it"
+        remedy = f'Add a [[load]] of kind = "rigid-force" on {body.name}, or hold it along {free} by a [[motion]].'
+        yield Finding((*path, "rigid"), text, remedy)

@@ -121,6 +121,10 @@ class FrozenSide:
         pressed = (self.last.press > 0.0) & (self._friction > 0.0)
         self._one.slip[self._listed[pressed]] += -self.last.drag[pressed] / self._stiffness[pressed, None]
 
+    def touches(self, surface: ContactSurface) -> bool:
+        """Return True if the points are those of a surface or touch it."""
+        return self._one is surface or (self._beneath is not None and self._beneath.surface is surface)
+
     def springs_of(self, surface: ContactSurface) -> ContactSprings | None:
         """Return the springs of the last forces on a surface: at the points if it is theirs, at their feet if it is the other
         one; None for any other surface."""

@@ -275,14 +275,17 @@ class SurfacePairs(StepPart):
         for pair in self._pairs:
             pair.begin(time, 1.0)
             pair.step = dt
-            found += [(pair, side) for side in pair.freeze(described, self._slips, dt)]
+            if not _is_of_free_tool(pair):
+                found += [(pair, side) for side in pair.freeze(described, self._slips, dt)]
         self._frozen = [*self._frozen[1 - geometries :], found] if geometries > 1 else [found]
         for _, side in chain(*self._frozen):
             side.weight = 1.0 / len(self._frozen)
 
-    def exert_on_trial(self, surfaces: Sequence[ContactSurface], dt: float) -> None:
+    def exert_on_trial(
+        self, surfaces: Sequence[ContactSurface], dt: float, tools: Sequence[ContactSurface] = ()
+    ) -> list[np.ndarray]:
         """Compute the contact forces at the present positions for the geometry of the last call of `freeze`, and apply them to
-        surfaces; dt: step in which they act [s]."""
+        surfaces; dt: step in which they act [s]. Returns the sum of the forces on each surface of `tools` [N], shape (3,)."""
         described = self._described
         forces = {id(surface): np.zeros((len(described[id(surface)].place), 3)) for surface in self.surfaces}
         for surface in surfaces:
@@ -293,6 +296,7 @@ class SurfacePairs(StepPart):
             pair.impulse += dt * side.exert(forces, pair.surfaces[0])
         for surface in surfaces:
             surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
+        return [described[id(tool)].fold(forces[id(tool)]).sum(axis=0) for tool in tools]
 
     def jump(self, time: float, dt: float, judged: Callable[[], float]) -> float:
         """Return what `judged` returns with the geometry of contact at the present positions; afterwards the geometry is as
@@ -307,6 +311,21 @@ class SurfacePairs(StepPart):
         """Return the springs of the last contact forces at trial positions on a surface."""
         found = [side.springs_of(surface) for _, side in chain(*self._frozen)]
         return [springs for springs in found if springs is not None]
+
+    def springs_between(self, surface: ContactSurface, tool: ContactSurface) -> list[ContactSprings]:
+        """Return those of these springs that join a surface to the surface of a tool."""
+        found = [side.springs_of(surface) for _, side in chain(*self._frozen) if side.touches(tool)]
+        return [springs for springs in found if springs is not None]
+
+    def presses(self, tool: ContactSurface) -> bool:
+        """Return True if the last forces at trial positions include pressure on the surface of a tool."""
+        return any(side.touches(tool) and bool((side.last.press > 0.0).any()) for _, side in chain(*self._frozen))
+
+    def left_out(self) -> list[tuple[str, ...]]:
+        """Return the names of both sides of each overlap at the positions of the last call of `freeze` that the search for
+        equilibria does not include: of a rigid body that is free to move with a wall or a body that does not deform."""
+        pairs = [pair for pair in self._pairs if _is_of_free_tool(pair)]
+        return [pair.between for pair in pairs if pair.find(self._described)]
 
     def store_friction(self) -> None:
         """Take the last trial as the reference state of friction and of initial overlaps."""
@@ -469,6 +488,12 @@ class SurfacePairs(StepPart):
             lead.restore(kept)
         for pair, lost in zip(self._pairs, numbers["lost"], strict=True):
             pair.law.lost = lost
+
+
+def _is_of_free_tool(pair: Touch) -> bool:
+    """Return True for contact of a rigid body that is free to move with a wall or with a body that does not deform: a search
+    for equilibria does not include it."""
+    return all(surface.is_hard for surface in pair.surfaces) and any(s.rigid_mass < np.inf for s in pair.surfaces)
 
 
 @kernel()

@@ -49,7 +49,7 @@ class NodalMomentum:
         self._sums = np.zeros((n, row_length(self._columns, len(supports.velocity) + 1)))
         self._lags = np.zeros((n, 1))
         load = fields_of(AdvancedNodes)["load"].allocate(external.loads.shape[1] if len(external.loads) else 0)
-        self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
+        self._full_gravity, self.gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
         separate = np.zeros(0) if separate_forces is None else separate_forces
         self._bundle = Bundle(
@@ -92,9 +92,14 @@ class NodalMomentum:
         `near`)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity that acts on the nodes [m/s²], shape (3,)."""
+        return self._gravity.copy()
+
     def share_gravity(self, share: float) -> None:
         """Set gravity to a fraction, 0 to 1, of its full value."""
-        self._gravity_share, self._gravity[:] = share, share * self._full_gravity
+        self.gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
         """Set the nodes that may receive impulses in this step after the momentum update; nodes: arrays of their indices."""
@@ -139,7 +144,7 @@ class NodalMomentum:
         elif self._waits:
             count_works(self._listed.chunks.n, self._chunks, self._listed.chunks, NOWHERE, *how)
         done = step_work(self._summed(self._sums), self._columns)
-        return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
+        return done._replace(gravity_mass=self.gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
         """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work

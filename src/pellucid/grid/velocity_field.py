@@ -109,6 +109,16 @@ class VelocityField:
     def _act(self, external: ExternalAction) -> None:
         self.external, self._clear_external = external, Clearing(STEP, self.grid.rows, external)
 
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity that acts on the nodes [m/s²], shape (3,)."""
+        return self.momentum.gravity
+
+    @property
+    def gravity_share(self) -> float:
+        """Fraction of gravity that acts on the nodes."""
+        return self.momentum.gravity_share
+
     def share_gravity(self, share: float) -> None:
         """Set gravity on the nodes to a fraction, 0 to 1, of its full value."""
         self.momentum.share_gravity(share)

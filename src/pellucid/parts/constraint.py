@@ -53,6 +53,51 @@ class PrescribesWhole(Protocol):
         prescribe these components; return both by the name of the motion, shape (3,) each."""
 
 
+class ToolLoads(NamedTuple):
+    """Loads on a rigid body in an equilibrium."""
+
+    forces: Mapping[int, np.ndarray]  # (3,) force at the centre of mass [N], by the column of its work in arrays of works
+    stiffness: np.ndarray  # (3,) derivative of the sum of the forces with respect to a displacement against them [N/m]
+
+    @property
+    def force(self) -> np.ndarray:
+        """Sum of the forces [N], shape (3,)."""
+        return sum(self.forces.values(), np.zeros(3))
+
+
+@runtime_checkable
+class PlacedBySearch(Protocol):
+    """A constraint of a rigid body whose free translations a search for equilibria finds."""
+
+    def moves_freely(self) -> bool:
+        """Return True if a component of the motion is free."""
+
+    def seek(self) -> np.ndarray:
+        """Let a search, instead of the momentum of the body, find the translations that are free; rotations that are free are
+        held. Returns the mask of these axes, shape (3,)."""
+
+    def displacement(self) -> np.ndarray:
+        """Return the displacement of the centre of mass since the start [m], shape (3,)."""
+
+    def displace(self, displacement: np.ndarray) -> None:
+        """Move the body so that the centre of mass has a displacement since the start [m], shape (3,)."""
+
+    def share_gravity(self, share: float) -> None:
+        """Set the fraction of gravity that acts on the body."""
+
+    def discard_loads(self) -> None:
+        """Discard the loads on the body that conditions have added since the last step."""
+
+    def loads(self) -> ToolLoads:
+        """Return the loads on the body that conditions have added since `discard_loads`, and the weight."""
+
+    def keep_loads(self) -> None:
+        """Store the loads that conditions have added since `discard_loads`, for `apply_kept_loads`."""
+
+    def apply_kept_loads(self) -> None:
+        """Replace the loads of the coming step by those of `keep_loads`."""
+
+
 class RepeatedConstraint(PointConstraint):
     """A constraint that can act a second time in a step, after contact has applied impulses a second time (after momentum was
     mapped again, MUSL)."""

@@ -153,20 +153,21 @@ def _common_nodes(grid: GridCase, *supports: Support) -> np.ndarray:
 
 
 def free_turns(case: Case) -> Iterator[str]:
-    """Yield a warning for each rigid body whose translation is fully prescribed, but whose motions have neither the key
-    `rotation` nor `hold_rotation`."""
+    """Yield a warning for each rigid body whose translation is fully prescribed, or found in a steady analysis, but whose
+    motions have neither the key `rotation` nor `hold_rotation`."""
     parts = parts_of(case)
     for body in case.body:
         motions = [motion for motion in case.motion if motion.body == body.name]
         said = any(motion.turns_about() or motion.hold_rotation is not None for motion in motions)
-        if body.is_rigid and is_driven(body.name, parts) and not said:
+        if body.is_rigid and (case.steady is not None or is_driven(body.name, parts)) and not said:
             thin = case.thin
             about = [axis for d, axis in enumerate("xyz") if not any(thin[other] for other in range(3) if other != d)]
             turns = ", ".join(f'"{axis}"' for axis in about)
             if about and case.steady is not None:
+                where = f"motion {motions[-1].name}" if motions else f"a [[motion]] of body {body.name}"
                 yield (
-                    f"the motion of the rigid body {body.name} does not prescribe its rotation; [steady] constrains the "
-                    f"rotation about {listed(about)}. Add hold_rotation = [{turns}] to motion {motions[-1].name} to state this."
+                    f"no motion of the rigid body {body.name} prescribes its rotation; [steady] constrains the "
+                    f"rotation about {listed(about)}. Add hold_rotation = [{turns}] to {where} to state this."
                 )
             elif about:
                 yield (

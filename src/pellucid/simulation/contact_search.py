@@ -9,12 +9,15 @@ from typing import TypeGuard
 import numpy as np
 
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.frozen import ContactSprings
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import StepWork, no_work, total_work
 from pellucid.parts.body import Body
-from pellucid.parts.constraint import PrescribesWhole
+from pellucid.parts.constraint import PlacedBySearch, PrescribesWhole
 from pellucid.parts.elastic_system import BodySystem
+from pellucid.simulation.free_tools import FreeTool, approach, coupling_to, stiffness_of
+from pellucid.simulation.joint_system import JointSystem
 
 EXACT, ROUGH = 5e-4, 5e-3  # overlaps that may remain, see `ContactSearch.overlap`, at a load step and on the way to it
 STAYS = 3  # corrections in which an overlap that decreases falls to less than half
@@ -49,6 +52,12 @@ class ContactSearch:
         self._begun = self.done = NO_WORK  # works of the tools under the forces of the last equilibrium
         """Works of the tools in the last step, from the forces at both ends, with the impulses at its end."""
         self._deepest = contact.deepest
+        rigid = [(tool, law) for tool, law in _rigid(tools) if law.moves_freely()]
+        surfaces = [(tool, law, touching_surface(tool, contact)) for tool, law in rigid]
+        self.free_tools = [FreeTool(tool, law, surface) for tool, law, surface in surfaces if surface is not None]
+        """Rigid bodies whose place the search finds along some axes."""
+        self._rigid = [law for _, law in _rigid(tools)]
+        self._free_surfaces = [tool.surface for tool in self.free_tools]
         self._places: list[np.ndarray] = []  # of the points of all surfaces at the last equilibrium [m]
 
     # tools
@@ -72,17 +81,71 @@ class ContactSearch:
         self._places = [surface.place.copy() for surface in self._contact.surfaces]
         self._contact.begin_search()
         self._contact.freeze(start, 0.0)
-        self._act(start, dt, begin, act)
+        for tool, pushed in zip(self.free_tools, self._contact.exert_on_trial([], 0.0, self._free_surfaces), strict=True):
+            tool.pushed = pushed
+        self._act(start, dt, begin, act, ends=False)
+        for tool in self.free_tools:
+            tool.begin(dt)
         self._contact.note_external_work()
         self._begun, self._is_due, self._corrections = self._works(), True, 0
 
-    def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> None:
+    def _act(self, time: float, dt: float, begin: Callable[[float], None], act: Callable[[float], None], ends: bool) -> None:
+        self.discard_loads()
         begin(dt)
+        for law in self._rigid if ends else ():
+            law.apply_kept_loads()
+        for tool in () if ends else self.free_tools:
+            tool.leave()
         self._set_velocities(moving=True)
         self._contact.begin(time, dt)
         for body in self._bodies:
             body.relax(0.0, 0.0, 0.0, body.motion.gravity_share)
         act(dt)
+
+    def discard_loads(self) -> None:
+        """Discard the loads on rigid bodies that conditions have added."""
+        for law in self._rigid:
+            law.discard_loads()
+
+    def take_loads(self) -> None:
+        """Take the loads on rigid bodies that conditions have added since `discard_loads` as those of the equilibrium that is
+        sought."""
+        for law in self._rigid:
+            law.keep_loads()
+        for tool in self.free_tools:
+            tool.take_loads()
+
+    def approach(self, renew: Callable[[], None], farthest: float) -> str | None:
+        """Move rigid bodies that no contact holds along their loads until they touch another body. Returns the name of a body
+        that touches none within a displacement `farthest` [m], or None. renew: function that computes the loads."""
+        if not self.free_tools:
+            return None
+        found = approach(self.free_tools, AHEAD * self._deepest, farthest, renew, self._presses)
+        for tool in self.free_tools:
+            for surface, places in zip(self._contact.surfaces, self._places, strict=True):
+                if surface is tool.surface:
+                    places += tool.approached
+        return None if found is None else found.body.name
+
+    def _presses(self, tool: FreeTool) -> bool:
+        self._contact.freeze(self._time, self._dt)
+        return self._contact.presses(tool.surface) or self.left_out() is not None
+
+    def joint(self, systems: Sequence[BodySystem]) -> JointSystem:
+        """Return bodies and free rigid bodies as one system; systems: of the bodies, in their order."""
+
+        def springs(body: int, tool: FreeTool) -> list[ContactSprings]:
+            surface = self._bodies[body].contact_surface
+            return [] if surface is None else self._contact.springs_between(surface, tool.surface)
+
+        def stiffness(tool: FreeTool) -> np.ndarray:
+            every = [each for body in range(len(self._bodies)) for each in springs(body, tool)]
+            return stiffness_of(every)
+
+        def coupling(body: int, tool: FreeTool, axis: int) -> np.ndarray:
+            return coupling_to(springs(body, tool), axis, len(systems[body].rest))
+
+        return JointSystem(systems, self.exert, self.free_tools, stiffness, coupling)
 
     def counts(self, body: Body) -> bool:
         """Return True if `done` includes the works of a body with its own nodes: a tool."""
@@ -107,9 +170,11 @@ class ContactSearch:
         """Compute reactions and works of the tools under the forces of the equilibrium that was found. The tools do not
         move. begin, act: as for `begin`."""
         there = self._states()
-        self._act(self._time, self._dt, begin, act)
+        self._act(self._time, self._dt, begin, act, ends=True)
         ended = self._works()
         self.done = ended._replace(works=0.5 * (self._begun.works + ended.works))
+        for free in self.free_tools:
+            free.add_work(self.done.works)
         self._restore(there)
         self._set_velocities(moving=False)
         for tool in self._tools:
@@ -133,7 +198,9 @@ class ContactSearch:
         if self._is_due:
             self._contact.freeze(self._time, self._dt, MEAN if self._corrections > MANY else 1)
             self._is_due = False
-        self._contact.exert_on_trial(self._on_trial, self._dt)
+        sums = self._contact.exert_on_trial(self._on_trial, self._dt, self._free_surfaces)
+        for tool, pushed in zip(self.free_tools, sums, strict=True):
+            tool.pushed = pushed
 
     def springs_of(self, body: ExplicitNodes) -> list[ContactSprings]:
         """Return the springs of the last contact forces on a body."""
@@ -169,6 +236,12 @@ class ContactSearch:
         """Take the state of the last trial as the reference for friction and initial overlaps."""
         self._contact.store_friction()
 
+    def left_out(self) -> str | None:
+        """Return, as text, two rigid bodies, or a rigid body and a wall, that overlap at the positions of the last detection
+        although no contact between them is computed; None if there are none."""
+        found = self._contact.left_out() if self.free_tools else []
+        return " and ".join(found[0]) if found else None
+
     def leave(self) -> None:
         """Prepare contact for a relaxation."""
         self._contact.end_search()
@@ -195,6 +268,24 @@ def _are_near(places: np.ndarray, others: np.ndarray, distance: float) -> np.nda
     others: positions of both at the start and at the end, shape (2 n, 3) [m]."""
     inside = (places > others.min(axis=0) - distance) & (places < others.max(axis=0) + distance)
     return np.asarray(inside.all(axis=1).reshape(2, -1).any(axis=0))
+
+
+def _rigid(tools: Sequence[Body]) -> list[tuple[Body, PlacedBySearch]]:
+    """Return the rigid bodies among tools, with the objects that move them."""
+    pairs: list[tuple[Body, object]] = [(tool, tool.constraint) for tool in tools]
+    return [(tool, law) for tool, law in pairs if isinstance(law, PlacedBySearch)]
+
+
+def touching_surface(body: Body, contact: SurfacePairs | None) -> ContactSurface | None:
+    """Return the surface by which a body takes part in the contact of the case, or None."""
+    own: ContactSurface | None = getattr(body, "contact_surface", None)
+    return own if contact is not None and any(own is other for other in contact.surfaces) else None
+
+
+def must_touch(bodies: Sequence[Body], contact: SurfacePairs | None) -> Body | None:
+    """Return a rigid body that is free to move but takes no part in the contact of the case, so that nothing could balance
+    its loads; None if there is none."""
+    return next((body for body, law in _rigid(bodies) if law.moves_freely() and touching_surface(body, contact) is None), None)
 
 
 def deforms(body: Body) -> TypeGuard[ExplicitNodes]:

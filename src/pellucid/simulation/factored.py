@@ -4,7 +4,7 @@ relaxation for load steps in which none is found."""
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import ceil
+from math import ceil, dist, inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,14 +14,14 @@ from pellucid.conditions.enclosed.steady import VolumeLoad
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import StepWork
 from pellucid.errors import CaseError, Interrupted, Problem, RunStopped
+from pellucid.findings import listed
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.elastic_system import BodySystem, ElasticSystem, HasElasticSystem
 from pellucid.simulation.arc_length import ArcLengthClock
 from pellucid.simulation.clock import Clock, renew_loads
-from pellucid.simulation.contact_search import ContactSearch, contact_search, deforms
-from pellucid.simulation.joint_system import JointSystem
+from pellucid.simulation.contact_search import ContactSearch, contact_search, deforms, must_touch
 from pellucid.simulation.minimum import Equilibrium, Minimiser, NoEquilibrium
 from pellucid.simulation.steady import BEGIN_AT, MOST_CORRECTIONS, NEARER, SteadyClock
 from pellucid.smooth_step import smooth_step
@@ -35,6 +35,7 @@ SMALLEST = 1.0 / 64.0  # of a load step: smallest part that is tried before the 
 UNSETTLED, MOST_UNSETTLED = 1e-2, 0.3
 """Limits of the residual forces over all forces after a new detection of contact at an equilibrium: from the first on a
 warning, from the second on the load step is divided."""
+TOO_FAR = "surfaces move so far in one step that they could pass through each other"
 QUICK = 60  # iterations up to which the next part of a load step is twice as large
 
 
@@ -43,7 +44,8 @@ class FactoredClock(SteadyClock):
     at the end of a load step, or in between if a whole load step failed.
 
     steady, time, bodies, models, parts: as for `SteadyClock`; systems: energy, forces and stiffness of the bodies that relax;
-    follows: True if loads depend on the deformation; contact: contact of the bodies, None without contact.
+    follows: True if loads depend on the deformation; contact: contact of the bodies, None without contact; farthest: longest
+    way in the grid [m].
     """
 
     def __init__(
@@ -56,14 +58,17 @@ class FactoredClock(SteadyClock):
         systems: Sequence[BodySystem],
         follows: bool,
         contact: ContactSearch | None,
+        farthest: float = inf,
     ) -> None:
         super().__init__(steady, time, bodies, models, parts)
         self.touching = contact
         """Contact of the bodies; None without contact."""
         self._parts, self._systems, self._follows = parts, systems, follows
+        self._free_tools = [] if contact is None else contact.free_tools
+        self._farthest = farthest
         self._searched: Sequence[ElasticSystem] = systems
-        if contact is not None and len(systems) > 1:
-            self._searched = [JointSystem(systems, contact.exert)]
+        if contact is not None and (len(systems) > 1 or contact.free_tools):
+            self._searched = [contact.joint(systems)]
         self._minimisers = [Minimiser(system, steady.tolerance) for system in self._searched]
         self._share = 1.0  # of a load step that is tried next
         self._relaxing, self._prepared = False, False
@@ -105,8 +110,11 @@ class FactoredClock(SteadyClock):
 
     def _share_gravity(self, time: float) -> None:
         """Let the fraction of gravity act that acts at a time of the loads [s]."""
+        share = smooth_step(time / self.case.end)
         for body in self._relaxed:
-            body.relax(1.0, 1.0, 1.0, smooth_step(time / self.case.end))
+            body.relax(1.0, 1.0, 1.0, share)
+        for tool in self._free_tools:
+            tool.share_gravity(share)
 
     def carry_out(self, dt: float, begin: Callable[[float], None], act: Callable[[float], None]) -> float:
         while not self._relaxing:
@@ -121,8 +129,11 @@ class FactoredClock(SteadyClock):
             for system in self._searched:
                 system.take_loads(renew, self._follows)
             try:
+                self._approach(partial(renew, 1.0))
                 rough = 0.0 if self.touching is None else NEARER * BEGIN_AT
                 found = [minimiser.find(self._tell, rough) for minimiser in self._minimisers]
+                if self._free_tools and self.touching is not None and self.touching.moved_too_far():
+                    raise NoEquilibrium(TOO_FAR)
                 if self.touching is not None:
                     found = self._without_overlap(self.touching, found, not self._reaches(dt), begin, act)
             except NoEquilibrium as reason:
@@ -136,6 +147,21 @@ class FactoredClock(SteadyClock):
             return dt
         self._was_search = False
         return super().carry_out(super().next_step(self._bodies), begin, act)
+
+    def _approach(self, renew: Callable[[], None]) -> None:
+        """Let rigid bodies that nothing holds touch another body; renew: function that computes the loads."""
+        if self.touching is None:
+            return
+        lost = self.touching.approach(renew, self._farthest)
+        self._check_left_out(self.touching)
+        if lost is not None:
+            self._reject()
+            raise RunStopped(
+                f"load step {self._equilibria + 1}: the load on the rigid body {lost} moves it beyond the grid without contact "
+                "with a body that deforms, so it has no equilibrium. Turn the load towards such a body, or hold the body by a "
+                'spring (a [[load]] of kind "rigid-spring")',
+                body=lost,
+            )
 
     def _without_overlap(
         self,
@@ -162,17 +188,28 @@ class FactoredClock(SteadyClock):
             if is_exact:
                 break
         if touching.moved_too_far():
-            raise NoEquilibrium("surfaces move so far in one step that they could pass through each other")
+            raise NoEquilibrium(TOO_FAR)
         (minimiser,) = self._minimisers
         left = touching.jump(minimiser.unbalanced)
         if left > MOST_UNSETTLED and not on_the_way:  # at the first touch all forces are small, and on the way nothing is lost
             raise NoEquilibrium(f"the forces of contact jump with its geometry, by {left:.2g} of all forces")
         if left > UNSETTLED and not on_the_way:
             self._warn_of_jump(left)
+        self._check_left_out(touching)
         touching.end(begin, act)
         minimiser.unbalanced()
         touching.accept()
         return [equilibrium._replace(iterations=n, unbalanced=left) for equilibrium, n in zip(found, iterations, strict=True)]
+
+    def _check_left_out(self, touching: ContactSearch) -> None:
+        """Raise RunStopped if bodies overlap whose contact is not computed."""
+        if (between := touching.left_out()) is None:
+            return
+        self._reject()
+        raise RunStopped(
+            f"load step {self._equilibria + 1}: {between} overlap, but [steady] computes contact of a rigid body under forces "
+            "only with bodies that deform. Model it as a meshless solid of a stiff material"
+        )
 
     def _warn_of_jump(self, left: float) -> None:
         warnings.warn(
@@ -187,7 +224,11 @@ class FactoredClock(SteadyClock):
         of the loads [s]."""
         time = start + share * dt
         self._share_gravity(time)
+        if self.touching is not None:
+            self.touching.discard_loads()
         renew_loads(self._bodies, self._parts, time, dt)
+        if self.touching is not None:
+            self.touching.take_loads()
 
     def _tell(self, iteration: int, error: float) -> None:
         self._told = iteration, error
@@ -205,8 +246,16 @@ class FactoredClock(SteadyClock):
         self._reject()
         self._share = 0.5 * dt / self._each
         number = self._equilibria + 1
-        if self._share >= SMALLEST * (self._levels[number] - self._levels[number - 1]):
+        smallest = SMALLEST**2 if self._free_tools else SMALLEST
+        if self._share >= smallest * (self._levels[number] - self._levels[number - 1]):
             return 0.5 * dt
+        if self._free_tools:
+            names = listed([tool.body.name for tool in self._free_tools])
+            raise RunStopped(
+                f"load step {number}: no equilibrium was found with a factored stiffness ({reason}) after the last one, at "
+                f"{self._begun_at * self._each:.4g} s. The relaxation does not move the rigid body {names}. Hold it along axes "
+                "on which contact does not hold it, or set more `steady.load_steps` or smaller loads"
+            )
         if self._parts.of(VolumeLoad):
             raise RunStopped(
                 f"load step {number}: no equilibrium was found with a factored stiffness ({reason}) after the last one, at "
@@ -353,8 +402,13 @@ def steady_clock(
     if steady.control == "arc-length":
         (system,) = systems
         return ArcLengthClock(steady, case.time, bodies, parts, system, follows)
+    if (alone := must_touch(bodies, contact)) is not None:
+        text = f"the rigid body {alone.name} is free to move, but no body that deforms can touch it"
+        raise CaseError(Problem(text, remedy=f"Give {alone.name} a `field` of its own, or prescribe its motion."))
     touching = None if contact is None else contact_search(contact, bodies, systems, works_on_grid)
-    return FactoredClock(*given, systems, follows or touching is not None, touching)
+    grid = case.grid_or_none
+    farthest = inf if grid is None else dist(grid.lower, grid.upper)
+    return FactoredClock(*given, systems, follows or touching is not None, touching, farthest)
 
 
 FACTORED = "_share", "_relaxing", "_prepared", "_iterations", "_residual"

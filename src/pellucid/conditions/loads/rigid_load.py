@@ -1,7 +1,7 @@
 """Base of loads on rigid bodies as a whole, and the load that is given as a force and a torque."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector, check, parameter
 from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import LoadKind
 from pellucid.parts.part import Parts
 from pellucid.step.part import AtEachStep, StepPart
 
@@ -85,6 +86,7 @@ def rigid_of(body: Body) -> "RigidBody":
 class RigidForce(ChangesInTime, RigidLoad):
     """A force at the centre of mass of a rigid body and a torque, both with fixed directions."""
 
+    load_kind: ClassVar[LoadKind] = "dead"
     kind: Literal["rigid-force"] = "rigid-force"
     force: Vector = parameter("N", "force at the centre of mass", NONE)
     torque: Vector = parameter("N*m", "torque", NONE)

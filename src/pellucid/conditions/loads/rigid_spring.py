@@ -11,10 +11,11 @@ from pellucid.conditions.prescribed_motion import Rotations, plane_turn_problems
 from pellucid.conditions.signals import AlongAxes, Signal
 from pellucid.conditions.signals.turns import checked_displacement, displacement_fault
 from pellucid.energy import DAMPING_HEAT, Channel
-from pellucid.findings import Finding, Path, Refusal
+from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector, check, parameter
 from pellucid.parts.annotations import Assembly
+from pellucid.parts.condition import LoadKind
 from pellucid.parts.part import Parts
 from pellucid.step.part import StepPart
 
@@ -85,6 +86,15 @@ class RigidSpring(RigidLoad):
         least = float(sizes[sizes > 1e-10 * sizes.max(initial=0.0)].min(initial=np.inf))
         along = _fastest(self.stiffness, self.damping, mass)
         return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
+
+    def kind_of_load(self) -> LoadKind:
+        return "other" if any((*self.damping, *self.turning_damping)) else "dead"
+
+    def why_not_factored(self) -> Reason | None:
+        if self.kind_of_load() == "dead":
+            return None
+        text = f"the load on body {self.body} has dampers, whose force depends on time"
+        return Reason(text, "Remove `damping` and `turning_damping`, which have no effect on an equilibrium.")
 
     def active(self, assembly: Assembly, path: Path) -> StepPart:
         return ActiveRigidSpring(self, assembly)

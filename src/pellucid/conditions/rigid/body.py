@@ -23,14 +23,14 @@ from pellucid.conditions.rigid.motions import Leads, RigidMotions, RigidWalls, W
 from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.conditions.walls_of_bodies import ENDLESS, MovedRegion, find_region
-from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
+from pellucid.energy import CONTACT, GRAVITY, IMPACT, MOTION, SUPPORT, StepWork, total_work
 from pellucid.geometry.shapes.rotation import Turn
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import CarriesRotation
-from pellucid.parts.constraint import RigidConstraint, RigidRates
+from pellucid.parts.constraint import RigidConstraint, RigidRates, ToolLoads
 from pellucid.parts.families import GridBody
 from pellucid.step.part import StepPart
 
@@ -93,6 +93,9 @@ class RigidBody(RigidConstraint):
         self._begun: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # as `state` found them, for `hold_nodes`
         self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
         self._loads: list[Push] = []
+        self._kept_loads: list[Push] = []
+        self._kept_gravity = 1.0
+        self._stiffness = sum((np.array(spring.stiffness) for spring in springs), np.zeros(3))
         self._push_works = np.zeros(assembly.layout.n_columns)
         self._led, self._turned = np.zeros((2, 6))  # impulses of motions: direct, and due to rotation [N s, N m s]
         arrays = member.body.arrays
@@ -169,10 +172,52 @@ class RigidBody(RigidConstraint):
         C = self.body.arrays["affine"][0]
         return np.array([C[7], C[2], C[3]])
 
+    # searches for equilibria
+
+    def seek(self) -> np.ndarray:
+        self.leads.seek()
+        self._led_turns, self._free_turns = self._turns, []
+        return self.leads.sought[:3].copy()
+
+    def displacement(self) -> np.ndarray:
+        return self.moved()[:3]
+
+    def displace(self, displacement: np.ndarray) -> None:
+        self._target[...] = self.body.arrays["position"] + (displacement - self.displacement())
+        move_points(self._moving, 0.0)
+        if (surface := getattr(self.body, "contact_surface", None)) is not None:
+            surface.turn(self._centre, np.eye(3), self._centre, 0.0)
+
+    def share_gravity(self, share: float) -> None:
+        if self.velocity_field is not None:
+            self.velocity_field.share_gravity(share)
+
+    def discard_loads(self) -> None:
+        self._loads = []
+
+    def loads(self) -> ToolLoads:
+        mass = float(np.sum(self.body.arrays["mass"]))
+        forces = {GRAVITY: np.zeros(3) if self.velocity_field is None else mass * self.velocity_field.gravity}
+        for push in self._loads:
+            forces[push.column] = forces.get(push.column, np.zeros(3)) + push.strength[:3]
+        return ToolLoads(forces, self._stiffness)
+
+    def keep_loads(self) -> None:
+        field = self.velocity_field
+        self._kept_loads, self._kept_gravity = self._loads, 1.0 if field is None else field.gravity_share
+
+    def apply_kept_loads(self) -> None:
+        self._loads = list(self._kept_loads)
+        self.share_gravity(self._kept_gravity)
+
+    # steps
+
     def begin(self, time: float, dt: float) -> None:
         """Compute the prescribed displacements and rotations over the step dt [s] that begins at `time` [s]."""
         self._begun = None
         self.leads.begin(time, dt)
+        if self.leads.sought.any():
+            self.leads.keep_sought(self.moved())
         self.leads.rates *= self.body.load_rate
         self._carry(self.rates()[3:])
 

@@ -37,6 +37,20 @@ class Leads:
         self.top_turn = max((motion.top_turn() for motion in motions), default=0.0)
         self.rates, self.reached = np.zeros(6), np.zeros(6)
         """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; 0 for free components."""
+        self.sought = np.zeros(6, bool)
+        """Mask of the components that a search for equilibria finds; they do not change in a step."""
+        self._may = np.zeros(6, bool)
+        self._may[[*along, *(3 + axis for axis in about)]] = True
+
+    def seek(self) -> None:
+        """Prescribe also the free components, by a search for equilibria: `keep_sought` sets them."""
+        self.sought = self._may & ~self.led
+        self.led |= self._may
+        self.is_whole = True
+
+    def keep_sought(self, moved: np.ndarray) -> None:
+        """Take the displacements and angles that the search found, among those of all components, shape (6,) [m, rad]."""
+        self.reached[self.sought] = moved[self.sought]
 
     def begin(self, time: float, dt: float) -> None:
         """Set the mean velocities over a step dt [s] from `time` [s], so that the body ends at the prescribed displacements
