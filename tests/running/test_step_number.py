@@ -9,6 +9,7 @@ from membranes import sheet
 from small_cases import GAS, SLIP, SOLID, box, case
 
 from pellucid import load
+from pellucid.case import Case
 from pellucid.running.step_number import of_case, of_simulation
 from pellucid.simulation.simulation import Simulation
 
@@ -84,6 +85,18 @@ def test_nobody_foretells_steps_of_a_relaxation():
 def test_the_size_of_a_factored_stiffness_is_told():
     why = of_case(load("mountris2019/cube-extension", quick=True)).why
     assert "1 steady state with a factored stiffness of 1677 unknowns: 15.9 MB and about 0.1 s for each factorisation" in why
+
+
+def test_rigid_bodies_that_loads_move_in_steady_states_are_named():
+    steel = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
+    ball = {"name": "ball", "field": "ball", "kind": "material-points", "rigid": True, "material": steel}
+    ball |= {"shape": {"sphere": {"centre": [0.5, 0.5, 0.8], "radius": 0.2}}, "points_per_cell": 1}
+    mesh = {"box": {"lower": [0, 0, 0], "upper": [1, 1, 0.5], "cells": [2, 2, 2]}}
+    block = {"name": "block", "field": "block", "kind": "meshless-solid", "mesh": mesh, "material": steel}
+    data = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {}, "body": [block, ball]}
+    data |= {"grid": {"lower": [0, 0, 0], "upper": [1, 1, 1.2], "cell": 0.1}, "gravity": [0, 0, -9.81]}
+    data |= {"motion": [{"name": "guide", "body": "ball", "hold": ["y"], "hold_rotation": ["x", "y", "z"]}]}
+    assert "The loads on the rigid body ball move it along x, z until" in of_case(Case.model_validate(data)).why
 
 
 def test_until_an_earlier_time_there_are_fewer_steps():

@@ -195,6 +195,13 @@ def deforming_bodies(parts: Parts) -> list[BodyModel]:
     return [body for body in parts.of(BodyModel) if not (_is_tool(body, parts) or is_driven(body.name, parts))]
 
 
+def sought_bodies(parts: Parts) -> dict[str, str]:
+    """Return the rigid bodies whose place a search with a factored stiffness finds, by name, with the axes along which they are
+    free, as text. parts: all parts of the case."""
+    rigid = {body.name: _free_axes(body, parts) for body in parts.of(BodyModel) if body.is_rigid}
+    return {name: listed(["xyz"[axis] for axis in free]) for name, free in rigid.items() if free}
+
+
 def why_not_factored(parts: Parts) -> str | None:
     """Return the reason why equilibria of a case cannot be found with a factored stiffness, as a clause, or None. parts: all
     parts of the case."""
@@ -283,10 +290,8 @@ def _is_tool(body: BodyModel, parts: Parts) -> bool:
 def _tool_problems(steady: SteadyCase, body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
     """Yield a finding for a rigid body whose motion is not fully prescribed, if the search for equilibria does not find its
     place. steady: settings of the analysis; path: path of the body in the case; parts: the parts of the case."""
-    motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
-    along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
-    about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
-    free = sorted(along.difference(*(motion.axes() for motion in motions)))
+    motions, free = [motion for motion in parts.of(Motion) if motion.body == body.name], _free_axes(body, parts)
+    about = {axis for axis in range(3) if all(parts.active_axes[other] for other in range(3) if other != axis)}
     remedy = "replace the body by a meshless solid of a stiff material"
     axes = listed(["xyz"[axis] for axis in free])
     if free and body.is_rigid and steady.is_factored(parts):
@@ -312,6 +317,12 @@ def _tool_problems(steady: SteadyCase, body: BodyModel, path: Path, parts: Parts
                 "rotate rigid bodies"
             )
             yield Finding((*path, "rigid"), text, f"Set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}.")
+
+
+def _free_axes(body: BodyModel, parts: Parts) -> list[int]:
+    """Return the axes along which no motion prescribes a body; parts: all parts of the case."""
+    along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
+    return sorted(along.difference(*(motion.axes() for motion in parts.of(Motion) if motion.body == body.name)))
 
 
 def _free_tool_problems(body: BodyModel, free: str, path: Path, parts: Parts) -> Iterator[Finding]:

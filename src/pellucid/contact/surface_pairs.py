@@ -307,15 +307,11 @@ class SurfacePairs(StepPart):
         self._frozen = kept
         return found
 
-    def springs_of(self, surface: ContactSurface) -> list[ContactSprings]:
-        """Return the springs of the last contact forces at trial positions on a surface."""
-        found = [side.springs_of(surface) for _, side in chain(*self._frozen)]
-        return [springs for springs in found if springs is not None]
-
-    def springs_between(self, surface: ContactSurface, tool: ContactSurface) -> list[ContactSprings]:
-        """Return those of these springs that join a surface to the surface of a tool."""
-        found = [side.springs_of(surface) for _, side in chain(*self._frozen) if side.touches(tool)]
-        return [springs for springs in found if springs is not None]
+    def springs_of(self, surface: ContactSurface, tool: ContactSurface | None = None) -> list[ContactSprings]:
+        """Return the springs of the last contact forces at trial positions on a surface; tool: the other surface, None for
+        all."""
+        sides = [side for _, side in chain(*self._frozen) if tool is None or side.touches(tool)]
+        return [springs for side in sides if (springs := side.springs_of(surface)) is not None]
 
     def presses(self, tool: ContactSurface) -> bool:
         """Return True if the last forces at trial positions include pressure on the surface of a tool."""

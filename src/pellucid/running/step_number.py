@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pellucid.case import Case
 from pellucid.case.sections import parts_of
-from pellucid.case.steady import deforming_bodies, why_not_factored
+from pellucid.case.steady import deforming_bodies, sought_bodies, why_not_factored
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.parts.body_model import is_alone
@@ -128,6 +128,8 @@ def _steady(case: "Case", steady: "SteadyCase") -> Foretold:
             f"{number} steady state{'s' * (number != 1)} with a factored stiffness of {_factors(case)}; the number of "
             "iterations is not known in advance"
         )
+        for name, axes in sought_bodies(parts_of(case)).items():
+            text += f". The loads on the rigid body {name} move it along {axes} until contact balances them"
         return Foretold(UNKNOWN, UNKNOWN, text)
     text = (
         f"{number} steady state{'s' * (number != 1)}, each in at most {most} steps of the relaxation (`steady.most_steps`); "

@@ -136,7 +136,7 @@ class ContactSearch:
 
         def springs(body: int, tool: FreeTool) -> list[ContactSprings]:
             surface = self._bodies[body].contact_surface
-            return [] if surface is None else self._contact.springs_between(surface, tool.surface)
+            return [] if surface is None else self._contact.springs_of(surface, tool.surface)
 
         def stiffness(tool: FreeTool) -> np.ndarray:
             every = [each for body in range(len(self._bodies)) for each in springs(body, tool)]

@@ -41,7 +41,8 @@ class JointSystem:
         self._ends = np.cumsum([len(system.rest) for system in systems])
         self._free = [(row, axis) for row, tool in enumerate(tools) for axis in range(3) if tool.free[axis]]
         self._pulls, self._moves, self._schur = list[np.ndarray](), list[np.ndarray](), np.zeros((0, 0))
-        self.rest = self._joined([system.rest for system in systems], [tool.position for tool in tools])
+        # rigid bodies have no part in the size of the system: their rows are within the bodies until the first trial
+        self.rest = self._joined([system.rest for system in systems], [systems[0].rest[0]] * len(tools))
         self.rounding = sum(system.rounding for system in systems)
         self._renew: Callable[[float], None] = lambda share: None
 
@@ -102,7 +103,8 @@ class JointSystem:
     def factor(self) -> None:
         for system in self._systems:
             system.factor()
-        self._factor_tools()
+        if self._tools:
+            self._factor_tools()
 
     def _factor_tools(self) -> None:
         """Compute, for each unknown of the rigid bodies, the forces on the nodes and the displacements of the nodes for a unit

@@ -185,6 +185,8 @@ class RigidBody(RigidConstraint):
     def displace(self, displacement: np.ndarray) -> None:
         self._target[...] = self.body.arrays["position"] + (displacement - self.displacement())
         move_points(self._moving, 0.0)
+        if isinstance(self.body, GridBody):
+            self.body.storage.complete("position")
         if (surface := getattr(self.body, "contact_surface", None)) is not None:
             surface.turn(self._centre, np.eye(3), self._centre, 0.0)
 
