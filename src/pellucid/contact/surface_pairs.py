@@ -308,8 +308,7 @@ class SurfacePairs(StepPart):
         return found
 
     def springs_of(self, surface: ContactSurface, tool: ContactSurface | None = None) -> list[ContactSprings]:
-        """Return the springs of the last contact forces at trial positions on a surface; tool: the other surface, None for
-        all."""
+        """Return the springs of the last trial forces on a surface; tool: surface that they join it to, None for all."""
         sides = [side for _, side in chain(*self._frozen) if tool is None or side.touches(tool)]
         return [springs for side in sides if (springs := side.springs_of(surface)) is not None]
 
