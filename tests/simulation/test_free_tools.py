@@ -243,6 +243,26 @@ def test_a_motion_leads_a_ball_aside_while_a_force_presses_it(pair):
     assert abs(simulation.budget.conservation()["momentum"]) < 1e-5
 
 
+def test_a_motion_turns_a_ball_while_a_force_presses_it(pair):
+    """All points slide, so that the torque does not depend on the way: it is that under a prescribed motion to this depth."""
+    depth, force = pair
+    turns = {"hold_rotation": ["x", "y"], "rotation": {"z": {"kind": "steady", "angular_velocity": 2.0}}}
+    pressed, led = by_force(BALL, [0, 0, -force], friction=FRICTION), by_motion(BALL, depth, friction=FRICTION)
+    for data in (pressed, led):
+        data["motion"] = [data["motion"][0] | turns]
+    torques = [finished(data).budget.angular_reactions()["press"][2] for data in (pressed, led)]
+    assert abs(torques[1]) > 0.3 * 0.3 * force * 0.025, "a large part of that of points at the rim of contact"
+    assert torques[0] == pytest.approx(torques[1], rel=0.02)
+
+
+def test_a_spring_takes_a_body_along_that_touches_nothing():
+    anchor = {"z": {"kind": "steady", "velocity": 0.01}}
+    spring = {"kind": "rigid-spring", "body": "tool", "stiffness": [0, 0, 50.0], "anchor": anchor}
+    simulation = finished(table(BALL, ALONG_Z, [spring], {"load_steps": 2}))
+    assert place(simulation) == pytest.approx([0, 0, 0.01], rel=1e-9, abs=1e-15)
+    assert simulation.facts()["steady"]["unbalanced_force"] < 1e-9
+
+
 def test_a_spring_presses_with_what_is_left_of_its_travel():
     anchor = {"z": {"kind": "steady", "velocity": -0.015}}
     spring = {"kind": "rigid-spring", "body": "tool", "stiffness": [0, 0, 200.0], "anchor": anchor}

@@ -39,7 +39,8 @@ class FreeTool:
         self.tried = self.position.copy()
         """Displacement in the last trial [m], shape (3,)."""
         self._left = self.position.copy()  # displacement at the last equilibrium, with the prescribed motion of the step
-        self._velocity, self._dt = np.zeros(3), 1.0  # prescribed motion [m/s], and step of the time of the loads [s]
+        # velocities of the surface by the prescribed motion [m/s], and step of the time of the loads [s]
+        self._velocity, self._dt = surface.velocity.copy(), 1.0
 
     # loads
 
@@ -58,9 +59,9 @@ class FreeTool:
 
     @property
     def size(self) -> float:
-        """Sum of the norms of loads and contact forces along the free axes [N]."""
-        loads, pushed = (np.where(self.free, force, 0.0) for force in (self._now.force, self.pushed))
-        return float(np.sqrt(np.sum(loads * loads)) + np.sqrt(np.sum(pushed * pushed)))
+        """Sum of the norms of loads, contact forces and forces of springs since the start along the free axes [N]."""
+        every = self._now.force, self.pushed, self.stiffness * self.tried
+        return float(sum(np.sqrt(np.sum(np.where(self.free, force, 0.0) ** 2)) for force in every))
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -77,7 +78,7 @@ class FreeTool:
         """Start the search from the place after the prescribed motion of a step dt [s]."""
         self.position = self._constraint.displacement()
         self.tried, self._left, self._dt = self.position.copy(), self.position.copy(), dt
-        self._velocity = self.surface.velocity.mean(axis=0)
+        self._velocity = self.surface.velocity.copy()
 
     def start_from(self, displacement: np.ndarray) -> None:
         """Let the search start from a place where the body begins to touch another one: a displacement [m], shape (3,)."""
