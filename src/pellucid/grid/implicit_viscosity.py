@@ -113,7 +113,7 @@ from pellucid.step.part import StepPart
 
 VISCOUS_STRESS = "viscous_stress"
 """Name of the point array that holds the viscous stress."""
-ACCURACY = 2e-4
+ACCURACY = 1e-4
 """Relative error of the velocities, in the norm of their kinetic energy and dissipation, at which the iteration ends."""
 TOLERANCE = 1e-3
 """Relative error of the forces at which the iteration ends if the equations are preconditioned by their diagonal."""
