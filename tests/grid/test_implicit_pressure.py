@@ -265,14 +265,27 @@ def test_fast_diagonalisation_saves_iterations():
     assert mean[0] == pytest.approx(mean[1], rel=3e-3)  # 1e-3 of each change with the diagonal
 
 
+def vortices_after_a_while():
+    return advance(vortices(THIN | {"viscosity": 0.05}), 8)
+
+
+def liquid_beside_a_wall_that_starts():
+    """At once along its normal: the velocities at the start of the step have a large divergence beside the wall."""
+    walls = [{"where": "x-lower", "velocity": (0.2, 0, 0), "fix": "normal"}, *SLIP[1:4]]
+    body = box((0, -0.5, 0), (0.5, 0.25, H), THIN, (2, 2, 1))
+    return plane(body, periodic=[], support=walls, step=0.05, functions="quadratic-bspline")
+
+
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
-def test_the_solve_ends_at_the_asked_error_of_the_velocities(monkeypatch, accuracy):
+@pytest.mark.parametrize("begun", [vortices_after_a_while, liquid_beside_a_wall_that_starts])
+def test_the_solve_ends_at_the_asked_error_of_the_velocities(monkeypatch, begun, accuracy):
     """Compared with a solve to rounding from the same state, in the norm of kinetic energy and dissipation. The preconditioner
-    is the inverse of the matrix up to a factor of a few, by whose root the error may be larger."""
+    is the inverse of the matrix up to a factor of a few, more beside free surfaces, by whose root the error may be larger: .5 and
+    .8 times the asked one in the vortices, 2.3 and 1.8 times beside the wall."""
     monkeypatch.setattr(implicit_viscosity, "TOLERANCE_AT_REST", 0.0)
     solved = []
     for end in (accuracy, 1e-9):
-        sim = advance(vortices(THIN | {"viscosity": 0.05}), 8)
+        sim = begun()
         with monkeypatch.context() as patched:
             patched.setattr(implicit_viscosity, "ACCURACY", end)
             solved.append(advance(sim, 1))
@@ -285,7 +298,7 @@ def test_the_solve_ends_at_the_asked_error_of_the_velocities(monkeypatch, accura
         many._map(many._of_direction, many._dt)
         return float(np.sum(velocity * (rows.inertia * velocity - dt * rows.viscous_force)))
 
-    assert 0.0 < energy(few._rows.solution - rows.solution) < (1.5 * accuracy) ** 2 * energy(rows.solution)
+    assert 0.0 < energy(few._rows.solution - rows.solution) < (3.0 * accuracy) ** 2 * energy(rows.solution)
 
 
 def test_the_velocities_of_the_next_step_are_foreseen(monkeypatch):

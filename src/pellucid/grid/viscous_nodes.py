@@ -23,10 +23,10 @@ from pellucid.jit.vector import LANES, load, nothing, row, store, total
 from pellucid.materials.rheology import SecondViscosity, UniformViscosity
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
-DESCENT, RESIDUAL, CHANGE, ROUNDING, SIZE, COLUMNS = range(6)
+DESCENT, RESIDUAL, CHANGE, ROUNDING, SIZE, WORK, COLUMNS = range(7)
 """Columns of the sums of a chunk of nodes: DESCENT, the residual r times the preconditioned residual, or p·Ap with the
 search direction p and the matrix A [J]; twice the energies of the residual, of the change by viscosity, of the rounding error
-of the operator on the velocities, and of the velocities [J]."""
+of the operator on the velocities, and of the velocities [J]; WORK, the residual times the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
@@ -128,7 +128,7 @@ def start(chunk, viscous, dt, lightest):
     [kg], with which lighter nodes count, see `pellucid.grid.implicit_viscosity`. dt: time over which the forces act [s].
     """
     own = viscous.own
-    residual = change = rounding = whole = 0.0
+    residual = change = rounding = whole = work = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         for k in range(4 * I, 4 * I + 3):
             m, v = own.inertia[k], own.solution[k]
@@ -146,9 +146,10 @@ def start(chunk, viscous, dt, lightest):
             store(own.residual, 4 * I, along_wall(own, 4 * I, load(own.residual, 4 * I)))
         for k in range(4 * I, 4 * I + 3):
             residual += own.weight[k] * own.residual[k] * own.residual[k]
+            work += own.residual[k] * own.solution[k]
     sums = viscous.sums
     sums[chunk, RESIDUAL], sums[chunk, CHANGE] = residual, change
-    sums[chunk, ROUNDING], sums[chunk, SIZE] = rounding, whole
+    sums[chunk, ROUNDING], sums[chunk, SIZE], sums[chunk, WORK] = rounding, whole, work
 
 
 @parallel_loop()
@@ -173,7 +174,7 @@ def move(chunk, viscous, dt, step):
     [s]."""
     own = viscous.own
     zero = row(0.0, 0.0, 0.0, 0.0)
-    residual, change = nothing(zero), nothing(zero)
+    residual, change, work = nothing(zero), nothing(zero), nothing(zero)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
         p, m = load(own.direction, k), load(own.inertia, k)
@@ -185,8 +186,9 @@ def move(chunk, viscous, dt, step):
         store(own.viscous_force, k, zero)
         residual += load(own.weight, k) * (r * r)
         change += m * (off * off)
+        work += r * v
     sums = viscous.sums
-    sums[chunk, RESIDUAL], sums[chunk, CHANGE] = total(residual), total(change)
+    sums[chunk, RESIDUAL], sums[chunk, CHANGE], sums[chunk, WORK] = total(residual), total(change), total(work)
 
 
 @parallel_loop()
