@@ -119,6 +119,12 @@ def test_of_a_factored_search_no_time_is_told():
     assert time == "time: not known in advance; the run shows load step, iteration and estimated error"
 
 
+def test_of_a_path_the_load_factor_is_told():
+    case = load("basics/shelf").with_settings({"steady.control": "arc-length"})
+    _, time = lines(case, Foretold(float("nan"), float("nan"), "a path"), None)
+    assert time == "time: not known in advance; the run shows equilibrium, iteration and load factor"
+
+
 def told_on_the_way(monkeypatch, *events):
     """Return the notes of a run with steps of 0.1 s that reports after each event: wall-clock seconds of steps, or "compiling"
     before the step that follows."""

@@ -17,7 +17,10 @@ from pellucid.running.step_number import of_case
 from pellucid.simulation.arc_length import PathPoint, Span
 from pellucid.simulation.simulation import Simulation
 
-pytestmark = pytest.mark.filterwarnings("ignore:equilibrium .* the load factor has a")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:between .* the load factor has a"),
+    pytest.mark.filterwarnings("ignore:the path of equilibria ends"),
+]
 ARC = {"control": "arc-length"}
 SLOPE = np.radians(3.0)
 ALONG, ACROSS = np.array([np.cos(SLOPE), 0.0, np.sin(SLOPE)]), np.array([-np.sin(SLOPE), 0.0, np.cos(SLOPE)])
@@ -136,6 +139,27 @@ def test_the_run_ends_where_all_loads_act(case):
     assert arc.clock.n_steps < 18
     assert arc.time == 1.0
     assert abs(position(arc) - position(load)).max() < 1e-8
+
+
+def test_a_load_that_saturates_has_no_limit_points(tmp_path):
+    """A tube in plane strain: p = (G/R) (1 - 1/λ⁴) increases to the end, also where the cubic between equilibria does not."""
+    n, rings = 24, 5  # each ring is turned by half of a side
+    angles = [2.0 * np.pi * (i + 0.5 * (ring % 2)) / n for ring in range(rings) for i in range(n)]
+    lines = [f"v {np.cos(angle):.17g} {np.sin(angle):.17g} {0.2 * (k // n)}" for k, angle in enumerate(angles)]
+    for k in range(n * (rings - 1)):
+        ring, i = divmod(k, n)
+        a, b = k + 1, ring * n + (i + 1) % n + 1
+        lines += (
+            [f"f {a} {b} {b + n}", f"f {a} {b + n} {a + n}"] if ring % 2 else [f"f {a} {b} {a + n}", f"f {b} {b + n} {a + n}"]
+        )
+    (tmp_path / "tube.obj").write_text("\n".join(lines))
+    everywhere = {"box": {"lower": [-1e4, -1e4, -1.0], "upper": [1e4, 1e4, 1.0]}}
+    tube = {"body.0.surface": {"file": {"path": str(tmp_path / "tube.obj")}}, "support": [{"where": everywhere, "fix": ["z"]}]}
+    sim = to_the_end(balloon(1, 20, pressure=1.1).with_settings(tube))
+    assert np.linalg.norm(position(sim)[:, :2], axis=1).min() > 100.0
+    assert (np.diff(path(sim)["load_factors"]) > 0.0).all()
+    assert path(sim)["limit_points"] == []
+    assert path(sim)["branches_after_equilibria"] == []
 
 
 # displacement control of the same model
@@ -370,7 +394,7 @@ def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_pa
         ({"load.0.rise": 0.5}, "the same load factor"),
         ({"load.0.amplitude": {"times": [0, 1], "shares": [0, 1]}}, "the same load factor"),
         ({"support.1.until": 0.5}, "supports are fixed"),
-        ({"body.0.essential": "corrected"}, "needs a factored stiffness"),
+        ({"body.0.essential": "ebciem"}, "needs a factored stiffness"),
         ({"motion": [PUSH]}, "prescribes no displacements"),
     ],
 )
@@ -385,6 +409,45 @@ def test_a_given_volume_is_refused():
         balloon(1).with_settings({"pressure": [given]})
 
 
+def test_errors_of_the_body_are_told_alone():
+    with pytest.raises(CaseError) as error:
+        toggle().with_settings({"body.0.material.poisson_ratio": 0.7})
+    assert "poisson_ratio" in str(error.value)
+    assert "steady" not in str(error.value)
+
+
+def test_the_first_equilibrium_needs_supports():
+    with pytest.raises(RunStopped, match=r"Hold the body by \[\[support\]\]s"):
+        to_the_end(toggle(support=[], cells=(6, 1, 1)))
+
+
+def test_a_start_that_is_no_equilibrium_is_refused():
+    with pytest.raises(RunStopped, match="not in equilibrium without loads"):
+        to_the_end(balloon(1, 4).with_settings({"body.0.inflation": 0.05}))
+
+
+def test_a_flat_membrane_under_tension_starts_if_its_rim_is_held():
+    rectangle = {"corner": [0, 0, 0], "first_edge": [1, 0, 0], "second_edge": [0, 1, 0], "points": [5, 5]}
+    sides = [
+        ([-1, -1, -1], [0.01, 2, 1]),
+        ([0.99, -1, -1], [2, 2, 1]),
+        ([-1, -1, -1], [2, 0.01, 1]),
+        ([-1, 0.99, -1], [2, 2, 1]),
+    ]
+    supports = [{"where": {"box": {"lower": lower, "upper": upper}}} for lower, upper in sides]
+    tense = {"body.0.surface": {"rectangle": rectangle}, "body.0.tension": 0.01, "pressure.0.value": 0.01}
+    sim = to_the_end(balloon(1, 4).with_settings(tense | {"support": supports}))
+    assert path(sim)["reached_full_load"] is True
+    assert position(sim)[:, 2].max() > 0.01
+
+
+def test_a_path_that_ends_below_the_loads_is_told_once():
+    with pytest.warns(UserWarning, match="the path of equilibria ends at the load factor") as told:
+        sim = to_the_end(balloon(1, 8))
+    assert path(sim)["reached_full_load"] is False
+    assert sum("steady.load_steps" in str(each.message) for each in told) == 1
+
+
 def test_a_body_that_nothing_loads_has_no_path():
     with pytest.raises(RunStopped, match="the loads do not move the body"):
         to_the_end(balloon(1, pressure=0.0))
@@ -395,6 +458,36 @@ def test_validate_states_the_factors():
 
 
 # the cubic between two equilibria
+
+
+def between(factors, rates):
+    """Return the span of the length 1 of a straight path, with these load factors and rates at both ends."""
+    ends = zip((0.0, 1.0), factors, rates, strict=True)
+    along = np.array([[1.0, 0.0, 0.0]])
+    return Span(*(PathPoint(place * along, factor, along, rate) for place, factor, rate in ends))
+
+
+@pytest.mark.parametrize(
+    ("factors", "rates", "kinds"),
+    [
+        ((0.0, 0.1), (1.0, -1.0), ["maximum"]),
+        ((0.0, 2.0), (1.0, -1.0), ["maximum"]),
+        ((0.0, 0.1), (-1.0, 1.0), ["minimum"]),
+        ((0.0, 0.0), (1.0, 1.0), ["maximum", "minimum"]),
+        ((0.0, 0.0), (-1.0, -1.0), ["minimum", "maximum"]),
+        ((0.0, 1.0), (1.0, 1.0), []),
+        ((1.0, 1.0 + 1e-8), (1e-7, 1e-7), []),
+    ],
+)
+def test_the_signs_of_the_rates_decide_on_limit_points(factors, rates, kinds):
+    """Two between equal signs count if their load factors differ by more than the tolerance."""
+    span = between(factors, rates)
+    found = span.limits(1e-6)
+    assert [kind for kind, _ in found] == kinds
+    nearby = np.array([-0.01, 0.0, 0.01])
+    for kind, share in found:
+        values = [span.factor(share + step) for step in nearby]
+        assert np.argmax(values if kind == "maximum" else np.negative(values)) == 1
 
 
 def test_the_cubic_between_equilibria_finds_limit_points_and_values():

@@ -50,13 +50,18 @@ class SteadyCase(Part):
 
     control: Literal["load", "arc-length"] = parameter(
         "",
-        "what is given in a load step: load (the loads at its end) or arc-length (the distance along the path of equilibria, "
-        "through limit points of the load). With arc-length all loads are multiplied by an unknown load factor. The run ends "
-        "when the factor reaches 1, or after `load_steps` equilibria; the first one is where the factor would be "
-        "1/`load_steps` in the linear theory",
+        "load: each equilibrium is at given loads; arc-length: each equilibrium is at a given distance along the path, through "
+        "limit points, and all loads share an unknown factor. With arc-length the run ends when the factor reaches 1, or after "
+        "`load_steps` equilibria; the first one is where the factor would be 1/`load_steps` in the linear theory",
         "load",
     )
-    load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
+    load_steps: int = parameter(
+        "",
+        "number of equilibria (load steps) at equal intervals of time; with arc-length the largest number of equilibria",
+        1,
+        ge=1,
+        le=100_000,
+    )
     at: tuple[float, ...] = parameter(
         "s",
         "times of additional equilibria, between the times given by `load_steps`",
@@ -163,6 +168,8 @@ class SteadyCase(Part):
             yield Finding((*path, "method"), "a relaxation finds stable equilibria only", f"Remove this key, {without}.")
         elif (lacking := why_not_factored(parts)) is not None:
             yield Finding(place, f"arc-length control needs a factored stiffness, but {lacking}", "Remove this key.")
+        elif not parts.are_sound(BodyModel):
+            pass  # the errors of the bodies are told, and how many can deform is not known
         elif len(bodies) != 1:
             text = f"arc-length control follows one body, and the case has {len(bodies)}"
             yield Finding(place, text, f"Remove the other bodies, {without}.")
@@ -171,7 +178,7 @@ class SteadyCase(Part):
             yield Finding(place, text, f"Use a coarser mesh, {without}.")
         for other, condition in parts.placed(Condition):
             if isinstance(condition, (Contact, Wall)):
-                yield Finding(other, "arc-length control does not include contact", f"Remove this table, {without}.")
+                yield Finding(other, "arc-length control does not include walls and contact", f"Remove this table, {without}.")
             elif condition.kind_of_load() == "volume":
                 text = "arc-length control does not include pressures that depend on the volume"
                 yield Finding(other, text, 'Set steady.control = "load": a given volume passes limit points of the pressure.')
@@ -207,7 +214,7 @@ def why_not_factored(parts: Parts) -> str | None:
     parts of the case."""
     deforming = deforming_bodies(parts)
     if not deforming:
-        return "the motion of every body is prescribed"
+        return "the motion of every body is prescribed" if parts.are_sound(BodyModel) else None
     for body in deforming:
         if (reason := body.why_no_stiffness()) is not None:
             return reason

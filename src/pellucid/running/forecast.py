@@ -113,7 +113,10 @@ def _two_lines(case: "Case", foretold: Foretold, each: StepTime | None) -> list[
         about = "" if case.time.step is not None else "about "
         steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, {foretold.why}"
     if case.steady is not None and case.steady.is_factored(parts_of(case)):
-        return [steps, "time: not known in advance; the run shows load step, iteration and estimated error"]
+        shown = "load step, iteration and estimated error"
+        if case.steady.control == "arc-length":
+            shown = "equilibrium, iteration and load factor"
+        return [steps, f"time: not known in advance; the run shows {shown}"]
     if each is None:
         later = "an estimate follows after the first second of the run"
         return [steps, f"time: unknown, because no similar case has run on this machine yet; {later}"]

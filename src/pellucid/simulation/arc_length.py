@@ -39,6 +39,14 @@ MOST = 20  # corrections of a step
 LEAST_COSINE = 0.5  # of the angle between the tangents at both ends of a step: the cubic between them is accurate
 
 
+class NoStart(NoEquilibrium):
+    """The path cannot start from the state without loads; remedy: what to change in the case."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.remedy = remedy
+
+
 class PathPoint(NamedTuple):
     """An equilibrium on a path, and the tangent of the path there."""
 
@@ -109,13 +117,25 @@ class PathSearch:
 
     def start(self) -> tuple[PathPoint, float]:
         """Return the state without loads as the start of the path, and the distance that a factor of 1 moves the body in the
-        linear theory [m]. Raises NoEquilibrium."""
+        linear theory [m]. Raises NoStart."""
         here = self._loads.attempt(self._system.position, 0.0)
-        self._factor()
+        try:
+            self._system.factor_indefinite()
+        except np.linalg.LinAlgError:
+            remedy = (
+                "Hold the body by [[support]]s, so that it cannot move as a whole; a flat membrane needs an initial tension."
+            )
+            raise NoStart("the stiffness is singular", remedy) from None
         along = self._system.solve(here.whole)
         distance = _size(along)
         if distance == 0.0:
-            raise NoEquilibrium("the loads do not move the body")
+            raise NoStart("the loads do not move the body", "Apply a load where the body is not held.")
+        if _size(self._system.solve(here.residual)) > self._tolerance * distance:
+            remedy = (
+                "Remove the initial tension, inflation, spontaneous curvature or [start] that only loads can balance, or set "
+                'steady.control = "load".'
+            )
+            raise NoStart("the body is not in equilibrium without loads", remedy)
         return PathPoint(self._system.position.copy(), 0.0, along / distance, 1.0 / distance), distance
 
     def next(self, start: PathPoint, length: float, told: Callable[[int, float], None]) -> PathPoint:
@@ -225,6 +245,17 @@ class Span:
         q = -0.5 * (b + np.copysign(sqrt(root), b))
         return sorted(share for share in ([c / q] if q else []) + ([q / a] if a else []) if 0.0 < share < 1.0)
 
+    def limits(self, least: float) -> list[tuple[str, float]]:
+        """Return kind and share of the limit points inside the span, in ascending order; least: smallest difference of the load
+        factors of two limit points in one span, since the cubic overshoots where the load factor hardly changes."""
+        shares = self.extremes()
+        if self._start.rate * self._end.rate > 0.0 and (
+            len(shares) < 2 or abs(self.factor(shares[0]) - self.factor(shares[1])) <= least
+        ):
+            return []
+        kinds = ("maximum", "minimum") if self._start.rate > 0.0 else ("minimum", "maximum")
+        return list(zip(kinds, shares, strict=False))
+
     def first_at(self, factor: float) -> float | None:
         """Return the first share at which the load factor reaches a value from below; None if it does not."""
         before = 0.0
@@ -316,12 +347,9 @@ class ArcLengthClock(Clock):
                 self._length, self._state.modes = distance / self.steady.load_steps, self._system.unstable_modes
             start = self._point
             end, is_last = self._find(start)
-        except NoEquilibrium as reason:
+        except NoStart as reason:
             self._system.reject()
-            raise RunStopped(
-                f"the path of equilibria cannot start ({reason})\n    Hold the body by [[support]]s and apply a load; a flat "
-                "membrane needs an initial tension or a curved shape."
-            ) from None
+            raise RunStopped(f"the path of equilibria cannot start: {reason}\n    {reason.remedy}") from None
         except Interrupted:
             self._system.reject()
             raise
@@ -337,6 +365,8 @@ class ArcLengthClock(Clock):
                 end = self._search.next(start, length, self._tell)
                 corrections, is_last = self._search.corrections, False
                 span = Span(start, end)
+                if len(span.limits(self._least(end))) > 1 and 0.5 * length >= SMALLEST * longest:
+                    raise NoEquilibrium("the load factor has two limit points in one step")  # shorter steps tell if they exist
                 if (share := span.first_at(1.0)) is not None:
                     near = PathPoint(span.position(share), 1.0, end.along, end.rate)
                     end, is_last = self._search.at_factor(start, near, self._tell), True
@@ -346,11 +376,19 @@ class ArcLengthClock(Clock):
                 self._system.reject()
                 length *= 0.5
                 if length < SMALLEST * longest:
+                    if not self.factors:
+                        raise RunStopped(
+                            f"the first equilibrium on the path is not found ({reason})\n    Hold the body by [[support]]s, so "
+                            "that the loads cannot move it as a whole."
+                        ) from None
                     raise RunStopped(
                         f"equilibrium {self.n_steps + 1}: the path of equilibria does not continue ({reason}) after the load "
-                        f"factor {start.factor:.6g}\n    If a symmetric body can buckle there, apply a small load across it. "
-                        "Otherwise set more `steady.load_steps`, for a shorter first step.",
+                        f"factor {start.factor:.6g}\n    Set more `steady.load_steps`: steps are then shorter."
                     ) from None
+
+    def _least(self, end: PathPoint) -> float:
+        """Return the smallest difference of the load factors of two limit points in the span before an equilibrium."""
+        return self.steady.tolerance * max(map(abs, (*self.factors, end.factor)))
 
     def _record(self, start: PathPoint, end: PathPoint, dt: float) -> None:
         """Move the body to the next equilibrium, and record its stability and the limit points on the way."""
@@ -364,20 +402,21 @@ class ArcLengthClock(Clock):
         self.frequencies.append(frequency)
         self.corrections.append(self._search.corrections)
         self.factors.append(end.factor)
-        number, extremes = len(self.factors), span.extremes()
-        if abs(modes - self._state.modes) > len(extremes):
+        number, limits = len(self.factors), span.limits(self._least(end))
+        between = f"between equilibria {number - 1} and {number}" if number > 1 else "between the start and equilibrium 1"
+        if abs(modes - self._state.modes) > len(limits):
             self.branches.append(number - 1)
             warnings.warn(
-                f"equilibrium {number}: the stability changed without a limit point, so another path branches off before it. "
-                "The run stays on this path. A small load across the body, or an imperfect shape, leads to the other one",
+                f"{between} (load factors {start.factor:.6g} and {end.factor:.6g}) the stability changes without a limit "
+                "point: another path branches off; a small load in the direction of the buckling mode, or an imperfect shape, "
+                "leads to it",
                 stacklevel=2,
             )
-        for share in extremes:
-            kind = "maximum" if span.factor(share) > max(start.factor, end.factor) else "minimum"
+        for kind, share in limits:
             self.limits.append(Limit(kind, span.factor(share), number - 1))
             warnings.warn(
-                f"equilibrium {number}: the load factor has a {kind} of {span.factor(share):.6g} before it (limit point). "
-                "Under given loads the body would leave the path there",
+                f"{between} the load factor has a {kind} of {span.factor(share):.6g} (limit point); under given loads the body "
+                "would leave the path there",
                 stacklevel=2,
             )
         self._state.factor, self._state.modes, self._point = end.factor, modes, end
@@ -402,6 +441,12 @@ class ArcLengthClock(Clock):
         is_last = self._has_arrived or number >= self.steady.load_steps
         self.time = self.case.end if is_last else number * self.case.end / self.steady.load_steps
         self.dt, self.weight = dt, (self.time - before) / dt
+        if is_last and not self._has_arrived:
+            warnings.warn(
+                f"the path of equilibria ends at the load factor {self._state.factor:.6g}, before all loads act; to follow it "
+                "further, set more steady.load_steps",
+                stacklevel=2,
+            )
 
     def search(self) -> str:
         iteration, factor = self._told
