@@ -448,6 +448,11 @@ def test_a_path_that_ends_below_the_loads_is_told_once():
     assert sum("steady.load_steps" in str(each.message) for each in told) == 1
 
 
+def test_the_report_states_the_last_load_factor(tmp_path):
+    run_case(balloon(1, 3), tmp_path / "run")
+    assert "at most 3 equilibria, last load factor 0." in (tmp_path / "run" / "report.html").read_text()
+
+
 def test_a_body_that_nothing_loads_has_no_path():
     with pytest.raises(RunStopped, match="the loads do not move the body"):
         to_the_end(balloon(1, pressure=0.0))

@@ -181,7 +181,7 @@ def _case(run: Run) -> str:
     case = run.stored
     rows = [
         *([_grid_row(case.grid)] if case.grid else []),
-        _analysis_row(case),
+        _analysis_row(run, case),
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
         *([["other entries", escape(", ".join(f"{n} × {kind}" for kind, n in case.others.items()))]] if case.others else []),
         *_start_overlap_rows(run),
@@ -213,10 +213,12 @@ def _viscosity_rows(run: Run) -> list[list[str]]:
     return [[f"implicit viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]
 
 
-def _analysis_row(case: StoredCase) -> list[str]:
+def _analysis_row(run: Run, case: StoredCase) -> list[str]:
     if case.steady is not None:
         if case.steady.control == "arc-length":
             most = f"at most {case.steady.load_steps} equilibria"
+            factors = run.so_far.get("steady", {}).get("load_factors")
+            most += f", last load factor {number(factors[-1])}" if factors else ""
             return ["path of equilibria", f"{most}, arc-length control, tolerance {number(case.steady.tolerance)}"]
         steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
