@@ -280,8 +280,8 @@ def liquid_beside_a_wall_that_starts():
 @pytest.mark.parametrize("begun", [vortices_after_a_while, liquid_beside_a_wall_that_starts])
 def test_the_solve_ends_at_the_asked_error_of_the_velocities(monkeypatch, begun, accuracy):
     """Compared with a solve to rounding from the same state, in the norm of kinetic energy and dissipation. The preconditioner
-    is the inverse of the matrix up to a factor of a few, more beside free surfaces, by whose root the error may be larger: .5 and
-    .8 times the asked one in the vortices, 2.3 and 1.8 times beside the wall."""
+    is the inverse of the matrix up to a factor of a few, more beside free surfaces, by whose root the error may be larger: 0.5
+    and 0.8 times the asked one in the vortices, 2.3 and 1.8 times beside the wall."""
     monkeypatch.setattr(implicit_viscosity, "TOLERANCE_AT_REST", 0.0)
     solved = []
     for end in (accuracy, 1e-9):
