@@ -150,7 +150,8 @@ def test_the_power_law_between_the_limits_of_carreau():
     mean = (0.5 * FORCE / K) ** 2 * 0.5 / 4.0
     assert mean_velocity(sim) == pytest.approx(mean, rel=0.005)
     y, u = profile(sim)
-    assert u == pytest.approx(mean * 4.0 / 3.0 * (1.0 - np.abs(2.0 * y) ** 3), abs=0.005 * mean)
+    # in the middle, where the exact profile is flat, the error of 16 cells is 0.0057 if the equations are solved to rounding
+    assert u == pytest.approx(mean * 4.0 / 3.0 * (1.0 - np.abs(2.0 * y) ** 3), abs=0.006 * mean)
 
 
 def test_the_plug_of_bingham():
