@@ -6,6 +6,7 @@ from small_cases import SOLID, advance, assert_resumes, box, case
 
 from pellucid.conditions.no_slip_walls import NoSlipWall
 from pellucid.errors import CaseError
+from pellucid.grid.implicit_viscosity import ACCURACY
 from pellucid.simulation.simulation import Simulation
 
 OIL = {"kind": "fluid", "density": 1.0, "viscosity": 1.0}
@@ -439,7 +440,8 @@ def test_shapes_on_which_fluids_slip(fix, material):
     while sim.time < 20.0:
         sim.step()
     points = sim.bodies[0].arrays
-    tolerance = 1e-4 if material else 1e-9  # that of the solver, or rounding
+    # of single points; the solver bounds the root mean square, and what is left of earlier steps adds to it
+    tolerance = 5.0 * ACCURACY if material else 1e-9
     assert points["velocity"][:, 0] == pytest.approx(0.1, rel=tolerance)
     assert np.abs(points["velocity"][:, 1]).max() < 0.01
     before, since = {name: push.copy() for name, push in sim.budget.reactions().items()}, sim.time
