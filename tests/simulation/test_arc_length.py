@@ -6,13 +6,14 @@ import signal
 
 import numpy as np
 import pytest
+from ended_searches import assert_goes_on_after_a_signal
 from scipy.linalg import eigh
 from small_cases import assert_resumes, to_the_end
 from solids import displacement
 
 from pellucid.case import Case
-from pellucid.errors import CaseError, Interrupted, RunStopped
-from pellucid.running.launch import resume_case, run_case
+from pellucid.errors import CaseError, RunStopped
+from pellucid.running.launch import run_case
 from pellucid.running.step_number import of_case
 from pellucid.simulation.arc_length import PathPoint, Span
 from pellucid.simulation.simulation import Simulation
@@ -180,7 +181,7 @@ def loaded_node(sim):
 
 
 def test_the_path_is_that_of_displacement_control(snapped):
-    """Where the displacement of the node is prescribed, its reaction is the load on the path, on both branches."""
+    """The reaction of the node, if its displacement is prescribed, is the load on the path, on both branches."""
     sim, rows = snapped
     node = loaded_node(sim)
     down = np.array([-moved[node, 2] for _, moved in rows])
@@ -365,7 +366,6 @@ def test_a_path_goes_on_bit_for_bit(before):
 
 def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_path, monkeypatch):
     case = balloon(1, 4)
-    run_case(case, tmp_path / "whole", report=False)
     show = Simulation.show
 
     def signalled(simulation, progress):
@@ -373,13 +373,7 @@ def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_pa
         if simulation.clock.n_steps == 2:
             os.kill(os.getpid(), signal.SIGTERM)
 
-    monkeypatch.setattr(Simulation, "show", signalled)
-    with pytest.raises(Interrupted):
-        run_case(case, tmp_path / "part", report=False)
-    monkeypatch.undo()
-    resume_case(tmp_path / "part", report=False)
-    one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
-    assert one == other
+    one = assert_goes_on_after_a_signal(case, tmp_path, monkeypatch, Simulation, "show", signalled)
     assert b"load_factor,unstable_modes" in one
 
 

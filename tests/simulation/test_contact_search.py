@@ -4,9 +4,9 @@ import warnings
 
 import numpy as np
 import pytest
+from ended_searches import go_on, resumed_from, whole_and_ended
 
 from pellucid.case import Case
-from pellucid.errors import Interrupted
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.simulation import minimum
 from pellucid.simulation.simulation import Simulation
@@ -53,11 +53,6 @@ def finished(data, threads=1):
     simulation = Simulation(case, threads=threads)
     go_on(simulation)
     return simulation
-
-
-def go_on(simulation):
-    while not simulation.clock.finished(None):
-        simulation.step()
 
 
 def forces(simulation):
@@ -183,24 +178,9 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit():
 def test_a_search_that_is_ended_leaves_the_last_equilibrium():
     """A signal in the second load step, after offsets of contact and tool were changed: the run goes on with the same bits."""
     case = Case.model_validate(under_tool(BALL, steady={"load_steps": 2}))
-    whole, ended = Simulation(case, threads=1), Simulation(case, threads=1)
-    for simulation in (whole, ended):
-        while simulation.time == 0.0:
-            simulation.step()
-    calls = 0
-
-    def interrupt():
-        nonlocal calls
-        calls += 1
-        if calls == 25:
-            raise Interrupted("a signal")
-
-    ended.clock.on_the_way = interrupt
-    with pytest.raises(Interrupted):
-        go_on(ended)
+    whole, ended = whole_and_ended(case)
     assert ended.clock.touching.overlap(1.0) < np.inf, "offsets were changed"
-    resumed = Simulation(case, threads=1)
-    resumed.restore({name: array.copy() for name, array in ended.state_arrays().items()}, ended.state_numbers())
+    resumed = resumed_from(ended, case)
     for simulation in (whole, resumed):
         go_on(simulation)
     assert (whole.bodies[0].arrays["position"] == resumed.bodies[0].arrays["position"]).all()

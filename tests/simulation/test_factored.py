@@ -6,6 +6,7 @@ import signal
 
 import numpy as np
 import pytest
+from ended_searches import assert_goes_on_after_a_signal
 from materials.samples import HYPERELASTIC, USERS
 from pydantic import ValidationError
 from scipy.integrate import simpson, solve_bvp
@@ -14,7 +15,6 @@ from solids import EDGE, TISSUE, block_of, displacement, layer
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.case import Case
-from pellucid.errors import Interrupted
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation import factored, minimum
 from pellucid.simulation.simulation import Simulation
@@ -231,7 +231,6 @@ def test_slender_bodies_keep_double_precision_in_a_run_that_goes_on():
 
 def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_path, monkeypatch):
     case = block(steady={"load_steps": 2})
-    run_case(case, tmp_path / "whole", report=False)
     show = Simulation.show
 
     def signalled(simulation, progress):
@@ -239,13 +238,7 @@ def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_equilibrium(tmp_pa
         if simulation.clock.time > 0.0 and simulation.clock.search().count("iteration 3"):
             os.kill(os.getpid(), signal.SIGTERM)
 
-    monkeypatch.setattr(Simulation, "show", signalled)
-    with pytest.raises(Interrupted):
-        run_case(case, tmp_path / "part", report=False)
-    monkeypatch.undo()
-    resume_case(tmp_path / "part", report=False)
-    one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
-    assert one == other
+    assert_goes_on_after_a_signal(case, tmp_path, monkeypatch, Simulation, "show", signalled)
 
 
 def test_a_relaxation_within_a_load_step_goes_on_bit_for_bit(monkeypatch):

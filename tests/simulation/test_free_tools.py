@@ -7,9 +7,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from ended_searches import go_on, resumed_from, whole_and_ended
 
 from pellucid.case import Case
-from pellucid.errors import Interrupted, RunStopped
+from pellucid.errors import RunStopped
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.simulation.simulation import Simulation
 
@@ -59,11 +60,6 @@ def finished(data, threads=1):
     simulation = Simulation(Case.model_validate(data), threads=threads)
     go_on(simulation)
     return simulation
-
-
-def go_on(simulation):
-    while not simulation.clock.finished(None):
-        simulation.step()
 
 
 def place(simulation, name="tool"):
@@ -330,23 +326,8 @@ def same(one, other):
 
 def test_a_run_goes_on_with_the_same_bits_also_after_a_search_that_was_ended():
     case = Case.model_validate(sliding())
-    whole, ended = Simulation(case, threads=1), Simulation(case, threads=2)
-    for simulation in (whole, ended):
-        while simulation.time == 0.0:
-            simulation.step()
-    calls = 0
-
-    def interrupt():
-        nonlocal calls
-        calls += 1
-        if calls == 25:
-            raise Interrupted("a signal")
-
-    ended.clock.on_the_way = interrupt
-    with pytest.raises(Interrupted):
-        go_on(ended)
-    resumed = Simulation(case, threads=2)
-    resumed.restore({name: array.copy() for name, array in ended.state_arrays().items()}, ended.state_numbers())
+    whole, ended = whole_and_ended(case, threads=2)
+    resumed = resumed_from(ended, case, threads=2)
     for simulation in (whole, resumed):
         go_on(simulation)
     same(whole, resumed)

@@ -6,12 +6,13 @@ import signal
 
 import numpy as np
 import pytest
+from ended_searches import assert_goes_on_after_a_signal
 from pydantic import ValidationError
 from scipy.interpolate import CubicSpline
 from solids import EDGE, TISSUE, block_of, displacement, layer
 
 from pellucid.case import Case
-from pellucid.errors import Interrupted, RunStopped
+from pellucid.errors import RunStopped
 from pellucid.running.forecast import foretell_case
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation import implicit, minimum
@@ -289,7 +290,6 @@ def test_a_run_goes_on_beyond_a_last_step_that_was_shorter(tmp_path):
 
 def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_step(tmp_path, monkeypatch):
     case = block()
-    run_case(case, tmp_path / "whole", report=False)
     tell = implicit.ImplicitClock._tell
 
     def signalled(clock, iteration, error):
@@ -297,13 +297,7 @@ def test_a_signal_ends_a_search_with_a_checkpoint_of_the_last_step(tmp_path, mon
             os.kill(os.getpid(), signal.SIGTERM)
         tell(clock, iteration, error)
 
-    monkeypatch.setattr(implicit.ImplicitClock, "_tell", signalled)
-    with pytest.raises(Interrupted):
-        run_case(case, tmp_path / "part", report=False)
-    monkeypatch.undo()
-    resume_case(tmp_path / "part", report=False)
-    one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("part", "whole"))
-    assert one == other
+    assert_goes_on_after_a_signal(case, tmp_path, monkeypatch, implicit.ImplicitClock, "_tell", signalled)
 
 
 # steps that fail, and cases that are refused
