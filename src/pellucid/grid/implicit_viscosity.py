@@ -62,11 +62,10 @@ gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, sqrt
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from pellucid.approximants import GridFunctions
 from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, StepWork, WorkLayout, no_work
 from pellucid.errors import RunStopped
 from pellucid.grid.fast_diagonalisation import FastDiagonalisation
@@ -74,9 +73,9 @@ from pellucid.grid.full_cells import CellPressure
 from pellucid.grid.nodal_fields import ROW, VECTOR, allocate
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.gifts import FIRST, scatter
-from pellucid.grid.point_storage import PointStorage
-from pellucid.grid.points import HEATING, POWER, FullCells, NoCells
+from pellucid.grid.points import HEATING, POWER
 from pellucid.grid.velocity_field import PressedContents, VelocityField
+from pellucid.grid.viscous_bodies import VISCOUS_STRESS, PointViscosity, Viscous
 from pellucid.grid.viscous_nodes import (
     CHANGE,
     COLUMNS,
@@ -91,14 +90,14 @@ from pellucid.grid.viscous_nodes import (
     add_stress,
     begin,
     diagonal_by_viscosity,
+    extrapolate_velocities,
     find_curvature,
-    foresee,
     keep_forces,
-    keep_solution,
     keep_viscous,
     move,
     precondition,
     start,
+    store_solution,
     strain_by_solution,
     straining_by_viscosity,
     sum_descent,
@@ -107,14 +106,12 @@ from pellucid.grid.viscous_nodes import (
 )
 from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
-from pellucid.materials.contract import ImplicitStress, PointMaterial
-from pellucid.materials.rheology import SecondViscosity, UniformViscosity
+from pellucid.materials.contract import ImplicitStress
+from pellucid.materials.rheology import UniformViscosity
 from pellucid.ranks.domain import domain
 from pellucid.state import Field
 from pellucid.step.part import StepPart
 
-VISCOUS_STRESS = "viscous_stress"
-"""Name of the point array that holds the viscous stress."""
 ACCURACY = 5e-5
 """Relative error of the velocities, in the norm of their kinetic energy and dissipation, at which the iteration ends."""
 TOLERANCE = 1e-3
@@ -136,64 +133,6 @@ GROWTH = 1.25
 """Largest ratio of a step to the step before."""
 MOSTLY = 0.5
 """Smallest share of the volume of the grid that liquids fill, at which the equations are preconditioned as on a full grid."""
-
-
-class Viscous(Protocol):
-    """Interface of a fluid body whose viscosity or pressure is solved implicitly by `ImplicitViscosity`: parameters, stresses
-    and sums over its points."""
-
-    n_slabs: int  # number of slabs into which the points are divided
-    mapped: Bundle  # the points, bundle of `MappedPoints`
-    storage: PointStorage
-    material: PointMaterial
-    arrays: dict[str, np.ndarray]
-    """Arrays of the points by name: also `VISCOUS_STRESS`, the viscous stress in the last step [Pa], shape (points, 6), which
-    `stress` contains only within a step, and "viscosity", the shear viscosity [Pa s], shape (points,), if points
-    have different ones."""
-
-    @property
-    def solves_viscosity(self) -> bool:
-        """True if the viscous stress is solved for."""
-
-    @property
-    def implicit_stress(self) -> ImplicitStress:
-        """Parameters of the stress that is solved for."""
-
-    @property
-    def functions(self) -> GridFunctions: ...
-
-    @property
-    def full_cells(self) -> NoCells | FullCells: ...
-
-    @property
-    def nodal_forces(self) -> np.ndarray: ...
-    def stored_array(self, name: str) -> np.ndarray: ...
-    def curve_paths(self) -> None:
-        """From now on, move the points with the velocity u + Δt/2 L u, see `pellucid.grid.straining`."""
-
-
-class PointViscosity:
-    """Viscosities of a fluid whose points have their own, in the diagonal of the viscous operator.
-
-    body: the fluid; viscosity: shear viscosity μ of each point [Pa s], shape (points,); second: its second viscosity; into:
-    nodal rows to which the diagonal is added, shape (4 nodes,).
-    """
-
-    def __init__(self, body: Viscous, viscosity: np.ndarray, second: SecondViscosity, into: np.ndarray) -> None:
-        self.second = second
-        self._viscosity, self._volume = viscosity, body.mapped.content.points.volume
-        self._product = np.zeros_like(viscosity)
-        factors = np.array([1.0, 2.0 + second.ratio])
-        self._diagonal = diagonal_by_viscosity(body.mapped.content, self._product, factors, into)
-
-    def add_diagonal(self) -> None:
-        """Add the diagonal of the viscosities, without the constant part of λ."""
-        np.multiply(self._viscosity, self._volume, out=self._product)
-        scatter(self._diagonal)
-
-    def bulk(self) -> np.ndarray:
-        """Return 3λ + 2μ of each point [Pa s], shape (points,)."""
-        return (3.0 * self.second.ratio + 2.0) * self._viscosity + 3.0 * self.second.constant
 
 
 class ImplicitViscosity(StepPart):
@@ -340,9 +279,9 @@ class ImplicitViscosity(StepPart):
                 own = np.full(len(viscous), 3.0 * lam + 2.0 * mu) if own_viscosity is None else own_viscosity.bulk()
                 own = np.maximum(own, 0.0)
                 keep_viscous(body.n_slabs, body.mapped, viscous, own / (own + 3.0 * stiffness * dt / share))
-        keep_solution(self._n, self._nodes)
-        for solution in self._solutions().values():
-            domain.spread(solution)  # rows of the grid may pass to another process before the next step
+        self._rows.before[:] = self._rows.latest
+        store_solution(self._n, self._nodes)
+        domain.spread(self._rows.latest.reshape(-1, ROW))  # before the next step, rows may pass to another process
         self._earlier_dt = dt
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
@@ -395,7 +334,7 @@ class ImplicitViscosity(StepPart):
                 mu, lam = 0.0, own_viscosity.second.constant
             factors[:] = mu, 2.0 * mu + lam + stiffness * pressing
             scatter(diagonal)
-        foresee(self._n, self._nodes, self._time, self._dt / self._earlier_dt if self._earlier_dt > 0.0 else 0.0)
+        extrapolate_velocities(self._n, self._nodes, self._time, self._dt / self._earlier_dt if self._earlier_dt > 0.0 else 0.0)
         self._map(self._of_solution, pressing)
         start(self._n, self._nodes, dt, self._lightest)
         sums = self._summed()

@@ -86,7 +86,7 @@ def along_wall(own, k, vector):
 
 
 @parallel_loop()
-def foresee(chunk, viscous, share, growth):
+def extrapolate_velocities(chunk, viscous, share, growth):
     """Change the velocities without viscosity of a chunk of nodes from those after the step to those at the time of the
     solution, and extrapolate the initial velocities of the iteration from the solutions of the two steps before; viscous:
     `ViscousNodes`.
@@ -109,12 +109,12 @@ def foresee(chunk, viscous, share, growth):
 
 
 @parallel_loop()
-def keep_solution(chunk, viscous):
-    """Keep the solutions of this and the last step of a chunk of nodes, for `foresee`; viscous: `ViscousNodes`."""
+def store_solution(chunk, viscous):
+    """Store the solution of this step at a chunk of nodes as the latest, for `extrapolate_velocities`; viscous:
+    `ViscousNodes`."""
     own, nodes = viscous.own, viscous.field.nodes
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
-        store(own.before, k, load(own.latest, k))
         store(own.latest, k, load(own.solution, k))
         own.latest[k + 3] = 1.0 if nodes.mass[I] >= MASS_EPS else 0.0
 

@@ -10,7 +10,6 @@ from pellucid.bodies.material_points.leaving import OpenPoints
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.material_points.touching import PointsInContact
-from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
@@ -20,6 +19,7 @@ from pellucid.grid.straining import straining
 from pellucid.grid.transfer import sum_momentum
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.grid.viscous_bodies import VISCOUS_STRESS
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.contract import ImplicitStress
 from pellucid.materials.hyperelastic import undefined_strain

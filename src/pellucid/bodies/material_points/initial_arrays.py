@@ -8,8 +8,8 @@ from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_b
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import Wanted, everywhere
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.model import GridCase
+from pellucid.grid.viscous_bodies import VISCOUS_STRESS
 from pellucid.jit import kernel
 from pellucid.materials.law import point_pressure, stored_energy
 from pellucid.materials.point_state import initial_arrays, load
